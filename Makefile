@@ -1,0 +1,49 @@
+# Two commands matter: make demo, make test. Both set up .venv by themselves.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test long quick check lint benchmark fuzz blind chaos clean
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	touch $@
+
+demo: $(READY)  ## the main job on sample_data, then the hidden gap
+	$(BIN)/shakerproc demo demo_output
+
+test: $(READY) check  ## everything that CI runs
+	$(BIN)/python -m pytest -n 2 $(LONG:%=--ignore=%)
+
+# whole campaigns fitted: minutes each, being made shorter; `make long` runs them
+LONG := tests/diagnose/test_diagnose_arrays.py tests/compare/test_errors.py \
+        tests/compare/test_bad_input.py tests/cli/test_init_and_demo.py
+
+long: $(READY)  ## the tests that fit whole campaigns
+	$(BIN)/python -m pytest -n 2 $(LONG)
+
+quick: $(READY)  ## the edit loop
+	$(BIN)/python -m pytest -m "not slow"
+
+check: $(READY)  ## format, lint, types, rooms
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+benchmark: $(READY)  ## ratios of speed and memory, each within one run
+	$(BIN)/python -m benchmarks
+
+chaos: $(READY)  ## kill a batch 500 times at random moments, resume, compare every output
+	$(BIN)/python -m tests.batch.chaos 500
+
+fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of them
+	$(BIN)/python -m tests.fuzz --workers 2
+
+blind: $(READY)  ## hidden campaigns from a truth of its own, diagnosed and scored; BLIND="--seed 100000 --each 4"
+	$(BIN)/python -m blind $(BLIND)
+
+clean:
+	rm -rf $(VENV) demo_output build dist

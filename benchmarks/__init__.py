@@ -1,0 +1,1 @@
+"""What the issues promise of speed, memory and accuracy, measured: `python -m benchmarks`."""

@@ -1,0 +1,135 @@
+"""A campaign as the laboratory would hand it over: TDMS files, test log, model."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+from blind.campaigns import Campaign, G, Structure, TestRun
+from blind.excitations import SAMPLE_RATE, Drive
+
+SENSED = {"acceleration": ("g", G), "displacement": ("m", 1.0), "velocity": ("m/s", 1.0)}
+
+
+def write(campaign: Campaign, folder: Path) -> tuple[Path, Path]:
+    """Write recordings, testlog.yaml and model.yaml; return the paths of log and model."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for test in campaign.tests:
+        target = folder / "recordings" / f"Test_{test.number}"
+        target.mkdir(parents=True, exist_ok=True)
+        _write_tdms(campaign.structure, test, target / "Acceleration.tdms")
+    log, model = folder / "testlog.yaml", folder / "model.yaml"
+    _write_yaml(log, log_document(campaign))
+    _write_yaml(model, model_document(campaign.nominal, f"blind {campaign.seed}"))
+    return log, model
+
+
+def log_document(campaign: Campaign) -> dict[str, Any]:
+    """Return the test log as a mapping."""
+    structure = campaign.structure
+    forced = structure.force_on >= 0
+    role = {"acceleration": "response"}.get(structure.measures, structure.measures)
+    channels: dict[str, Any] = (
+        {"force": {"role": "force", "at": structure.name(structure.force_on)}}
+        if forced
+        else {f"control {i}": {"role": "control"} for i in (1, 2)}
+    )
+    for i in range(len(structure.masses)):
+        channels[f"response {i + 1}"] = {
+            "role": role, "name": f"ch{3 + i}", "at": structure.name(i),
+        }  # fmt: skip
+    return {
+        "testlog": 1,
+        "title": f"Blind campaign {campaign.seed}",
+        "recordings": "recordings",
+        "channels": channels,
+        "processing": {"crop": "none"},
+        "tests": [_test_document(test, forced=forced) for test in campaign.tests],
+    }
+
+
+def _test_document(test: TestRun, *, forced: bool) -> dict[str, Any]:
+    drive = test.drive
+    low, high = (drive.low_hz, drive.high_hz) if drive.up else (drive.high_hz, drive.low_hz)
+    document: dict[str, Any] = {
+        "id": test.number,
+        "recording": f"Test_{test.number}/Acceleration.tdms",
+        "joint": "radial",
+        "excitation": drive.kind,
+        "level": level_text(drive, forced=forced),
+    }
+    if drive.kind == "random":
+        document |= {"from": f"{drive.low_hz:.6g} Hz", "to": f"{drive.high_hz:.6g} Hz"}
+    else:
+        seconds = test.clean.shape[1] / SAMPLE_RATE - drive.lead_in - drive.tail
+        octaves = np.log2(drive.high_hz / drive.low_hz)
+        document |= {"from": f"{low:.6g} Hz", "to": f"{high:.6g} Hz",
+                     "rate": f"{60.0 * octaves / seconds:.6g} oct/min"}  # fmt: skip
+    if test.hold_out:
+        document["hold_out"] = True
+    return document
+
+
+def level_text(drive: Drive, *, forced: bool) -> str:
+    """Return the level as the log sheet writes it."""
+    value, unit = (drive.level, "N") if forced else (drive.level / G, "g")
+    if drive.kind == "random":
+        return f"{value**2 / (drive.high_hz - drive.low_hz):.6g} {unit}^2/Hz"
+    return f"{value:.6g} {unit}"
+
+
+def model_document(structure: Structure, title: str) -> dict[str, Any]:
+    """Return the nominal model as a mapping."""
+    name = structure.name
+    elements = []
+    for joint in structure.joints:
+        for kind, parameter, value in (
+            ("spring", "stiffness", f"{joint.stiffness:.10g} N/m"),
+            ("damper", "damping", f"{joint.damping:.10g} N s/m"),
+        ):
+            between = [name(joint.first), name(joint.second)]
+            elements.append({"kind": kind, "between": between, parameter: value})
+    return {
+        "model": 1,
+        "title": title,
+        "masses": {name(i): f"{m:.10g} kg" for i, m in enumerate(structure.masses)},
+        "elements": elements,
+        "excitation": (
+            {"force on": name(structure.force_on)}
+            if structure.force_on >= 0
+            else {"base": "acceleration"}
+        ),
+        "sensors": {
+            f"ch{3 + i}": {"at": name(i), "measures": structure.measures}
+            for i in range(len(structure.masses))
+        },
+    }
+
+
+def _write_yaml(path: Path, document: dict[str, Any]) -> None:
+    path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
+
+
+def _write_tdms(structure: Structure, test: TestRun, path: Path) -> None:
+    inputs = ["force"] if structure.force_on >= 0 else ["control 1", "control 2"]
+    unit_in = ("N", 1.0) if structure.force_on >= 0 else ("g", G)
+    rows = [(name, row, *unit_in) for name, row in zip(inputs, test.control, strict=True)]
+    rows += [
+        (f"response {i + 1}", row, *SENSED[structure.measures])
+        for i, row in enumerate(test.response)
+    ]
+    group = "Acceleration"
+    objects: list[Any] = [RootObject({"name": path.stem}), GroupObject(group)]
+    for name, row, unit, scale in rows:
+        properties = {
+            "wf_increment": 1.0 / SAMPLE_RATE,
+            "wf_samples": row.size,
+            "wf_start_offset": 0.0,
+            "wf_start_time": np.datetime64(f"2018-03-01T09:0{test.number}:00"),
+            "unit_string": unit,
+        }
+        objects.append(ChannelObject(group, name, row / scale, properties))
+    with TdmsWriter(path) as writer:
+        writer.write_segment(objects)

@@ -1,0 +1,258 @@
+"""Every test of a log through an executor: what stands is kept, what fails is named."""
+
+import hashlib
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from shakerproc import files
+from shakerproc.batch.executor import AbstractExecutor, Outcome, Task, Work
+from shakerproc.batch.manifest import (
+    Entry,
+    Manifest,
+    key_of,
+    read_manifest,
+    stands,
+    write_manifest,
+)
+from shakerproc.errors import ShakerprocError
+from shakerproc.recordings import sha256
+from shakerproc.runs import RunSummary, read_summary
+from shakerproc.testlog import Test, TestLog, facts_of
+
+RUNS: Final = "runs"
+"""Folder below which each test has a folder of its own."""
+
+SUMMARY: Final = "summary.json"
+
+_NOT_INPUT: Final = ("source", "folder", "recording")
+
+
+@dataclass(frozen=True, slots=True)
+class Products:
+    """What is written for each test, beside its summary.
+
+    Attributes
+    ----------
+    figures : bool
+        Whether to draw.
+    exports : tuple of str
+        Formats of the spectra besides CSV.
+    thesis : bool
+        Whether to write the tables of the thesis' scripts too.
+    """
+
+    figures: bool = True
+    exports: tuple[str, ...] = ()
+    thesis: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One test for a worker.
+
+    Attributes
+    ----------
+    test : Test
+        From the log.
+    root : Path
+        Folder of all results.
+    folder : Path
+        Where the results of this test go, below it.
+    recording, sha256 : str
+        The file as the log names it, and its hash.
+    products : Products
+        What to write.
+    """
+
+    test: Test
+    root: Path
+    folder: Path
+    recording: str
+    sha256: str
+    products: Products
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """What a batch came to.
+
+    Attributes
+    ----------
+    runs : tuple of RunSummary
+        Every test of the log in order, discarded and failed ones included.
+    computed, kept : int
+        Tests that were worked through now, and those whose results stood already.
+    """
+
+    runs: tuple[RunSummary, ...]
+    computed: int
+    kept: int
+
+
+def run_batch(
+    log: TestLog,
+    root: Path,
+    *,
+    work: Work,
+    executor: AbstractExecutor,
+    products: Products,
+    accept_changed: bool = False,
+    on_start: Callable[[int, int], None] | None = None,
+    on_end: Callable[[str], None] | None = None,
+) -> Campaign:
+    """Work every test of a log through that is not discarded and whose results do not stand.
+
+    The manifest is written after each test, so that whatever ends this, the next call goes on
+    where it stopped. Hold the folder with `locked` around it.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    root : Path
+        Folder of the results.
+    work : callable
+        From a `Job` to ``{"outputs": {path below root: SHA-256}}``.
+    executor : AbstractExecutor
+        Where it runs.
+    products : Products
+        What to write for each test.
+    accept_changed : bool
+        Whether a recording may differ from what was seen first.
+    on_start : callable, optional
+        Called with the number of tests to do and of those kept.
+    on_end : callable, optional
+        Called with the id of each test as it ends.
+
+    Returns
+    -------
+    Campaign
+        How every test went.
+    """
+    files.remove_leftovers(root)
+    names = folder_names(log.tests)
+    known = read_manifest(root)
+    ready, manifest = _ready(log, root, names, known, products, accept_changed=accept_changed)
+    to_do = {
+        job.folder.name: (job, key)
+        for job, key in ready
+        if not stands(root, known.runs.get(job.folder.name), key)
+    }
+    write_manifest(root, manifest)
+    if on_start is not None:
+        on_start(len(to_do), len(ready) - len(to_do))
+    tasks = [Task(name, job) for name, (job, _) in to_do.items()]
+    for outcome in executor.run(work, tasks):
+        job, key = to_do[outcome.name]
+        manifest = manifest.with_entry(outcome.name, _entry(outcome, job, key))
+        write_manifest(root, manifest)
+        if on_end is not None:
+            on_end(str(job.test.id))
+    runs = tuple(_summary(test, root / RUNS / names[test.id], manifest) for test in log.tests)
+    return Campaign(runs, len(to_do), len(ready) - len(to_do))
+
+
+def folder_names(tests: Sequence[Test]) -> dict[int | str, str]:
+    """Return a folder name for each test: its id where that is harmless, else with a hash."""
+    names: dict[int | str, str] = {}
+    for test in tests:
+        text = str(test.id)
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", text)[:60]
+        mark = hashlib.sha256(text.encode()).hexdigest()[:8]
+        harmless = plain == text and not text.endswith(".") and text == text.lower()
+        names[test.id] = f"test_{plain}" if harmless else f"test_{plain.strip('.')}_{mark}"
+    return names
+
+
+def _ready(
+    log: TestLog,
+    root: Path,
+    names: Mapping[int | str, str],
+    known: Manifest,
+    products: Products,
+    *,
+    accept_changed: bool,
+) -> tuple[list[tuple[Job, str]], Manifest]:
+    """Return the tests whose recording is there, with their keys, and a manifest of all."""
+    ready, entries = [], {}
+    for test, found in zip(log.active, _hashes(log.active), strict=True):
+        name = names[test.id]
+        before = known.runs.get(name)
+        problem = found if isinstance(found, ShakerprocError) else None
+        digest = "" if isinstance(found, ShakerprocError) else found
+        if problem is None and before and before.recording_sha256 and not accept_changed:
+            problem = _changed(test, before.recording_sha256, digest)
+            digest = before.recording_sha256
+        key = key_of(digest, [_input_of(test), asdict(products)])
+        if problem is not None:
+            entries[name] = Entry("failed", key, digest, cause="input", error=str(problem))
+            continue
+        recording = test.require_recording().relative_to(log.folder.resolve()).as_posix()
+        ready.append((Job(test, root, root / RUNS / name, recording, digest, products), key))
+        if before is not None:
+            entries[name] = before
+    return ready, Manifest(entries)
+
+
+def _hashes(tests: Sequence[Test]) -> Iterator[str | ShakerprocError]:
+    """Yield the hash of each recording, or why there is none."""
+    with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
+        yield from pool.map(_hash, tests)
+
+
+def _hash(test: Test) -> str | ShakerprocError:
+    try:
+        return sha256(test.require_recording())
+    except ShakerprocError as error:
+        return error
+
+
+def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
+    if first == now:
+        return None
+    return ShakerprocError(
+        f"test {test.id}: the recording has changed since it was first processed (SHA-256 "
+        f"{first[:12]}... then, {now[:12]}... now). Restore it, or accept the new one with "
+        "--accept-changed."
+    )
+
+
+def _input_of(test: Test) -> dict[str, object]:
+    """Return what the log says of a test, without where it says so."""
+    return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
+
+
+def _entry(outcome: Outcome, job: Job, key: str) -> Entry:
+    if outcome.cause:
+        return Entry(
+            "failed",
+            key,
+            job.sha256,
+            cause=outcome.cause,
+            error=outcome.error,
+            detail=outcome.detail,
+        )
+    return Entry("done", key, job.sha256, outputs=dict(outcome.value["outputs"]))
+
+
+def _summary(test: Test, folder: Path, manifest: Manifest) -> RunSummary:
+    """Return what is known of a test after the batch."""
+    recording = "" if test.recording is None else test.recording.name
+    base = RunSummary(str(test.id), "discarded", facts_of(test), recording)
+    if test.discarded:
+        return base
+    entry = manifest.runs[folder.name]
+    if entry.status == "done":
+        return read_summary(folder / SUMMARY)
+    return replace(
+        base,
+        status="failed",
+        error=entry.error,
+        detail=entry.detail,
+        sha256=entry.recording_sha256,
+    )

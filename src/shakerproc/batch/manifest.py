@@ -1,0 +1,124 @@
+"""What was made from what: the file by which a batch resumes."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal, TypeAlias
+
+from pydantic import TypeAdapter, ValidationError
+
+from shakerproc import __version__, files
+from shakerproc.errors import LogError
+
+NAME: Final = "manifest.json"
+
+Status: TypeAlias = Literal["done", "failed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What is known of one test of the log.
+
+    Attributes
+    ----------
+    status : Status
+        Whether its outputs stand.
+    key : str
+        Hash of all that the outputs depend on: recording, options, log entry, version.
+    recording_sha256 : str
+        Hash of the recording, as it was seen first.
+    outputs : mapping
+        Hash of each file that was written, by its path in the folder.
+    cause, error, detail : str
+        Why it failed: one word, one line, the traceback.
+    """
+
+    status: Status
+    key: str
+    recording_sha256: str
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    cause: str = ""
+    error: str = ""
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """What a folder of results holds.
+
+    Attributes
+    ----------
+    runs : mapping
+        Entry of each test, by the folder its results are in.
+    version : str
+        Version of shakerproc that wrote it.
+    """
+
+    runs: Mapping[str, Entry] = field(default_factory=dict)
+    version: str = __version__
+
+    def with_entry(self, name: str, entry: Entry) -> "Manifest":
+        """Return the manifest with one entry added or replaced."""
+        return Manifest({**self.runs, name: entry})
+
+
+_FORM: Final = TypeAdapter(Manifest)
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Return the manifest of a folder; an empty one where there is none yet.
+
+    Raises
+    ------
+    LogError
+        If the file is not a manifest.
+    """
+    path = folder / NAME
+    if not path.exists():
+        return Manifest()
+    try:
+        return _FORM.validate_json(path.read_bytes())
+    except ValidationError as error:
+        raise LogError(
+            f"{path}: not a manifest of shakerproc. Remove the file to compute everything "
+            "again, or choose another folder with --out."
+        ) from error
+
+
+def write_manifest(folder: Path, manifest: Manifest) -> None:
+    """Write the manifest of a folder, whole or not at all."""
+    files.write_json(folder / NAME, {"schema": "shakerproc-manifest/1", **fields_of(manifest)})
+
+
+def fields_of(manifest: Manifest) -> dict[str, Any]:
+    """Return the fields of a manifest, in an order that does not depend on who was first."""
+    return {"version": manifest.version, "runs": dict(sorted(manifest.runs.items()))}
+
+
+def key_of(recording_sha256: str, description: object) -> str:
+    """Return the hash of all that the outputs of one test depend on."""
+    text = json.dumps(
+        [__version__, recording_sha256, json.loads(files.json_text(description))],
+        sort_keys=True,
+    )
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def hashes(folder: Path, paths: Iterable[Path]) -> dict[str, str]:
+    """Return the hash of each file, by its path in the folder, in order."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(paths)
+    }
+
+
+def stands(folder: Path, entry: Entry | None, key: str) -> bool:
+    """Return whether the outputs of a test are there, whole and made from the same input."""
+    if entry is None or entry.status != "done" or entry.key != key or not entry.outputs:
+        return False
+    paths = [folder / name for name in entry.outputs]
+    return all(path.is_file() for path in paths) and hashes(folder, paths) == dict(
+        entry.outputs
+    )

@@ -1,0 +1,80 @@
+"""What runs in a worker process: one task after the other, every failure put into words."""
+
+import json
+import os
+import signal
+import threading
+import traceback
+from collections.abc import Callable
+from multiprocessing import parent_process
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, Final
+
+from shakerproc.errors import ShakerprocError
+
+_ONE_THREAD_EACH: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def serve(connection: Connection, memory_limit: int) -> None:
+    """Receive the work, then do it for each argument that comes, until the pipe closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends us
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    for name in _ONE_THREAD_EACH:  # before numpy is imported
+        os.environ.setdefault(name, "1")
+    work, prepare = connection.recv()
+    if prepare is not None:
+        prepare()
+    _limit_memory(memory_limit)
+    connection.send_bytes(b"ready")
+    while True:
+        try:
+            argument = connection.recv()
+        except EOFError:
+            return
+        connection.send_bytes(_attempt(work, argument))
+
+
+def _end_with_parent() -> None:
+    """End at once when the parent is gone, even if it was killed."""
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def _limit_memory(limit: int) -> None:
+    """Let allocations fail that would take more than `limit` bytes, where Linux can."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        import resource
+
+        used = next(
+            int(line.split()[1]) * 1024
+            for line in status.read_text(encoding="ascii").splitlines()
+            if line.startswith("VmData:")
+        )
+        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        wanted = used + limit
+        soft = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+
+
+def _attempt(work: Callable[[Any], object], argument: object) -> bytes:
+    """Return the report on one task as JSON, whatever happens in it."""
+    try:
+        report = {"value": work(argument), "cause": "", "error": "", "detail": ""}
+        return json.dumps(report, allow_nan=False).encode()
+    except MemoryError:
+        return _failure(
+            "memory limit", "stopped at the memory limit; allow more with --memory-limit", ""
+        )
+    except ShakerprocError as error:
+        return _failure("input", str(error), "")
+    except BaseException as error:  # noqa: BLE001 - what a run does must not end the batch
+        line = traceback.format_exception_only(error)[-1].strip()
+        return _failure("error", line, traceback.format_exc())
+
+
+def _failure(cause: str, error: str, detail: str) -> bytes:
+    return json.dumps({"value": {}, "cause": cause, "error": error, "detail": detail}).encode()

@@ -1,0 +1,77 @@
+"""The command line: the only room that prints."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from shakerproc import __version__
+from shakerproc.cli import output
+from shakerproc.cli.commands import COMMANDS
+from shakerproc.errors import LockedError, ShakerprocError
+
+EPILOG = (
+    "Exit status: 0 done, 1 unusable input or some runs failed, 2 wrong usage, "
+    "75 the folder is locked by another shakerproc, 130 interrupted."
+)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"shakerproc {__version__}")
+        output.finish(0)
+
+
+def _about(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version."
+        ),
+    ] = False,
+) -> None:
+    """From shaker recordings to the physical effect that the model left out."""
+
+
+def build_app() -> typer.Typer:
+    """Return the command-line application with every command registered."""
+    app = typer.Typer(
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # else "[Hz]" vanishes from the help
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        epilog=EPILOG,
+    )
+    app.callback()(_about)
+    for name, command in COMMANDS.items():
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name)(command)
+    return app
+
+
+def main() -> None:
+    """Run the command line and exit with the status that docs/cli.md lists."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # an old Windows code page has no omega
+    try:
+        build_app()()
+    except LockedError as error:
+        _fail(f"{error}", 75)
+    except ShakerprocError as error:
+        _fail(f"{error}", 1)
+    except OSError as error:
+        _fail(f"{error.filename or 'the system'}: {error.strerror or error}", 1)
+    except MemoryError:
+        _fail("not enough memory; process fewer channels, or set --memory-limit", 1)
+    except KeyboardInterrupt:
+        output.message("interrupted")
+        sys.exit(130)
+
+
+def _fail(text: str, status: int) -> None:
+    one_line = " ".join(text.splitlines())
+    output.message(f"error: {one_line}")
+    sys.exit(status)

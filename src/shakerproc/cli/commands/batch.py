@@ -1,0 +1,82 @@
+"""``shakerproc batch``."""
+
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+
+def batch(
+    testlog: options.LogArgument,
+    out: output.OutOption = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes at a time.", min=1, show_default="processors")
+    ] = None,
+    time_limit_s: Annotated[
+        float, typer.Option("--time-limit", help="Longest that one test may take [s].", min=0.1)
+    ] = 600.0,
+    memory_limit_mb: Annotated[
+        float,
+        typer.Option("--memory-limit", help="Most that one test may allocate [MB].", min=50.0),
+    ] = 4000.0,
+    trend: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COLUMN", help="A further trend of omega_e against this column."),
+    ] = None,
+    by: Annotated[
+        str, typer.Option(metavar="COLUMNS", help="Columns that make its series, with commas.")
+    ] = "",
+    channel: Annotated[
+        str | None,
+        typer.Option(help="Channel of the trends.", show_default="what moves most"),
+    ] = None,
+    segment: options.SegmentOption = None,
+    overlap: options.OverlapOption = None,
+    window: options.WindowOption = None,
+    detrend: options.DetrendOption = None,
+    export: options.ExportOption = "",
+    thesis: options.ThesisOption = False,
+    figures: options.FiguresOption = True,
+    accept_changed: Annotated[
+        bool,
+        typer.Option("--accept-changed", help="Take recordings that changed since first seen."),
+    ] = False,
+    json: output.JsonOption = None,
+) -> None:
+    """Work every test of a log through: tables, trends, figures and a report; resumable."""
+    from shakerproc.batch.campaign import Products
+    from shakerproc.batch.lock import locked
+    from shakerproc.cli.everyday import Limits, work_through_log
+    from shakerproc.cli.write_up import Wish, tell, write_up
+    from shakerproc.testlog import read_testlog
+
+    log = read_testlog(testlog)
+    averaged = tuple(
+        options.with_averaging(
+            test, segment=segment, overlap=overlap, window=window, detrend=detrend
+        )
+        for test in log.tests
+    )
+    log = replace(log, tests=averaged)
+    products = Products(figures, options.exports_of(export), thesis)
+    root = testlog.parent / "results" if out is None else out
+    with locked(root):
+        campaign = work_through_log(
+            log,
+            root,
+            products,
+            Limits(workers, time_limit_s, memory_limit_mb * 1e6),
+            accept_changed=accept_changed,
+        )
+        wish = Wish(channel, tuple(trend or ()), _words(by), figures)
+        document = write_up(log.title, campaign, root, wish)
+    output.write_json(document, json)
+    tell(campaign, document, root, json)
+    if any(summary.status == "failed" for summary in campaign.runs):
+        output.finish(1)
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(",") if word.strip())

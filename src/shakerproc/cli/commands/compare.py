@@ -1,0 +1,117 @@
+"""``shakerproc compare``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.compare import Comparison, Refit
+
+_SHOWN = (
+    "test", "level", "sensor", "error", "noise", "PSD", "H1", "peak [Hz]", "model [Hz]",
+    "gain", "model gain",
+)  # fmt: skip
+
+
+def compare(
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False)
+    ],
+    log: options.LogArgument,
+    fit: Annotated[
+        bool,
+        typer.Option("--fit", help="Fit the model's numbers first, with 95 % intervals."),
+    ] = False,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Hold a model against every test of a log: where, and by how much, it fails.
+
+    The model is driven by the measured control signal (the mean of the controls, or the
+    measured force) and its sensors are held against the channels of the same name.
+    """
+    from shakerproc import files
+    from shakerproc.compare import COLUMNS, document_of, rows_of, sentence
+    from shakerproc.compare import compare as compared
+    from shakerproc.model_files import read_model
+    from shakerproc.testlog import read_testlog
+
+    campaign, shaken = read_testlog(log), read_model(model)
+    with output.progress("compare", len(campaign.tests)) as advance:
+        found = compared(shaken, campaign, fit=fit, tell=advance)
+    folder = output.out_folder(out, f"{model.stem}_compare")
+    document = {**_provenance(model, log), **document_of(found)}
+    files.write_json(folder / "compare.json", document)
+    rows = rows_of(found)
+    table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
+    files.write_text(folder / "errors.csv", files.csv_text(table))
+    if figures:
+        from shakerproc.report.compare import draw_comparison
+
+        draw_comparison(found, folder)
+    output.write_json(document, json)
+    _print(found, json)
+    output.data(sentence(found), json_target=json)
+    output.message(f"results in {folder}")
+
+
+def _provenance(model: Path, log: Path) -> dict[str, object]:
+    from shakerproc import __version__
+    from shakerproc.recordings import sha256
+
+    return {
+        "version": __version__,
+        "model_file": model.name,
+        "model_sha256": sha256(model),
+        "log_file": log.name,
+        "log_sha256": sha256(log),
+    }
+
+
+def _print(found: "Comparison", json: str | None) -> None:
+    rows = []
+    for test in found.tests:
+        for i, (name, e) in enumerate(zip(test.measured.sensors, test.errors, strict=True)):
+            kept = " (held out)" if test.measured.test.hold_out else ""
+            rows.append((
+                test.measured.name + kept, test.measured.test.level_text, name, e.error,
+                float(test.floor.share[i]), e.psd, e.h1, e.peak_hz, e.peak_model_hz,
+                e.peak_gain, e.peak_model_gain,
+            ))  # fmt: skip
+    output.print_table(
+        _SHOWN, rows, title="Errors are shares of the response", json_target=json
+    )
+    if found.refit is not None:
+        _print_fit(found.refit, json)
+    for test in found.tests:
+        for note in test.measured.notes:
+            output.warning(note)
+        if not test.prediction.predictable:
+            output.warning(
+                f"test {test.measured.name}: the model's motion is chaotic, so its error is "
+                f"taken in density and response function, not in time"
+            )
+
+
+def _print_fit(fitted: "Refit", json: str | None) -> None:
+    output.print_table(
+        ("element", "between", "number", "before", "fitted", "low", "high", "unit"),
+        [
+            (p.kind, " and ".join(p.between), p.name, p.before, p.value, p.low, p.high, p.unit)
+            for p in fitted.parameters
+        ],
+        title=f"Fitted to test {', '.join(fitted.tests)}, 95 % intervals",
+        json_target=json,
+    )
+    for p in fitted.parameters:
+        if p.at_bound:
+            output.warning(
+                f"{p.name} of the {p.kind} between {' and '.join(p.between)} ran against its "
+                f"bound; the value means little"
+            )
+    if not fitted.converged:
+        output.warning("the fit has not settled; the numbers may still move")

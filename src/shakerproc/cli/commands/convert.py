@@ -1,0 +1,46 @@
+"""``shakerproc convert``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+
+def convert(
+    recording: options.RecordingArgument,
+    out: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT", help="New file: .tdms, .csv, .mat, .uff or .parquet.", dir_okay=False
+        ),
+    ],
+    group: Annotated[
+        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
+    ] = None,
+    sample_rate_hz: Annotated[
+        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+    ] = None,
+) -> None:
+    """Write a recording in another format, in the units that it has."""
+    from shakerproc.recordings import WRITERS, open_recording
+
+    write = WRITERS.get(out.suffix.lower())
+    if write is None:
+        raise typer.BadParameter(
+            f"no format {out.suffix or out.name!r}; shakerproc writes {', '.join(WRITERS)}",
+            param_hint="OUT",
+        )
+    if out.exists() and out.samefile(recording):
+        raise typer.BadParameter("this is the recording itself", param_hint="OUT")
+    with open_recording(recording, group=group, sample_rate=sample_rate_hz) as opened:
+        write(out, opened)
+        for note in opened.notes:
+            output.message(f"note: {note}")
+        if opened.incomplete:
+            output.warning(f"{recording.name} is incomplete, and so is {out.name}")
+        output.message(
+            f"{out}: {len(opened.channels)} channels, {opened.n_samples} samples at "
+            f"{opened.sample_rate:.9g} Hz"
+        )

@@ -1,0 +1,178 @@
+"""``shakerproc demo``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from shakerproc.compare import Comparison
+    from shakerproc.diagnose import Diagnosis
+    from shakerproc.report.page import Section
+    from shakerproc.testlog import TestLog
+
+
+def demo(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder for the results.", file_okay=False)
+    ] = Path("demo_output"),
+    figures: Annotated[bool, typer.Option(help="Draw figures as PNG files.")] = True,
+    json: output.JsonOption = None,
+) -> None:
+    """Work the sample recordings through, then find a gap that was hidden in a simulation."""
+    from shakerproc.testlog import read_testlog
+
+    sample = _sample_log()
+    everyday: dict[str, Any] | None = None
+    if sample is not None:
+        output.data(
+            "1. The everyday job: from recordings and a log to trends", json_target=json
+        )
+        log = read_testlog(sample)
+        everyday = _worked_through(log, folder / "everyday", figures=figures, json=json)
+    else:
+        output.message("no sample_data beside the program: going on to the simulated campaign")
+    output.data("\n2. The loop: a gap hidden in a simulated campaign", json_target=json)
+    loop = _loop(folder / "hidden_gap", figures=figures, json=json)
+    output.write_json(
+        {
+            "schema": "shakerproc-demo/1",
+            "everyday": None if everyday is None else everyday["counts"],
+            "loop": loop,
+        },
+        json,
+    )
+
+
+def _sample_log() -> Path | None:
+    """Return the log of the sample data beside a checkout of the program."""
+    import shakerproc
+
+    log = Path(shakerproc.__file__).resolve().parents[2] / "sample_data" / "testlog.yaml"
+    return log if log.is_file() else None
+
+
+def _worked_through(
+    log: "TestLog",
+    root: Path,
+    *,
+    figures: bool,
+    json: str | None,
+    sections: "tuple[Section, ...]" = (),
+    verdict: str = "",
+) -> dict[str, Any]:
+    """Do what `shakerproc batch` does, with further sections in the report."""
+    from shakerproc.batch.campaign import Products
+    from shakerproc.batch.lock import locked
+    from shakerproc.cli.everyday import Limits, work_through_log
+    from shakerproc.cli.write_up import Wish, tell, write_up
+
+    with locked(root):
+        campaign = work_through_log(log, root, Products(figures=figures), Limits())
+        document = write_up(
+            log.title, campaign, root, Wish(figures=figures), sections=sections, verdict=verdict
+        )
+    if not sections:
+        tell(campaign, document, root, json)
+    return document
+
+
+def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
+    """Compare, diagnose, add, compare again; end with the ladder, the report and a sentence."""
+    from shakerproc.cli import example
+    from shakerproc.cli.commands.add import add as add_effect
+    from shakerproc.cli.commands.diagnose import show
+    from shakerproc.compare import compare, sentence
+    from shakerproc.diagnose import diagnose
+    from shakerproc.model_files import read_model
+    from shakerproc.testlog import read_testlog
+
+    with output.progress("simulating", len(example.TESTS)) as advance:
+        log_path, model_path = example.write_example(folder, advance=advance)
+    log, model = read_testlog(log_path), read_model(model_path)
+    with output.progress("compare", len(log.tests)) as advance:
+        before = compare(model, log, tell=advance)
+    output.data(f"compare: {sentence(before)}", json_target=json)
+    with output.progress("diagnose", 8) as advance:
+        diagnosis = diagnose(model, log, progress=advance)
+    show(diagnosis, json)
+    if not diagnosis.effects:
+        output.finish(1)
+    kind = diagnosis.effects[0].kind
+    new = folder / f"model-with-{kind}.yaml"
+    add_effect(kind, model_path, log_path, new, json="-" if json == "-" else None)
+    with output.progress("compare", len(log.tests)) as advance:
+        after = compare(read_model(new), log, tell=advance)
+    verdict = _verdict(before, after, diagnosis)
+    sections = _sections(before, after, diagnosis, folder, figures=figures)
+    _worked_through(
+        log, folder / "results", figures=figures, json=json, sections=sections, verdict=verdict
+    )
+    _tell(before, after, json)
+    output.data(f"report: {folder / 'results' / 'report.html'}", json_target=json)
+    output.data(verdict, json_target=json)
+    return {
+        "verdict": verdict,
+        "held_out_before": before.held_out,
+        "held_out_after": after.held_out,
+        "diagnosis": diagnosis.as_json(),
+    }
+
+
+def _sections(
+    before: "Comparison",
+    after: "Comparison",
+    diagnosis: "Diagnosis",
+    folder: Path,
+    *,
+    figures: bool,
+) -> "tuple[Section, ...]":
+    from shakerproc.report.compare import draw_comparison
+    from shakerproc.report.evidence import comparison_section, diagnosis_section
+
+    drawn = {
+        name: draw_comparison(found, folder / f"compare_{name}") if figures else []
+        for name, found in (("before", before), ("after", after))
+    }
+    return (
+        comparison_section(before, drawn["before"], "Where the model fails", "before"),
+        diagnosis_section(diagnosis),
+        comparison_section(after, drawn["after"], "The model with the effect", "after"),
+    )
+
+
+def _verdict(before: "Comparison", after: "Comparison", diagnosis: "Diagnosis") -> str:
+    effect = diagnosis.effects[0]
+    told = ", ".join(
+        f"{name} {p.value * 1e3:.3g} mm" if p.unit == "m" else f"{name} {p.value:.3g} {p.unit}"
+        for name, p in effect.parameters.items()
+        if isinstance(p.value, float)
+    )
+    was, now = before.held_out or before.error, after.held_out or after.error
+    return (
+        f"The model left out a {effect.kind.replace('_', ' ')} between "
+        f"{' and '.join(effect.between)} ({told}): with it, what it does not explain of the "
+        f"test kept aside falls from {was:.0%} to {now:.1%}."
+    )
+
+
+def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
+    """Print the error ladder."""
+    output.print_table(
+        ("test", "level", "held out", "error before", "error after", "noise"),
+        [
+            (
+                old.measured.name,
+                old.measured.test.level_text,
+                "yes" if old.measured.test.hold_out else "",
+                old.error,
+                new.error,
+                old.noise,
+            )
+            for old, new in zip(before.tests, after.tests, strict=True)
+        ],
+        title="Error ladder: share of the response that the model does not explain",
+        json_target=json,
+    )

@@ -1,0 +1,77 @@
+"""``shakerproc diagnose``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.diagnose import Diagnosis
+
+
+def diagnose(
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL", help="Model file (YAML).", exists=True)
+    ],
+    testlog: options.LogArgument,
+    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.")] = 0,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Say which effect a model lacks, how surely, and what to test next."""
+    from shakerproc import files
+    from shakerproc.diagnose import diagnose as judge
+    from shakerproc.model_files import read_model
+    from shakerproc.testlog import read_testlog
+
+    with output.progress("diagnose", 8) as advance:
+        result = judge(read_model(model), read_testlog(testlog), seed=seed, progress=advance)
+    show(result, json)
+    output.write_json(result.as_json(), json)
+    if out is not None:
+        folder = output.out_folder(out, "diagnosis")
+        files.write_json(folder / "diagnosis.json", result.as_json())
+
+
+def show(result: "Diagnosis", json_target: str | None) -> None:
+    """Print verdict, error ladder and candidates."""
+    output.data(f"verdict: {result.verdict}", json_target=json_target)
+    output.data(result.sentence, json_target=json_target)
+    errors = result.errors
+    output.print_table(
+        ["error", "fitted", "held_out"],
+        [
+            ["before", errors.fitted.before, errors.held_out.before],
+            ["after", errors.fitted.after, errors.held_out.after],
+            ["noise floor", None, errors.noise_floor],
+        ],
+        title="Share of the response that is not explained",
+        json_target=json_target,
+    )
+    rows = [
+        [effect.kind, " - ".join(effect.between), name, p.value, p.low, p.high, p.unit]
+        for effect in result.effects
+        for name, p in effect.parameters.items()
+    ]
+    if rows:
+        output.print_table(
+            ["found", "between", "parameter", "value", "low", "high", "unit"],
+            rows,
+            title="Found, with 95 % intervals",
+            json_target=json_target,
+        )
+    output.print_table(
+        ["candidate", "between", "held_out_error"],
+        [[c.kind, " - ".join(c.between), c.held_out_error] for c in result.candidates],
+        title="Candidates, best first",
+        json_target=json_target,
+    )
+    for test in result.next_test:
+        output.data(
+            f"next test: {test.excitation} at {test.level}: {test.reason}",
+            json_target=json_target,
+        )
+    for note in result.notes:
+        output.message(note)

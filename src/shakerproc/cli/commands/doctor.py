@@ -1,0 +1,143 @@
+"""``shakerproc doctor``."""
+
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import sys
+import time
+from dataclasses import dataclass
+
+from shakerproc import __version__
+from shakerproc.cli import output
+
+EXTRAS = {
+    "cluster": "batch, study and diagnose on several machines (--scheduler)",
+    "docs": "building the manual",
+    "dev": "the tests and the checks of the code",
+}
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
+
+
+@dataclass(frozen=True, slots=True)
+class Package:
+    """One package that shakerproc uses.
+
+    Attributes
+    ----------
+    name, wanted : str
+        Name and the versions that will do.
+    installed : str or None
+        Version that is here.
+    extra : str
+        Extra that brings it; empty for the core.
+    """
+
+    name: str
+    wanted: str
+    installed: str | None
+    extra: str
+
+
+def doctor(json: output.JsonOption = None) -> None:
+    """Say what is installed, how fast this machine is and what is missing for what."""
+    packages = _packages()
+    speed = _speed()
+    missing = [p for p in packages if p.installed is None and not p.extra]
+    extras = {
+        name: [p.name for p in packages if p.extra == name and p.installed is None]
+        for name in EXTRAS
+    }
+    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    output.write_json(
+        {
+            "schema": "shakerproc-doctor/1",
+            "shakerproc": __version__,
+            "python": platform.python_version(),
+            "system": platform.platform(),
+            "processors": os.cpu_count(),
+            "packages": {p.name: p.installed for p in packages},
+            "missing": [p.name for p in missing],
+            "missing_extras": extras,
+            "browser": browser,
+            "speed": speed,
+        },
+        json,
+    )
+    _print(packages, speed, extras, browser, json)
+    if missing:
+        names = ", ".join(p.name for p in missing)
+        output.message(f"error: {names} missing; install again: pip install shakerproc")
+        output.finish(1)
+
+
+def _packages() -> list[Package]:
+    found = []
+    for line in importlib.metadata.requires("shakerproc") or []:
+        requirement, _, marker = line.partition(";")
+        match = re.match(r"([A-Za-z0-9._-]+)\s*(.*)", requirement.strip())
+        extra = re.search(r"extra == ['\"](\w+)", marker)
+        if match is not None:
+            name, wanted = match.groups()
+            found.append(Package(name, wanted, _version(name), extra[1] if extra else ""))
+    return found
+
+
+def _version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _speed() -> dict[str, float]:
+    """Return how fast the two things are that a long batch waits for."""
+    import hashlib
+
+    import numpy as np
+    from scipy import fft
+
+    samples = np.random.default_rng(1).standard_normal((2048, 1024))
+    fft.rfft(samples)
+    start = time.perf_counter()
+    fft.rfft(samples)
+    transform = samples.size / (time.perf_counter() - start)
+    start = time.perf_counter()
+    hashlib.sha256(samples.tobytes()).hexdigest()
+    return {
+        "fft_samples_per_s": transform,
+        "hash_bytes_per_s": samples.nbytes / (time.perf_counter() - start),
+    }
+
+
+def _print(
+    packages: list[Package],
+    speed: dict[str, float],
+    extras: dict[str, list[str]],
+    browser: str | None,
+    json: str | None,
+) -> None:
+    output.data(
+        f"shakerproc {__version__}, Python {platform.python_version()} ({sys.executable}), "
+        f"{platform.platform()}, {os.cpu_count()} processors",
+        json_target=json,
+    )
+    rows = [(p.name, p.wanted, p.installed or "MISSING") for p in packages if not p.extra]
+    output.print_table(("package", "wanted", "installed"), rows, json_target=json)
+    output.data(
+        f"speed: FFT {speed['fft_samples_per_s'] / 1e6:.0f} million samples/s, "
+        f"SHA-256 {speed['hash_bytes_per_s'] / 1e6:.0f} MB/s",
+        json_target=json,
+    )
+    for name, purpose in EXTRAS.items():
+        state = f"missing {', '.join(extras[name])}" if extras[name] else "installed"
+        output.data(
+            f"extra {name}: {state}; for {purpose}"
+            + (f"; pip install 'shakerproc[{name}]'" if extras[name] else ""),
+            json_target=json,
+        )
+    output.data(
+        f"browser: {browser or 'none found'}; for a PDF of the report",
+        json_target=json,
+    )

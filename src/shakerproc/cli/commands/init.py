@@ -1,0 +1,35 @@
+"""``shakerproc init``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shakerproc.cli import output
+
+
+def init(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="New or empty folder.", file_okay=False)
+    ],
+) -> None:
+    """Write a test log, a model and small simulated recordings to start from.
+
+    `batch`, `compare` and `diagnose` run on them at once; both files are commented.
+    """
+    from shakerproc.cli import example
+    from shakerproc.errors import LogError
+
+    if folder.is_dir() and any(folder.iterdir()):
+        raise LogError(
+            f"{folder}: the folder is not empty. Name a new one; nothing was written."
+        )
+    with output.progress("simulating", len(example.TESTS)) as advance:
+        log, model = example.write_example(folder, advance=advance)
+    output.message("simulated recordings of a coupon whose joint has play, and a model without")
+    for line in (
+        f"shakerproc batch {log}",
+        f"shakerproc compare {model} {log}",
+        f"shakerproc diagnose {model} {log}",
+    ):
+        output.data(line)

@@ -1,0 +1,182 @@
+"""``shakerproc inspect``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.data import Recording
+    from shakerproc.recordings import Flag
+    from shakerproc.recordings.raw import RawGroup
+
+SCHEMA = "shakerproc-inspect/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """What a channel's samples come to, in its SI unit."""
+
+    minimum: float
+    maximum: float
+    rms: float
+
+
+def inspect(
+    recording: options.RecordingArgument,
+    group: Annotated[
+        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
+    ] = None,
+    sample_rate_hz: Annotated[
+        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+    ] = None,
+    health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
+    json: output.JsonOption = None,
+) -> None:
+    """Show channels, units, rate, length and health of a recording.
+
+    Also of a recording that cannot be used as it is: what it holds, and what to do (exit 1).
+    """
+    from shakerproc.errors import RecordingError
+    from shakerproc.recordings import contents, open_recording
+
+    groups, notes = contents(recording)
+    try:
+        with open_recording(recording, group=group, sample_rate=sample_rate_hz) as opened:
+            _show(opened, groups, json, health=health)
+    except RecordingError as error:
+        output.write_json(
+            {"schema": SCHEMA, "file": recording, "groups": groups, "notes": notes}
+            | {"error": str(error)},
+            json,
+        )
+        for found in groups:
+            _show_group(found, json)
+        raise
+
+
+def _show(
+    recording: "Recording", groups: "tuple[RawGroup, ...]", json: str | None, *, health: bool
+) -> None:
+    from shakerproc.recordings import health as find_flags
+    from shakerproc.recordings import sha256
+
+    path = recording.path or Path(recording.run)
+    flags = find_flags(recording) if health else ()
+    levels = _levels(recording) if health else []
+    fingerprint = sha256(path)
+    output.write_json(
+        {
+            "schema": SCHEMA,
+            "file": path,
+            "bytes": path.stat().st_size,
+            "sha256": fingerprint,
+            "sample_rate_hz": recording.sample_rate,
+            "samples": recording.n_samples,
+            "expected_samples": recording.expected_samples,
+            "incomplete": recording.incomplete,
+            "duration_s": recording.duration,
+            "start_time": recording.start_time,
+            "channels": recording.channels,
+            "levels": levels,
+            "groups": groups,
+            "flags": flags if health else None,
+            "notes": recording.notes,
+            "error": None,
+        },
+        json,
+    )
+    _summary(recording, path, fingerprint, json)
+    _channels(recording, levels, json)
+    for found in groups if len(groups) > 1 else ():
+        output.data(f"group {_described(found)}", json_target=json)
+    for note in recording.notes:
+        output.data(f"note: {note}", json_target=json)
+    _health(flags, json, looked=health)
+
+
+def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | None) -> None:
+    length = f"{recording.duration:.6g} s"
+    if recording.incomplete and recording.expected_samples is not None:
+        expected = recording.expected_samples / recording.sample_rate
+        length = f"INCOMPLETE: {length} of {expected:.6g} s"
+    start = (
+        f", from {recording.start_time:%Y-%m-%d %H:%M:%S} UTC" if recording.start_time else ""
+    )
+    output.data(
+        f"{path.name}: {len(recording.channels)} channels, {length}{start}, "
+        f"{recording.n_samples} samples at {recording.sample_rate:.9g} Hz",
+        json_target=json,
+    )
+    output.data(f"{path.stat().st_size} bytes, SHA-256 {fingerprint}", json_target=json)
+
+
+def _channels(recording: "Recording", levels: list[Level], json: str | None) -> None:
+    rows = []
+    for number, channel in enumerate(recording.channels):
+        row: list[object] = [
+            number + 1,
+            channel.name,
+            channel.source_unit or "none",
+            channel.unit,
+        ]
+        if levels:
+            level = levels[number]
+            row += [level.minimum, level.maximum, level.rms]
+        rows.append(row)
+    columns = ["number", "channel", "unit in the file", "served in"]
+    columns += ["minimum", "maximum", "rms"] if levels else []
+    output.print_table(columns, rows, json_target=json)
+
+
+def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> None:
+    if not looked:
+        return
+    if not flags:
+        output.data("health: nothing found", json_target=json)
+        return
+    rows = [(f.kind, f.channel or "all", f.start, f.stop, f.message) for f in flags]
+    output.print_table(
+        ("flag", "channel", "from s", "to s", "what to look at"), rows, json_target=json
+    )
+
+
+def _levels(recording: "Recording") -> list[Level]:
+    """Return the extremes and rms of every channel; what is no number is left out."""
+    import numpy as np
+
+    low = np.full(len(recording.channels), np.inf)
+    high, squares, count = -low, np.zeros_like(low), np.zeros_like(low)
+    for block in recording.blocks(size=2**17):
+        good = np.isfinite(block)
+        finite = np.where(good, block, 0.0)
+        low = np.minimum(low, np.where(good, block, np.inf).min(axis=1))
+        high = np.maximum(high, np.where(good, block, -np.inf).max(axis=1))
+        squares += np.einsum("ij,ij->i", finite, finite)
+        count += good.sum(axis=1)
+    rms = np.sqrt(squares / np.maximum(count, 1))
+    return [Level(float(a), float(b), float(c)) for a, b, c in zip(low, high, rms, strict=True)]
+
+
+def _described(group: "RawGroup") -> str:
+    rates = sorted({c.sample_rate for c in group.channels if c.sample_rate})
+    lengths = sorted({c.n_samples for c in group.channels})
+    at = f" at {', '.join(f'{rate:.6g}' for rate in rates)} Hz" if rates else ""
+    copies = ", decimated copies" if group.reduced else ""
+    return (
+        f"{group.name or 'of all channels'}: {len(group.channels)} channels, "
+        f"{' or '.join(map(str, lengths))} samples{at}{copies}"
+    )
+
+
+def _show_group(group: "RawGroup", json: str | None) -> None:
+    output.data(f"group {_described(group)}", json_target=json)
+    rows = [
+        (n, c.name, c.unit or "none", c.n_samples, c.sample_rate, c.problem)
+        for n, c in enumerate(group.channels, 1)
+    ]
+    columns = ("number", "channel", "unit in the file", "samples", "rate Hz", "problem")
+    output.print_table(columns, rows, json_target=json)

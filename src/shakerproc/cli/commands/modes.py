@@ -1,0 +1,284 @@
+"""``shakerproc modes``."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from shakerproc.cli import options, output
+from shakerproc.cli.coupon_tables import (
+    Static,
+    axes_of,
+    document_of,
+    print_modes,
+    print_plays,
+    print_shells,
+    print_static,
+    published_of,
+)
+
+if TYPE_CHECKING:
+    from shakerproc.finite_elements.hole_stiffness import Axis
+    from shakerproc.finite_elements.mode_table import NamedMode
+    from shakerproc.model_files.coupon_files import CouponFile
+
+
+def modes(
+    coupon: Annotated[
+        Path,
+        typer.Argument(metavar="COUPON", help="Coupon (YAML).", exists=True, dir_okay=False),
+    ],
+    count: Annotated[
+        int, typer.Option(help="How many modes; a pair counts once.", min=1, max=30)
+    ] = 6,
+    law: Annotated[
+        Literal["traction", "pressure", "cosine bearing"] | None,
+        typer.Option(help="How the load lies on the hole.", show_default="the coupon file's"),
+    ] = None,
+    half_angle_deg: Annotated[
+        float | None,
+        typer.Option(
+            help="Half of the loaded arc [deg].", min=1.0, max=90.0, show_default="the file's"
+        ),
+    ] = None,
+    plane: Annotated[
+        Literal["strain", "stress"] | None,
+        typer.Option(help="Faces held (strain) or free (stress).", show_default="the file's"),
+    ] = None,
+    static: Annotated[bool, typer.Option(help="Find the stiffness of the hole.")] = True,
+    temperature_c: Annotated[
+        list[float] | None,
+        typer.Option(metavar="DEGREES", help="Clearance there [degC]; may be repeated."),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(metavar="NEW.yaml", help="Write a model with these frequencies."),
+    ] = None,
+    in_plane: Annotated[
+        bool, typer.Option("--in-plane", help="The model moves on the hole, not as a plate.")
+    ] = False,
+    model_modes: Annotated[
+        int, typer.Option(help="Modes without nodal diameters in the model.", min=1, max=6)
+    ] = 1,
+    damping_ratio: Annotated[
+        float | None,
+        typer.Option(help="Of the model [-].", min=0.0, max=1.0, show_default="the file's"),
+    ] = None,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Find natural frequencies, mode shapes and the static stiffness of a coupon's hole.
+
+    Beside published values, where the coupon file has them. The clamped radius is often not
+    known: the table says how far the frequencies hang on it.
+    """
+    from shakerproc.finite_elements.mode_table import named_modes
+    from shakerproc.model_files.coupon_files import read_coupon
+
+    described = _with_options(read_coupon(coupon), law, half_angle_deg, plane)
+    if model is not None:
+        _check_model(model, coupon, described, damping_ratio)
+    found = named_modes(described.coupon, count)
+    stated = _at_stated_radius(described, count)
+    holes = [_static(described, axis) for axis in axes_of(described)] if static else []
+    plays = _plays(described, temperature_c or [])
+    document = document_of(described, found, stated, holes, plays)
+    output.write_json(document, json)
+    print_modes(described, found, stated, json)
+    print_shells(document["shell_mesh_convergence"], found, json)
+    for hole in holes:
+        print_static(described, hole, json)
+    print_plays(plays, json)
+    folder = output.out_folder(out, f"{coupon.stem}_modes")
+    _write(folder, described, found, holes, document, figures=figures)
+    if model is not None:
+        _write_model(model, described, holes, damping_ratio, model_modes, in_plane=in_plane)
+    output.message(f"results in {folder}")
+
+
+def _with_options(
+    described: "CouponFile", law: str | None, half_angle_deg: float | None, plane: str | None
+) -> "CouponFile":
+    import math
+
+    changed: dict[str, Any] = {"law": law, "plane": plane}
+    if half_angle_deg is not None:
+        changed["half_angle"] = math.radians(half_angle_deg)
+    kept = {name: value for name, value in changed.items() if value is not None}
+    return replace(described, stiffness=described.stiffness.model_copy(update=kept))
+
+
+def _check_model(
+    model: Path, coupon: Path, described: "CouponFile", damping_ratio: float | None
+) -> None:
+    """Pass a model that can be written.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it would be the coupon file, or has no damping.
+    """
+    if model.exists() and model.samefile(coupon):
+        raise typer.BadParameter("this is the coupon file itself", param_hint="--model")
+    if damping_ratio is None and described.damping_ratio is None:
+        raise typer.BadParameter(
+            f"{coupon.name} has no damping_ratio; give one, such as 0.01",
+            param_hint="--damping-ratio",
+        )
+
+
+def _at_stated_radius(described: "CouponFile", count: int) -> "tuple[NamedMode, ...]":
+    """Return the modes at the clamped radius that the documents state, if they state one."""
+    from shakerproc.finite_elements.mode_table import named_modes
+
+    if described.stated_radius is None:
+        return ()
+    return named_modes(replace(described.coupon, clamped_radius=described.stated_radius), count)
+
+
+def _static(described: "CouponFile", axis: "Axis") -> Static:
+    from shakerproc.finite_elements.hole_table import (
+        MESHES,
+        loaded_hole,
+        loaded_holes,
+        mesh_convergence,
+    )
+
+    said, coupon = described.stiffness, described.static
+    convergence = mesh_convergence(coupon, axis, said.law, said.half_angle, said.plane)
+    published = next((p for p in said.published if p.axis == axis), None)
+    return Static(
+        axis=axis,
+        chosen=loaded_hole(
+            coupon, axis, said.law, said.half_angle, said.plane, refinement=MESHES[-2]
+        ),
+        published=published.stiffness if published else None,
+        published_frequency=published.frequency if published else None,
+        spread=loaded_holes(coupon, axis),
+        convergence=dict(convergence),
+    )
+
+
+def _plays(described: "CouponFile", temperatures: list[float]) -> list[tuple[float, float]]:
+    """Return (temperature [degC], play [m]).
+
+    Raises
+    ------
+    typer.BadParameter
+        If the coupon file has no joint.
+    """
+    from shakerproc.finite_elements.thermal import clearances_at
+
+    if not temperatures:
+        return []
+    if described.fit is None:
+        raise typer.BadParameter(
+            f"{described.path.name} has no joint; write what sits in the hole as joint",
+            param_hint="--temperature-c",
+        )
+    reference = described.reference - 273.15
+    return [(t, clearances_at(described.fit, t - reference).play) for t in temperatures]
+
+
+def _write(
+    folder: Path,
+    described: "CouponFile",
+    found: "tuple[NamedMode, ...]",
+    holes: list[Static],
+    document: dict[str, Any],
+    *,
+    figures: bool,
+) -> None:
+    from shakerproc import files
+    from shakerproc.finite_elements.mode_table import MODELS
+
+    published = published_of(described)
+    columns: dict[str, list[object]] = {
+        "diameters": [m.diameters for m in found],
+        "circles": [m.circles for m in found],
+        "published_hz": [published.get((m.diameters, m.circles)) for m in found],
+    }
+    for model in MODELS:
+        name = model.lower().replace(", ", "_").replace(" ", "_")
+        columns[f"{name}_hz"] = [m.frequencies.get(model) for m in found]
+    files.write_csv(folder / "modes.csv", columns)
+    if holes:
+        every = [(hole, one) for hole in holes for one in (*hole.spread, hole.chosen)]
+        files.write_csv(
+            folder / "stiffness.csv",
+            {
+                "axis": [hole.axis for hole, _ in every],
+                "law": [one.law for _, one in every],
+                "half_angle_rad": [one.half_angle for _, one in every],
+                "plane": [one.plane for _, one in every],
+                "stiffness_n_per_m": [one.stiffness for _, one in every],
+                "frequency_hz": [one.frequency for _, one in every],
+                "published_n_per_m": [hole.published for hole, _ in every],
+            },
+        )
+    files.write_json(folder / "modes.json", document)
+    if figures:
+        _draw(folder, described, found)
+
+
+def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]") -> None:
+    import numpy as np
+
+    from shakerproc.finite_elements.mindlin_plate import mindlin_modes
+    from shakerproc.report import style
+    from shakerproc.report.modes import frequencies_over_clamp, mode_shapes
+    from shakerproc.report.run_figures import save
+
+    coupon, stated = described.coupon, described.stated_radius
+    ends = [coupon.clamped_radius, stated or coupon.clamped_radius]
+    radii = np.linspace(0.9 * min(ends), min(1.1 * max(ends), 0.9 * coupon.outer_radius), 5)
+    names = [(mode.diameters, mode.circles) for mode in found[:3]]
+    over_clamp = {
+        (n, s): [
+            float(
+                mindlin_modes(replace(coupon, clamped_radius=float(b)), n, s + 1).frequencies[s]
+            )
+            for b in radii
+        ]
+        for n, s in names
+    }
+    with style.look():
+        shapes = mode_shapes(coupon, found, described.title)
+        save(shapes, folder / "mode_shapes.png")
+        clamp = frequencies_over_clamp(
+            [float(b) for b in radii],
+            over_clamp,
+            (coupon.clamped_radius, stated),
+            published_of(described),
+            f"{described.title}: Mindlin plate, dots are published",
+        )
+        save(clamp, folder / "clamped_radius.png")
+
+
+def _write_model(
+    model: Path,
+    described: "CouponFile",
+    holes: list[Static],
+    damping_ratio: float | None,
+    count: int,
+    *,
+    in_plane: bool,
+) -> None:
+    from shakerproc.model_files import write_model
+    from shakerproc.model_files.coupon_model import in_plane_model, out_of_plane_model
+
+    ratio = damping_ratio if damping_ratio is not None else described.damping_ratio
+    assert ratio is not None  # noqa: S101 - _check_model has seen to it
+    if in_plane:
+        hole = holes[0] if holes else _static(described, "length")
+        made, heading = in_plane_model(
+            described.static, described.title, ratio, hole.chosen.frequency, hole.chosen.law
+        )
+    else:
+        made, heading = out_of_plane_model(described.coupon, described.title, ratio, count)
+    write_model(
+        made, model, heading=f"From {described.path.name} by shakerproc modes.\n{heading}"
+    )
+    output.message(f"{model}: {'in plane' if in_plane else 'out of plane'}, see its comments")

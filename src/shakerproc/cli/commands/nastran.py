@@ -1,0 +1,369 @@
+"""``shakerproc nastran write`` and ``shakerproc nastran read``."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from shakerproc.data import FloatArray
+    from shakerproc.models import Model
+
+MANY = 200_000
+"""Points of a force table from which on the deck is large."""
+
+nastran = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Write decks for Nastran, and read the punch files that come back.",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """One parameter of the study: its place, and its values as text and in SI."""
+
+    place: str
+    texts: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+@nastran.command("write")
+def write(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="MODEL|COUPON", help="Model or coupon (YAML).", exists=True, dir_okay=False
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FOLDER", file_okay=False, help="For decks.")],
+    level: Annotated[
+        str | None, typer.Option(metavar="LEVEL", help='Amplitude, such as "5 N" or "0.5 g".')
+    ] = None,
+    from_hz: Annotated[float, typer.Option(help="Sweep from [Hz].", min=0.0)] = 0.0,
+    to_hz: Annotated[float, typer.Option(help="Sweep to [Hz].", min=0.0)] = 30.0,
+    length_s: Annotated[float, typer.Option(help="Length of the sweep [s].", min=0.0)] = 30.0,
+    sample_rate_hz: Annotated[float, typer.Option(help="Of the sweep [Hz].", min=0.0)] = 1000.0,
+    spacing: Annotated[
+        Literal["linear", "octaves"], typer.Option(help="How the frequency goes.")
+    ] = "linear",
+    log: Annotated[
+        Path | None,
+        typer.Option(metavar="TESTLOG", help="Shake with a test of this log instead."),
+    ] = None,
+    test: Annotated[str | None, typer.Option(metavar="ID", help="Test of the log.")] = None,
+    velocity: Annotated[
+        list[str] | None,
+        typer.Option(metavar='"MASS=4 m/s"', help="Initial velocity; may be repeated."),
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PLACE=VALUES",
+            help='A deck for each, as "gap.clearance=0.1 mm,0.25 mm"; may be repeated.',
+        ),
+    ] = None,
+    reach: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help='Range of the tables of curved laws, as "1 mm".'),
+    ] = None,
+    steps: Annotated[
+        int | None, typer.Option(help="Steps of output.", min=2, show_default="all")
+    ] = None,
+    modes: Annotated[int, typer.Option(help="Modes of a coupon's deck.", min=1)] = 10,
+    json: output.JsonOption = None,
+) -> None:
+    """Write a SOL 400 deck of a model, one for each point of a study, or SOL 103 of a coupon.
+
+    Displacements are relative to the base, which is held: its acceleration becomes forces on
+    the masses. Units are SI. MSC Nastran runs both; MYSTRAN runs the coupon (SOL 3).
+    """
+    if _is_coupon(source):
+        written = _write_coupon(source, out, modes)
+    else:
+        from shakerproc.model_files import read_model
+
+        model = read_model(source)
+        time, excitation = (
+            _measured(log, test)
+            if log is not None
+            else _sweep(model, level, from_hz, to_hz, length_s, sample_rate_hz, spacing)
+        )
+        if time.size > MANY:
+            output.warning(f"the table of the force has {time.size} points")
+        variations = [_variation(model, text) for text in vary or []]
+        written = _write_models(
+            source,
+            model,
+            variations,
+            (time, excitation),
+            out,
+            velocity=_velocities(model, velocity or []),
+            reach=_length(reach),
+            steps=steps,
+        )
+    output.write_json(written, json)
+    for row in written:
+        output.data(str(out / str(row["deck"])), json_target=json)
+    output.message(f"{len(written)} decks in {out}")
+
+
+@nastran.command("read")
+def read(
+    punch: Annotated[
+        Path,
+        typer.Argument(metavar="FILE.pch", help="Punch file.", exists=True, dir_okay=False),
+    ],
+    out: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT", help="New file: .tdms, .csv, .mat, .uff or .parquet.", dir_okay=False
+        ),
+    ],
+    deck: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DECK",
+            help="Deck that made it: adds force over mass as control.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+) -> None:
+    """Write the results of a punch file as a recording, which process takes like any other."""
+    from shakerproc.exchange.punch_recording import recording_of_punch
+    from shakerproc.recordings import WRITERS
+
+    write_recording = WRITERS.get(out.suffix.lower())
+    if write_recording is None:
+        raise typer.BadParameter(
+            f"no format {out.suffix or out.name!r}; shakerproc writes {', '.join(WRITERS)}",
+            param_hint="OUT",
+        )
+    recording = recording_of_punch(punch, deck)
+    write_recording(out, recording)
+    for note in recording.notes:
+        output.message(f"note: {note}")
+    output.message(
+        f"{out}: {len(recording.channels)} channels, {recording.n_samples} samples at "
+        f"{recording.sample_rate:.9g} Hz"
+    )
+
+
+def _is_coupon(path: Path) -> bool:
+    """Return whether a YAML file says coupon where a model says model."""
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        return any(re.match(r"coupon\s*:", line) for line in lines)
+
+
+def _write_coupon(source: Path, out: Path, modes: int) -> list[dict[str, object]]:
+    from shakerproc import files
+    from shakerproc.exchange.nastran_decks import PlateDeck, plate_deck
+    from shakerproc.model_files.coupon_files import read_coupon
+
+    described = read_coupon(source)
+    coupon, name = described.coupon, f"{source.stem}.dat"
+    plate = PlateDeck(
+        title=described.title,
+        clamped_radius=coupon.clamped_radius,
+        outer_radius=coupon.outer_radius,
+        thickness=coupon.thickness,
+        youngs_modulus=coupon.material.youngs_modulus,
+        poissons_ratio=coupon.material.poissons_ratio,
+        density=coupon.material.density,
+        modes=modes,
+    )
+    files.write_text(out / name, plate_deck(plate))
+    return [{"deck": name}]
+
+
+def _write_models(
+    source: Path,
+    model: "Model",
+    variations: list[Variation],
+    excitation: "tuple[FloatArray, FloatArray]",
+    out: Path,
+    *,
+    velocity: dict[str, float],
+    reach: float | None,
+    steps: int | None,
+) -> list[dict[str, object]]:
+    from shakerproc import files
+    from shakerproc.exchange.nastran_decks import transient_deck
+    from shakerproc.model_files.deck_of_model import deck_of_model
+    from shakerproc.studies.placing import placed
+
+    time, samples = excitation
+    rows: list[dict[str, object]] = []
+    decks: dict[str, str] = {}
+    for point in product(*(range(len(v.values)) for v in variations)):
+        chosen = model
+        for index, variation in zip(point, variations, strict=True):
+            chosen = placed(chosen, None, [variation.place], variation.values[index])[0]
+        texts = [v.texts[i] for i, v in zip(point, variations, strict=True)]
+        pairs = list(zip([v.place for v in variations], texts, strict=True))
+        parts = [f"{place.split('.', 1)[1]}_{text}" for place, text in pairs]
+        name = re.sub(r"[^A-Za-z0-9.+-]+", "_", "_".join([source.stem, *parts])) + ".dat"
+        contents = deck_of_model(
+            chosen, time, samples, initial_velocity=velocity, reach=reach, steps=steps
+        )
+        decks[name] = transient_deck(contents)
+        rows.append({"deck": name, **dict(pairs)})
+    for name, text in decks.items():
+        files.write_text(out / name, text)
+    columns = {key: [row[key] for row in rows] for key in rows[0]}
+    files.write_csv(out / "decks.csv", columns)
+    return rows
+
+
+def _sweep(
+    model: "Model",
+    level: str | None,
+    from_hz: float,
+    to_hz: float,
+    length_s: float,
+    sample_rate_hz: float,
+    spacing: str,
+) -> "tuple[FloatArray, FloatArray]":
+    """Return time and a sweep that begins with a cosine, as the thesis' does.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a number is missing or does not fit.
+    """
+    import numpy as np
+
+    from shakerproc.simulate.excitations import linear_sweep, logarithmic_sweep
+    from shakerproc.units import to_si
+
+    unit = "m/s^2" if model.excitation.on is None else "N"
+    if level is None:
+        raise typer.BadParameter(
+            f"give an amplitude [{unit}], or a test of a log", param_hint="--level"
+        )
+    try:
+        amplitude = to_si(level, unit)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--level") from error
+    if not (length_s > 0.0 and sample_rate_hz > 2.0 * max(from_hz, to_hz)):
+        raise typer.BadParameter(
+            f"must be more than twice {max(from_hz, to_hz):g} Hz, and --length-s above 0",
+            param_hint="--sample-rate-hz",
+        )
+    if spacing == "octaves" and not (min(from_hz, to_hz) > 0.0 and from_hz != to_hz):
+        raise typer.BadParameter(
+            "octaves need two frequencies above 0 Hz that differ", param_hint="--from-hz"
+        )
+    time = np.arange(round(length_s * sample_rate_hz) + 1) / sample_rate_hz
+    cosine = 0.5 * np.pi
+    if spacing == "linear":
+        return time, linear_sweep(from_hz, to_hz, length_s, amplitude, cosine)(time)
+    rate = 60.0 * abs(float(np.log2(to_hz / from_hz))) / length_s
+    return time, logarithmic_sweep(from_hz, to_hz, rate, amplitude, cosine)(time)
+
+
+def _measured(log_path: Path, test_id: str | None) -> "tuple[FloatArray, FloatArray]":
+    """Return time and the mean of the controls of a test, between the ends of its crop.
+
+    Raises
+    ------
+    typer.BadParameter
+        If no test is named.
+    """
+    import numpy as np
+
+    from shakerproc.errors import LogError
+    from shakerproc.runs import find_crop, open_test
+    from shakerproc.testlog import read_testlog
+
+    if test_id is None:
+        raise typer.BadParameter("name a test of the log", param_hint="--test")
+    log = read_testlog(log_path)
+    chosen = log.find(test_id)
+    with open_test(log, chosen) as recording:
+        controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
+        if not controls:
+            raise LogError(f"test {test_id} has no control channel to shake the model with")
+        crop = find_crop(recording, chosen)
+        samples = recording.select(controls).samples(crop.start, crop.stop)
+        return np.arange(samples.shape[1]) / recording.sample_rate, samples.mean(axis=0)
+
+
+def _variation(model: "Model", text: str) -> Variation:
+    """Return a parameter and its values.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not written as PLACE=VALUE,VALUE or the model has no such place.
+    """
+    from shakerproc.studies.placing import unit_of_place
+    from shakerproc.units import to_si
+
+    place, equals, values = text.partition("=")
+    place = place.strip()
+    if not (equals and values.strip()):
+        raise typer.BadParameter(
+            f'expected a place and values such as "gap.clearance=0.1 mm,0.25 mm", got {text!r}',
+            param_hint="--vary",
+        )
+    if not place.startswith(("elements.", "masses.")):
+        place = f"elements.{place}"
+    texts = tuple(value.strip() for value in values.split(","))
+    try:
+        unit = unit_of_place(model, place)
+        numbers = tuple(to_si(value, unit) for value in texts)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--vary") from error
+    return Variation(place, texts, numbers)
+
+
+def _velocities(model: "Model", texts: Sequence[str]) -> dict[str, float]:
+    """Return the initial velocity of masses [m/s].
+
+    Raises
+    ------
+    typer.BadParameter
+        If one is not written as MASS=VELOCITY.
+    """
+    from shakerproc.model_files.deck_of_model import check_places
+    from shakerproc.units import to_si
+
+    found: dict[str, float] = {}
+    for text in texts:
+        place, _, value = text.partition("=")
+        try:
+            found[place.strip()] = to_si(value.strip(), "m/s")
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--velocity") from error
+    check_places(model, list(found))
+    return found
+
+
+def _length(text: str | None) -> float | None:
+    """Return a length [m].
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is none above 0.
+    """
+    from shakerproc.units import to_si
+
+    if text is None:
+        return None
+    try:
+        value = to_si(text, "m")
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--reach") from error
+    if not value > 0.0:
+        raise typer.BadParameter(f"must be above 0 m, not {text}", param_hint="--reach")
+    return value

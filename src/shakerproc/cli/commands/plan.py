@@ -1,0 +1,305 @@
+"""``shakerproc plan``."""
+
+from collections.abc import Sequence
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.planning import AbstractJoint, PlannedTest, ShakerLimits, Warming, Wish
+
+
+def plan(
+    testlog: options.LogArgument,
+    model: Annotated[
+        Path | None,
+        typer.Option(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False),
+    ] = None,
+    joint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PLACE,PLACE",
+            help="Which joint of the model has the play.",
+            show_default="its first gap, else its first element on the base",
+        ),
+    ] = None,
+    clearance: Annotated[
+        str, typer.Option(metavar="actual|nominal", help="Which clearance of the log counts.")
+    ] = "actual",
+    coupon: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="COUPON", help="Coupon (YAML) with its joint.", exists=True, dir_okay=False
+        ),
+    ] = None,
+    temperature: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TEMPERATURE", help='Of the test, such as "-40 degC"; with --coupon.'
+        ),
+    ] = None,
+    max_g: Annotated[
+        float | None, typer.Option(help="Largest acceleration of the shaker, peak [g].")
+    ] = None,
+    max_velocity_m_per_s: Annotated[
+        float | None, typer.Option(help="Largest velocity of the shaker, peak [m/s].")
+    ] = None,
+    max_displacement_mm: Annotated[
+        float | None,
+        typer.Option(help="Largest displacement of the shaker, peak: half its stroke [mm]."),
+    ] = None,
+    sample_rate_hz: Annotated[
+        float | None, typer.Option(help="Of tests whose log does not say it [Hz].")
+    ] = None,
+    duration_s: Annotated[
+        float | None, typer.Option(help="Of tests whose log does not say it [s].")
+    ] = None,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Tell before the tests how far they move, whether play is used up, and what to mind.
+
+    The table moves a0 / (4 pi^2 f^2); a part that keeps still is met on both sides where that
+    is more than half the play. With a model the joint's own motion counts, resonances and all;
+    until the first contact it is linear, so levels and frequencies are exact. Random motion is
+    judged by 3 sigma, the shaker's limits too.
+    """
+    from shakerproc.planning import Wish, plan_campaign
+    from shakerproc.testlog import read_testlog
+
+    log = read_testlog(testlog)
+    wish = Wish(
+        joint=_joint(model, joint),
+        limits=_limits(max_g, max_velocity_m_per_s, max_displacement_mm),
+        which=_which(clearance),
+        warming=_warming(coupon, temperature),
+        sample_rate=_positive(sample_rate_hz, "--sample-rate-hz"),
+        duration=_positive(duration_s, "--duration-s"),
+    )
+    plans = plan_campaign(log, wish)
+    folder = output.out_folder(out, f"{testlog.stem}_plan")
+    _write(plans, wish, log.title, folder, figures=figures)
+    output.write_json(_document(testlog, model, log.title, plans), json)
+    _print(plans, wish, json)
+    output.message(f"results in {folder}")
+
+
+def _joint(model: Path | None, joint: str | None) -> "AbstractJoint":
+    """Return what moves against what.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a joint is named without a model, or not by two places.
+    """
+    from shakerproc.model_files import read_model
+    from shakerproc.planning import FreeJoint, joint_of_model
+
+    if model is None:
+        if joint is not None:
+            raise typer.BadParameter("needs --model", param_hint="--joint")
+        return FreeJoint()
+    if joint is None:
+        return _told(joint_of_model(read_model(model)))
+    places = [place.strip() for place in joint.split(",")]
+    if len(places) != 2:
+        raise typer.BadParameter(
+            f"expected two places such as base,coupon, not {joint!r}", param_hint="--joint"
+        )
+    return _told(joint_of_model(read_model(model), (places[0], places[1])))
+
+
+def _told(joint: "AbstractJoint") -> "AbstractJoint":
+    for note in getattr(joint, "notes", ()):
+        output.warning(note)
+    return joint
+
+
+def _which(clearance: str) -> Literal["actual", "nominal"]:
+    """Return which clearance counts.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is neither.
+    """
+    if clearance == "actual":
+        return "actual"
+    if clearance == "nominal":
+        return "nominal"
+    raise typer.BadParameter(
+        f"{clearance!r} is not one of actual, nominal", param_hint="--clearance"
+    )
+
+
+def _positive(value: float | None, option: str) -> float | None:
+    """Return a value above 0, or None.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not above 0.
+    """
+    if value is not None and not 0.0 < value < inf:
+        raise typer.BadParameter(f"must be above 0, not {value:g}", param_hint=option)
+    return value
+
+
+def _limits(
+    max_g: float | None, max_velocity: float | None, max_displacement_mm: float | None
+) -> "ShakerLimits":
+    from shakerproc.data import STANDARD_GRAVITY
+    from shakerproc.planning import ShakerLimits
+
+    acceleration = _positive(max_g, "--max-g")
+    velocity = _positive(max_velocity, "--max-velocity-m-per-s")
+    displacement = _positive(max_displacement_mm, "--max-displacement-mm")
+    return ShakerLimits(
+        inf if acceleration is None else acceleration * STANDARD_GRAVITY,
+        inf if velocity is None else velocity,
+        inf if displacement is None else 1e-3 * displacement,
+    )
+
+
+def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
+    """Return how the joint expands, None where no temperature is asked for.
+
+    Raises
+    ------
+    typer.BadParameter
+        If one option lacks the other, or the coupon says nothing of its joint.
+    """
+    from shakerproc.model_files.coupon_files import read_coupon
+    from shakerproc.planning import Warming
+    from shakerproc.units import to_si
+
+    if temperature is None and coupon is None:
+        return None
+    if temperature is None or coupon is None:
+        raise typer.BadParameter(
+            "--temperature and --coupon go together", param_hint="--temperature"
+        )
+    found = read_coupon(coupon)
+    if found.fit is None:
+        raise typer.BadParameter(
+            f"{coupon} has no joint: the bushing's size and material", param_hint="--coupon"
+        )
+    try:
+        kelvin = to_si(temperature, "K")
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--temperature") from error
+    if kelvin <= 0.0:
+        raise typer.BadParameter(
+            f"{temperature} is below absolute zero", param_hint="--temperature"
+        )
+    return Warming(found.fit, found.coupon.thickness, kelvin - found.reference)
+
+
+def _write(
+    plans: "Sequence[PlannedTest]", wish: "Wish", title: str, folder: Path, *, figures: bool
+) -> None:
+    from shakerproc import files
+    from shakerproc.planning import plan_columns
+
+    files.write_csv(folder / "plan.csv", plan_columns(plans))
+    if figures and any(planned.shaken is not None for planned in plans):
+        from shakerproc.report import style
+        from shakerproc.report.planning import plan_figure
+        from shakerproc.report.run_figures import save
+
+        with style.look():
+            made = plan_figure(plans, wish.joint, wish.limits, title)
+            save(made, folder / "displacement.png")
+
+
+def _document(
+    log: Path, model: Path | None, title: str, plans: "Sequence[PlannedTest]"
+) -> dict[str, object]:
+    import hashlib
+
+    from shakerproc import __version__
+    from shakerproc.planning import plan_documents
+
+    inputs = [path for path in (log, model) if path is not None]
+    return {
+        "schema": "shakerproc-plan/1",
+        "shakerproc": __version__,
+        "title": title,
+        "inputs": {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in inputs},
+        "tests": plan_documents(plans),
+    }
+
+
+def _print(plans: "Sequence[PlannedTest]", wish: "Wish", json: str | None) -> None:
+    from shakerproc.planning import FreeJoint
+
+    moving = "table" if isinstance(wish.joint, FreeJoint) else "joint"
+    output.print_table(
+        (
+            "test",
+            "joint",
+            "excitation",
+            "level",
+            "from [Hz]",
+            "to [Hz]",
+            "takes [s]",
+            "table [mm]",
+            "play ± [mm]",
+            *(("joint [mm]",) if moving == "joint" else ()),
+            "contact",
+            "both sides at [Hz]",
+            "both sides from",
+            "averages",
+            "remarks",
+        ),
+        [_row(planned, moving) for planned in plans if not planned.test.discarded],
+        json_target=json,
+    )
+    discarded = sum(planned.test.discarded for planned in plans)
+    both = sum(p.reach is not None and p.reach.contact == "both sides" for p in plans)
+    known = sum(p.reach is not None for p in plans)
+    output.data(
+        f"{len(plans) - discarded} tests, {discarded} discarded; {both} of {known} whose play "
+        f"is known use it up on both sides ({moving})",
+        json_target=json,
+    )
+    for text, tests in _remarks(plans).items():
+        output.data(f"test {', '.join(tests)}: {text}", json_target=json)
+
+
+def _remarks(plans: "Sequence[PlannedTest]") -> dict[str, list[str]]:
+    """Return every remark with the tests that it is about."""
+    found: dict[str, list[str]] = {}
+    for planned in plans:
+        for text in planned.warnings:
+            found.setdefault(text, []).append(str(planned.test.id))
+    return found
+
+
+def _row(planned: "PlannedTest", moving: str) -> tuple[object, ...]:
+    from shakerproc.planning import bands_text
+
+    test, shaken, reach, walls = planned.test, planned.shaken, planned.reach, planned.walls
+    travel = planned.travel
+    return (
+        test.id,
+        test.joint,
+        test.excitation,
+        test.level_text,
+        shaken.low if shaken else None,
+        shaken.high if shaken else None,
+        planned.duration,
+        1e3 * travel.motion.displacement if travel else None,
+        1e3 * walls.far if walls else None,
+        *((1e3 * reach.displacement if reach else None,) if moving == "joint" else ()),
+        reach.contact if reach else None,
+        bands_text(reach.both_sides_hz) if reach else None,
+        planned.needed.text if planned.needed else None,
+        planned.averaging.averages if planned.averaging else None,
+        len(planned.warnings) or None,
+    )

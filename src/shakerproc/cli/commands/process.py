@@ -1,0 +1,268 @@
+"""``shakerproc process``."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.batch.campaign import Products
+    from shakerproc.runs import RunSummary
+    from shakerproc.testlog import Test
+
+
+def process(
+    recording: options.RecordingArgument,
+    log: Annotated[
+        Path | None, typer.Option(metavar="TESTLOG", help="Test log that lists the recording.")
+    ] = None,
+    test: Annotated[
+        str | None, typer.Option(metavar="ID", help="Test of the log.", show_default="by file")
+    ] = None,
+    excitation: Annotated[
+        str | None, typer.Option(metavar="KIND", help="sine sweep, random, sine or shock.")
+    ] = None,
+    level: Annotated[
+        str | None,
+        typer.Option(metavar="LEVEL", help='Demanded, such as "0.5 g", "1e-3 g^2/Hz".'),
+    ] = None,
+    from_hz: Annotated[float | None, typer.Option(help="Excited band, low end [Hz].")] = None,
+    to_hz: Annotated[float | None, typer.Option(help="Excited band, high end [Hz].")] = None,
+    notch_hz: Annotated[
+        float | None, typer.Option(help="Take this tone out for a second look [Hz].")
+    ] = None,
+    crop_channel: Annotated[
+        str | None, typer.Option(help="Control channel to crop by.", show_default="control 2")
+    ] = None,
+    crop_threshold: Annotated[
+        str | None,
+        typer.Option(help="Value between which the run lies.", show_default="0.45 g"),
+    ] = None,
+    crop_absolute: Annotated[
+        bool, typer.Option("--crop-absolute", help="Compare magnitudes with the threshold.")
+    ] = False,
+    crop_hold_s: Annotated[
+        float, typer.Option(help="How long the threshold must hold [s].", min=0.0)
+    ] = 0.0,
+    skip_s: Annotated[
+        float, typer.Option(help="Time at the start that is not looked at [s].", min=0.0)
+    ] = 0.0,
+    no_crop: Annotated[bool, typer.Option("--no-crop", help="Take it all.")] = False,
+    sample_rate_hz: Annotated[
+        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+    ] = None,
+    group: Annotated[
+        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
+    ] = None,
+    segment: options.SegmentOption = None,
+    overlap: options.OverlapOption = None,
+    window: options.WindowOption = None,
+    detrend: options.DetrendOption = None,
+    export: options.ExportOption = "",
+    thesis: options.ThesisOption = False,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Work one recording through: crop, spectra, peaks, tables and figures.
+
+    Without a log, channels whose name speaks of control are controls; otherwise the first two
+    of the first five, as in the thesis (MATLAB's columns 3 to 7).
+    """
+    from shakerproc.batch.campaign import Products
+
+    chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
+    chosen = _with_excitation(chosen, excitation, level, from_hz, to_hz, notch_hz)
+    chosen = _with_crop(
+        chosen, crop_channel, crop_threshold, crop_hold_s, skip_s, crop_absolute
+    )
+    if no_crop:
+        chosen = replace(chosen, processing=replace(chosen.processing, crop=None))
+    if no_crop:
+        chosen = replace(chosen, processing=replace(chosen.processing, crop=None))
+    chosen = options.with_averaging(
+        chosen, segment=segment, overlap=overlap, window=window, detrend=detrend
+    )
+    if sample_rate_hz is not None:
+        chosen = replace(
+            chosen, processing=replace(chosen.processing, sample_rate=sample_rate_hz)
+        )
+    folder = output.out_folder(out, f"{recording.stem}_results")
+    products = Products(figures, options.exports_of(export), thesis)
+    summary = _worked_through(recording, chosen, group, folder, products)
+    output.write_json(summary, json)
+    _print(summary, folder, json)
+
+
+def _unlogged(recording: Path) -> "Test":
+    from shakerproc.testlog import Test
+
+    return Test(id=recording.stem)
+
+
+def _logged(log_path: Path, wanted: str | None, recording: Path) -> "Test":
+    """Return the test of the log, found by its id or by its recording.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
+    from shakerproc.errors import LogError
+    from shakerproc.testlog import read_testlog
+
+    log = read_testlog(log_path)
+    if wanted is not None:
+        return log.find(wanted)
+    resolved = recording.resolve()
+    for test in log.tests:
+        if test.recording is not None and test.recording.resolve() == resolved:
+            return test
+    raise LogError(
+        f"{log_path}: no test has the recording {recording}. Name the test with --test."
+    )
+
+
+def _with_excitation(
+    test: "Test",
+    excitation: str | None,
+    level: str | None,
+    *frequencies: float | None,
+) -> "Test":
+    """Return a test with what the options say of its excitation."""
+    from shakerproc.testlog.levels import level_of
+
+    from_hz, to_hz, notch_hz = frequencies
+    kind = excitation.replace("-", " ").lower() if excitation is not None else test.excitation
+    if kind not in {None, "sine sweep", "random", "sine", "stepped sine", "shock"}:
+        raise typer.BadParameter(
+            f"{excitation!r} is not one of sine sweep, random, sine, stepped sine, shock",
+            param_hint="--excitation",
+        )
+    test = replace(test, excitation=kind)  # type: ignore[arg-type]
+    if level is not None:
+        try:
+            value, unit = level_of(level, kind)  # type: ignore[arg-type]
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--level") from error
+        test = replace(test, level=value, level_unit=unit, level_text=level)
+    if kind == "sine" and from_hz is not None:
+        test = replace(test, frequency_hz=from_hz)
+    elif from_hz is not None or to_hz is not None:
+        test = replace(
+            test,
+            from_hz=test.from_hz if from_hz is None else from_hz,
+            to_hz=test.to_hz if to_hz is None else to_hz,
+        )
+    return test if notch_hz is None else replace(test, notch_hz=notch_hz)
+
+
+def _with_crop(
+    test: "Test",
+    channel: str | None,
+    threshold: str | None,
+    hold: float,
+    skip: float,
+    absolute: bool,
+) -> "Test":
+    """Return a test with what the options say of the crop."""
+    from shakerproc.testlog import ThresholdCrop
+    from shakerproc.units import to_si
+
+    crop = test.processing.crop
+    if channel or threshold or hold or skip or absolute:
+        crop = crop if isinstance(crop, ThresholdCrop) else ThresholdCrop()
+        try:
+            value = crop.threshold if threshold is None else to_si(threshold, "m/s^2")
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--crop-threshold") from error
+        crop = replace(
+            crop,
+            channel=channel or crop.channel,
+            threshold=value,
+            hold=hold or crop.hold,
+            skip=skip or crop.skip,
+            absolute=absolute or crop.absolute,
+        )
+    return replace(test, processing=replace(test.processing, crop=crop))
+
+
+def _worked_through(
+    path: Path, test: "Test", group: str | None, folder: Path, products: "Products"
+) -> "RunSummary":
+    from shakerproc import files
+    from shakerproc.cli.work import write_products
+    from shakerproc.recordings import sha256
+    from shakerproc.runs import open_path, process_recording, summary_of, tables, write_summary
+    from shakerproc.testlog import facts_of
+
+    with open_path(path, test, group=group) as opened:
+        result = process_recording(opened, test)
+        write_products(result, opened, folder, products)
+    summary = summary_of(result, str(test.id), facts_of(test), path.name, sha256(path))
+    files.write_csv(folder / "peaks.csv", tables.peak_columns([summary]))
+    files.write_csv(folder / "statistics.csv", tables.statistics_columns([summary]))
+    write_summary(folder / "summary.json", summary)
+    for note in result.notes:
+        output.message(f"note: {note}")
+    for flag in summary.flags:
+        where = f" ({flag.channel})" if flag.channel else ""
+        output.warning(f"{flag.kind}{where}: {flag.message}")
+    return summary
+
+
+def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
+    from shakerproc.runs.trends import omega_e
+
+    start, stop = summary.crop_s or (0.0, 0.0)
+    level = ""
+    if summary.measured_level is not None:
+        level = f", level {summary.measured_level:.3g} {summary.level_unit}"
+    length = f"{summary.duration_s:.4g} s"
+    if summary.incomplete:
+        length = f"INCOMPLETE, {summary.duration_s:.4g} of {summary.promised_s:.4g} s"
+    output.data(
+        f"{summary.recording}: {length} at {summary.sample_rate_hz:.6g} Hz, processed "
+        f"{start:.2f} to {stop:.2f} s{level}",
+        json_target=json,
+    )
+    rows = []
+    for channel in summary.channels:
+        peak = omega_e(summary, channel.name)
+        response = channel.response_peaks[0] if channel.response_peaks else None
+        rows.append((
+            channel.name,
+            channel.role,
+            channel.rms,
+            channel.unit,
+            channel.crest_factor,
+            peak.frequency_hz if peak and channel.role != "control" else None,
+            response.frequency_hz if response else None,
+            response.quality if response else None,
+            channel.coherence,
+        ))
+    output.print_table(
+        (
+            "channel",
+            "role",
+            "rms",
+            "unit",
+            "crest factor",
+            "omega_e [Hz]",
+            "peak of |H1| [Hz]",
+            "Q",
+            "coherence",
+        ),
+        rows,
+        json_target=json,
+    )
+    if summary.spectrum is not None:
+        output.data(
+            f"bins {summary.spectrum.bin_width_hz:.4g} Hz apart, "
+            f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
+            json_target=json,
+        )
+    output.message(f"results in {folder}")

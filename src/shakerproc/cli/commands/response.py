@@ -1,0 +1,288 @@
+"""``shakerproc response``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.models import Model
+    from shakerproc.simulate.harmonic_balance import Backbone, Branch, Response
+
+
+def response(
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False)
+    ],
+    level: Annotated[
+        str, typer.Option(metavar="LEVEL", help='Amplitude, such as "0.5 g" or "5 N".')
+    ],
+    from_hz: Annotated[
+        float | None, typer.Option(help="Lowest frequency [Hz].", show_default="0.3 resonances")
+    ] = None,
+    to_hz: Annotated[
+        float | None,
+        typer.Option(help="Highest frequency [Hz].", show_default="1.5 resonances"),
+    ] = None,
+    harmonics: Annotated[int, typer.Option(help="Highest harmonic.", min=1, max=500)] = 31,
+    branches: Annotated[
+        bool,
+        typer.Option("--branches", help="Follow what branches off: asymmetric, double period."),
+    ] = False,
+    subharmonic: Annotated[
+        list[int] | None,
+        typer.Option(metavar="ORDER", help="Seek subharmonics of this order; may be repeated."),
+    ] = None,
+    backbone: Annotated[bool, typer.Option(help="Follow the free motion too.")] = True,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What the figure and the summary show.",
+            show_default="the first",
+        ),
+    ] = None,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Compute the frequency-response curve of a model, stable and unstable branches.
+
+    Periodic motions are found by harmonic balance and followed around the folds; where a
+    branch is unstable the shaker jumps to another. Where the masses have free play, F / (k a)
+    says how severe it is.
+    """
+    from shakerproc.simulate import harmonic_balance as hb
+
+    shaken = _read(model)
+    amplitude = _level(shaken, level)
+    found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
+    _check_sensor(shaken, sensor)
+    others = []
+    if branches:
+        others = [b for main in found.branches for b in hb.branches_off(main, found.band)]
+    for order in subharmonic or []:
+        others += hb.subharmonic_branches(found, order, harmonics=min(harmonics, 31))
+    others = [hb.sharpened(branch) for branch in others]
+    free = _backbone(found, harmonics) if backbone else None
+    folder = output.out_folder(out, f"{model.stem}_response")
+    _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
+    document = _document(found, tuple(others), free)
+    output.write_json({**_provenance(model, level), **document}, json)
+    _print(found, tuple(others), level, sensor, json)
+    output.message(f"results in {folder}")
+
+
+def _read(path: Path) -> "Model":
+    from shakerproc.model_files import read_model
+
+    return read_model(path)
+
+
+def _level(model: "Model", text: str) -> float:
+    """Return the amplitude in SI.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is no acceleration or force above 0.
+    """
+    from shakerproc.units import to_si
+
+    unit = "m/s^2" if model.excitation.on is None else "N"
+    try:
+        amplitude = to_si(text, unit)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--level") from error
+    if not amplitude > 0.0:
+        raise typer.BadParameter(f"must be above 0 {unit}, not {text}", param_hint="--level")
+    return amplitude
+
+
+def _check_sensor(model: "Model", name: str | None) -> None:
+    """Pass a sensor that the model has.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it has none of that name.
+    """
+    from shakerproc.simulate.harmonic_balance import sensors_of_model
+
+    known = sensors_of_model(model)
+    if name is not None and name not in known:
+        raise typer.BadParameter(
+            f"no sensor {name!r}; the model has {', '.join(known)}", param_hint="--sensor"
+        )
+
+
+def _response(
+    model: "Model", level: float, from_hz: float | None, to_hz: float | None, harmonics: int
+) -> "Response":
+    """Return the response over the band.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the band is empty.
+    """
+    from shakerproc.simulate.harmonic_balance import frequency_response, natural_frequencies
+    from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+
+    resonances = natural_frequencies(system_of_model(model, level))
+    low = 0.3 * resonances[resonances > 0.0][0] if from_hz is None else from_hz
+    high = 1.5 * resonances[-1] if to_hz is None else to_hz
+    if not 0.0 < low < high:
+        raise typer.BadParameter(
+            f"must be above 0 Hz and below --to-hz {high:g} Hz, not {low:g} Hz",
+            param_hint="--from-hz",
+        )
+    return frequency_response(
+        model, level, from_hz=float(low), to_hz=float(high), harmonics=harmonics
+    )
+
+
+def _sharp(found: "Response") -> "Response":
+    from dataclasses import replace
+
+    from shakerproc.simulate.harmonic_balance import sharpened
+
+    return replace(found, branches=tuple(sharpened(branch) for branch in found.branches))
+
+
+def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
+    """Return the backbone up to the largest motion; None, with a warning, if there is none."""
+    import numpy as np
+
+    from shakerproc.errors import SimulationError
+    from shakerproc.simulate.harmonic_balance import backbone, samples_of_branch
+
+    largest = max(float(np.max(np.abs(samples_of_branch(b, 256)))) for b in found.branches)
+    try:
+        return backbone(found.model, (1e-3 * largest, 1.2 * largest), harmonics=harmonics)
+    except SimulationError as error:
+        output.warning(str(error))
+        return None
+
+
+def _write(
+    found: "Response",
+    others: "tuple[Branch, ...]",
+    free: "Backbone | None",
+    folder: Path,
+    sensor: str | None,
+    *,
+    figures: bool,
+) -> None:
+    from shakerproc import files
+    from shakerproc.simulate.harmonic_balance import response_columns
+
+    files.write_csv(folder / "response.csv", response_columns(found, others))
+    if free is not None:
+        files.write_csv(
+            folder / "backbone.csv",
+            {
+                "frequency_hz": free.frequency,
+                "amplitude_m": free.amplitude,
+                "damping_ratio": free.damping_ratio,
+            },
+        )
+    if figures:
+        from shakerproc.report import style
+        from shakerproc.report.response import response_figure
+        from shakerproc.report.run_figures import save
+
+        with style.look():
+            save(response_figure(found, others, free, sensor), folder / "response.png")
+
+
+def _provenance(path: Path, level: str) -> dict[str, object]:
+    import hashlib
+
+    from shakerproc import __version__
+
+    return {
+        "schema": "shakerproc-response/1",
+        "version": __version__,
+        "model": path.name,
+        "model_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "level": level,
+    }
+
+
+def _document(
+    found: "Response", others: "tuple[Branch, ...]", free: "Backbone | None"
+) -> dict[str, object]:
+    from shakerproc.simulate.harmonic_balance import gap_severity, response_columns
+
+    return {
+        "title": found.model.title,
+        "band_hz": found.band,
+        "harmonics": int(found.branches[0].balance.harmonics[-1]),
+        "force_over_gap_closing_force": gap_severity(found.model, found.level),
+        "branches": [
+            {
+                "order": branch.balance.order,
+                "points": int(branch.frequency.size),
+                "ended": branch.ended,
+                "marks": branch.marks,
+            }
+            for branch in (*found.branches, *others)
+        ],
+        "points": response_columns(found, others),
+        "backbone": None
+        if free is None
+        else {
+            "frequency_hz": free.frequency,
+            "amplitude_m": free.amplitude,
+            "damping_ratio": free.damping_ratio,
+        },
+    }
+
+
+def _print(
+    found: "Response",
+    others: "tuple[Branch, ...]",
+    level: str,
+    sensor: str | None,
+    json: str | None,
+) -> None:
+    from shakerproc.simulate import harmonic_balance as hb
+
+    sensors = hb.sensors_of_model(found.model)
+    name = sensor or next(iter(sensors))
+    unit = hb.UNITS[sensors[name].measures].replace("_per_", "/")
+    output.data(
+        f"{found.model.title}: {level}, {found.band[0]:.4g} to {found.band[1]:.4g} Hz",
+        json_target=json,
+    )
+    for joint, severity in hb.gap_severity(found.model, found.level).items():
+        output.data(f"{joint}: F / (k a) = {severity:.4g}", json_target=json)
+    output.print_table(
+        (
+            "branch",
+            "period",
+            "what",
+            "frequency [Hz]",
+            f"{name} peak [{unit}]",
+            "motion",
+            "largest multiplier",
+        ),
+        [
+            (
+                point.branch,
+                point.order,
+                point.what,
+                point.frequency_hz,
+                point.peak,
+                "stable" if point.stable else "unstable",
+                point.largest_multiplier,
+            )
+            for point in hb.notable_points(found, name, others)
+        ],
+        json_target=json,
+    )
+    for number, branch in enumerate((*found.branches, *others), start=1):
+        output.data(f"branch {number}: {branch.ended}", json_target=json)

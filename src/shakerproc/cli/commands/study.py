@@ -1,0 +1,147 @@
+"""``shakerproc study``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.studies import StudyResult
+
+
+def study(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="STUDY", help="Study files (YAML).", show_default=False),
+    ] = None,
+    thesis: Annotated[
+        bool,
+        typer.Option(
+            "--thesis", help="Check the statements of the thesis, and print the table."
+        ),
+    ] = False,
+    resume: Annotated[
+        bool, typer.Option(help="Take up again what an earlier run has found.")
+    ] = True,
+    workers: Annotated[
+        int | None, typer.Option(help="Runs side by side.", min=1, show_default="cores")
+    ] = None,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Run parameter studies: tables and figures of omega_e, bifurcations, maps, curves.
+
+    omega_e is always given with its estimator, the width of its bins, the direction of the
+    sweep and, with free play, F / (k a), which alone decides the shape of the response.
+    """
+    if thesis == bool(files):
+        raise typer.BadParameter("name study files, or give --thesis", param_hint="STUDY")
+    if thesis:
+        _thesis(out, json)
+        return
+    documents = []
+    for path in files or []:
+        result = _run(path, _folder(out, path), workers, resume=resume, figures=figures)
+        documents.append(_document(path, result))
+        _print(result, json)
+    output.write_json(
+        {"schema": "shakerproc-studies/1", "studies": documents} if documents else None, json
+    )
+
+
+def _folder(out: Path | None, path: Path) -> Path:
+    return output.out_folder(None if out is None else out / path.stem, f"{path.stem}_study")
+
+
+def _run(
+    path: Path, folder: Path, workers: int | None, *, resume: bool, figures: bool
+) -> "StudyResult":
+    import os
+
+    from shakerproc import files
+    from shakerproc.studies import read_study, run_study
+    from shakerproc.studies.kinds.base import jobs_of
+
+    read = read_study(path)
+    total = len(jobs_of(read))
+    with output.progress(read.title, total) as advance:
+        result = run_study(
+            read,
+            folder=folder / "points" if resume and total > 1 else None,
+            workers=workers or os.cpu_count() or 1,
+            progress=advance,
+        )
+    files.write_csv(folder / "table.csv", result.columns)
+    if figures:
+        from shakerproc.report import style
+        from shakerproc.report.run_figures import save
+        from shakerproc.report.study import study_figure
+
+        with style.look():
+            save(study_figure(result), folder / "figure.png")
+    output.message(f"results in {folder}")
+    return result
+
+
+def _document(path: Path, result: "StudyResult") -> dict[str, object]:
+    import hashlib
+
+    from shakerproc import __version__
+
+    return {
+        "version": __version__,
+        "study": path.name,
+        "study_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "title": result.title,
+        "figure": result.figure,
+        "method": result.method,
+        "statement": result.statement,
+        "verdict": result.verdict,
+        "notes": result.notes,
+        "table": result.columns,
+    }
+
+
+MOST_ROWS = 60
+"""Longer tables are only in the file."""
+
+
+def _print(result: "StudyResult", json: str | None) -> None:
+    named = f"{result.title} (figure {result.figure})" if result.figure else result.title
+    output.data(named, json_target=json)
+    rows = list(zip(*(c.tolist() for c in result.columns.values()), strict=True))
+    if len(rows) <= MOST_ROWS:
+        output.print_table(list(result.columns), rows, json_target=json)
+    else:
+        output.data(f"{len(rows)} rows in table.csv", json_target=json)
+    output.data(result.method, json_target=json)
+    for note in result.notes:
+        output.data(f"note: {note}", json_target=json)
+    if result.statement:
+        output.data(f"stated: {result.statement}", json_target=json)
+    if result.verdict:
+        output.data(f"found: {result.verdict}", json_target=json)
+
+
+def _thesis(out: Path | None, json: str | None) -> None:
+    from shakerproc import files
+    from shakerproc.studies.claims import claims_page, thesis_claims
+
+    with output.progress("statements of the thesis", len(thesis_claims())) as advance:
+        outcomes = []
+        for claim in thesis_claims():
+            outcomes.append(claim.outcome())
+            advance(claim.where)
+    output.write_json({"schema": "shakerproc-thesis-claims/1", "claims": outcomes}, json)
+    output.print_table(
+        ("where", "thesis", "our number", "held"),
+        [(o.where, o.says, o.number, o.held) for o in outcomes],
+        json_target=json,
+    )
+    if out is not None:
+        path = output.out_folder(out, "") / "thesis_claims.md"
+        files.write_text(path, claims_page(outcomes))
+        output.message(f"table in {path}")

@@ -1,0 +1,98 @@
+"""Options that several commands share, and what they change in a test."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+if TYPE_CHECKING:
+    from shakerproc.testlog import Test
+
+LogArgument: TypeAlias = Annotated[
+    Path,
+    typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),
+]
+RecordingArgument: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="RECORDING", help="Recording of one run.", exists=True)
+]
+SegmentOption: TypeAlias = Annotated[
+    int | None, typer.Option(help="Samples of a Welch segment.", min=8, show_default="1024")
+]
+OverlapOption: TypeAlias = Annotated[
+    int | None,
+    typer.Option(help="Samples shared with the next segment.", min=0, show_default="half"),
+]
+WindowOption: TypeAlias = Annotated[
+    str | None, typer.Option(help="Window of the segments.", show_default="hamming")
+]
+DetrendOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="none|mean|segment mean", help="What mean is removed.", show_default="none"
+    ),
+]
+FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
+ThesisOption: TypeAlias = Annotated[
+    bool,
+    typer.Option("--thesis", help="Write the thesis' tables too, to the letter."),
+]
+ExportOption: TypeAlias = Annotated[
+    str, typer.Option("--export", metavar="mat,uff,parquet", help="Further formats of spectra.")
+]
+
+
+def exports_of(text: str) -> tuple[str, ...]:
+    """Return the formats that were asked for.
+
+    Raises
+    ------
+    typer.BadParameter
+        If one is not known.
+    """
+    from shakerproc.batch.exports import EXPORTS
+
+    asked = tuple(
+        dict.fromkeys(word.strip().lower() for word in text.split(",") if word.strip())
+    )
+    for name in asked:
+        if name not in EXPORTS:
+            raise typer.BadParameter(
+                f"no format {name!r}; shakerproc writes {', '.join(EXPORTS)}",
+                param_hint="--export",
+            )
+    return asked
+
+
+def with_averaging(
+    test: "Test",
+    *,
+    segment: int | None,
+    overlap: int | None,
+    window: str | None,
+    detrend: str | None,
+) -> "Test":
+    """Return a test with other averaging than its log says.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the values do not fit each other.
+    """
+    welch, processing = test.processing.welch, test.processing
+    if segment is not None:
+        welch = replace(welch, segment=segment, overlap=segment // 2, n_fft=None)
+    if overlap is not None:
+        welch = replace(welch, overlap=overlap)
+    if not welch.overlap < welch.segment:
+        raise typer.BadParameter(
+            f"{welch.overlap} samples do not fit a segment of {welch.segment}",
+            param_hint="--overlap",
+        )
+    if window is not None:
+        welch = replace(welch, window=window)
+    if detrend is not None:
+        if detrend not in {"none", "mean", "segment mean"}:
+            raise typer.BadParameter(f"{detrend!r} is not one of none, mean, segment mean")
+        processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
+    return replace(test, processing=replace(processing, welch=welch))

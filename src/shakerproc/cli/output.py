@@ -1,0 +1,166 @@
+"""What every command says: data to stdout, messages to stderr, JSON and tables alike."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, NoReturn, TypeAlias
+
+import typer
+
+from shakerproc import files
+
+JsonOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--json", metavar="FILE", help="Write the result as JSON to FILE, or to stdout with -."
+    ),
+]
+OutOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", metavar="FOLDER", file_okay=False, help="Folder for tables and figures."
+    ),
+]
+
+
+def write_json(document: object, target: str | Path | None) -> None:
+    """Write a document to a file, to stdout where the target is "-", or nowhere."""
+    if target is None:
+        return
+    if str(target) == "-":
+        typer.echo(files.json_text(document), nl=False)
+    else:
+        files.write_json(Path(target), document)
+
+
+def out_folder(folder: Path | None, default: str) -> Path:
+    """Return the folder for results, made if need be."""
+    chosen = Path(default) if folder is None else folder
+    chosen.mkdir(parents=True, exist_ok=True)
+    return chosen
+
+
+def message(text: str) -> None:
+    """Say something to the person, on stderr."""
+    typer.echo(files.printable(text, lines=True), err=True)
+
+
+def warning(text: str) -> None:
+    """Say what may be wrong, on stderr."""
+    message(f"warning: {text}")
+
+
+def finish(status: int) -> NoReturn:
+    """End the command.
+
+    Raises
+    ------
+    typer.Exit
+        Always, with the exit status.
+    """
+    raise typer.Exit(status)
+
+
+def data(text: str, *, json_target: str | None = None) -> None:
+    """Print a result on stdout, unless JSON has been asked for there."""
+    if json_target != "-":
+        typer.echo(files.printable(text, lines=True))
+
+
+def cell_text(value: object) -> str:
+    """Return a cell for people: four digits, no control characters, nothing for nothing."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.4g}"  # noqa: PLR0124 - NaN without numpy
+    return files.printable(str(value))
+
+
+def print_table(
+    columns: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    *,
+    title: str = "",
+    json_target: str | None = None,
+) -> None:
+    """Print a table on stdout: drawn on a terminal, plain columns elsewhere."""
+    if json_target == "-":
+        return
+    cells = [[cell_text(value) for value in row] for row in rows]
+    numeric = [
+        all(isinstance(row[i], int | float) or row[i] is None for row in rows)
+        for i in range(len(columns))
+    ]
+    if sys.stdout.isatty():
+        _print_rich(columns, cells, numeric, title)
+    else:
+        _print_plain(columns, cells, numeric, title)
+
+
+def _print_rich(
+    columns: Sequence[str], cells: list[list[str]], numeric: list[bool], title: str
+) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(
+        title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left"
+    )
+    for name, is_number in zip(columns, numeric, strict=True):
+        table.add_column(Text(name), justify="right" if is_number else "left")
+    for row in cells:
+        table.add_row(*(Text(cell) for cell in row))
+    Console(file=sys.stdout, highlight=False).print(table)
+
+
+def _print_plain(
+    columns: Sequence[str], cells: list[list[str]], numeric: list[bool], title: str
+) -> None:
+    if title:
+        typer.echo(title)
+    everything = [list(columns), *cells]
+    widths = [max(len(row[i]) for row in everything) for i in range(len(columns))]
+    for row in everything:
+        aligned = (
+            cell.rjust(width) if is_number else cell.ljust(width)
+            for cell, width, is_number in zip(row, widths, numeric, strict=True)
+        )
+        typer.echo("  ".join(aligned).rstrip())
+
+
+@contextmanager
+def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
+    """Yield a function to call after each step; draws a bar on a terminal, else is quiet."""
+    if not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+        yield lambda _text: None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+    from rich.text import Text
+
+    bar = Progress(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task(what, total=total)
+
+        def advance(text: str) -> None:
+            shown = Text(files.printable(text)).plain
+            bar.update(task, advance=1, description=f"{what} {shown}".strip())
+
+        yield advance

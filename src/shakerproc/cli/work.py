@@ -1,0 +1,74 @@
+"""What a worker process does with one test: work it through, write tables, draw."""
+
+from pathlib import Path
+from typing import Any
+
+from shakerproc import files
+from shakerproc.batch.campaign import SUMMARY, Job, Products
+from shakerproc.batch.exports import EXPORTS
+from shakerproc.batch.manifest import hashes
+from shakerproc.data import Recording
+from shakerproc.report.run_figures import draw_run
+from shakerproc.runs import (
+    RunResult,
+    open_path,
+    process_recording,
+    summary_of,
+    tables,
+    write_summary,
+)
+from shakerproc.runs.trends import shown
+from shakerproc.spectra import thesis_tables
+from shakerproc.testlog import Test, facts_of
+
+
+def work_through(job: Job) -> dict[str, Any]:
+    """Work one test through; return the hash of every file written for it."""
+    test = job.test
+    with open_path(test.require_recording(), test) as recording:
+        result = process_recording(recording, test)
+        written = write_products(result, recording, job.folder, job.products)
+    summary = summary_of(result, str(test.id), facts_of(test), job.recording, job.sha256)
+    write_summary(job.folder / SUMMARY, summary)
+    return {"outputs": hashes(job.root, [*written, job.folder / SUMMARY])}
+
+
+def write_products(
+    result: RunResult, recording: Recording, folder: Path, products: Products
+) -> list[Path]:
+    """Write tables, figures and exports of a run, and return the files."""
+    written = [folder / "spectra.csv"]
+    files.write_csv(written[0], tables.spectra_columns(result))
+    for name, columns in (
+        ("notch.csv", tables.notch_columns(result)),
+        ("sweep.csv", tables.sweep_columns(result)),
+        ("tones.csv", tables.tone_columns(result)),
+    ):
+        if columns:
+            written.append(folder / name)
+            files.write_csv(written[-1], columns)
+    for kind in products.exports:
+        written.append(folder / f"spectra.{kind}")
+        EXPORTS[kind](result, written[-1])
+    if products.thesis:
+        original = thesis_tables(recording.samples(), recording.sample_rate)
+        written += tables.write_thesis_tables(original, folder / "thesis")
+    if products.figures:
+        written += draw_run(result, title_of(result.test, result.run), folder)
+    return written
+
+
+def title_of(test: Test, run: str) -> str:
+    """Return the headline of the figures of a run."""
+    facts = facts_of(test)
+    named = f"Test {test.id}" if test.recording is not None else run
+    told = (
+        shown(name, facts.get(name))
+        for name in ("joint", "clearance_m", "orientation", "excitation", "level")
+    )
+    return ", ".join(files.printable(text) for text in (named, *told) if text)
+
+
+def prepare() -> None:
+    """Import what is slow before the clock of the first test runs."""
+    import matplotlib.figure  # noqa: F401

@@ -1,0 +1,153 @@
+"""What a batch leaves behind: tables, trends, the report, and a few lines on the terminal."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from shakerproc import __version__, files
+from shakerproc.batch.campaign import Campaign
+from shakerproc.batch.collecting import write_tables
+from shakerproc.cli import output
+from shakerproc.report.page import Report, Section, write_report
+from shakerproc.report.trend_figures import draw_trend
+from shakerproc.runs import RunSummary, telling, trends
+from shakerproc.runs.trends import Trend
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a person wants of the trends.
+
+    Attributes
+    ----------
+    channel : str, optional
+        Whose omega_e; by default the response that moves most.
+    against, by : tuple of str
+        Further trends: columns along the axis, and columns that make the series.
+    figures : bool
+        Whether to draw files.
+    """
+
+    channel: str | None = None
+    against: tuple[str, ...] = ()
+    by: tuple[str, ...] = ()
+    figures: bool = True
+
+
+def write_up(
+    title: str,
+    campaign: Campaign,
+    root: Path,
+    wish: Wish,
+    *,
+    sections: Sequence[Section] = (),
+    verdict: str = "",
+) -> dict[str, Any]:
+    """Write everything that concerns the whole campaign; return what report.json holds."""
+    runs = campaign.runs
+    channel = wish.channel or trends.trend_channel(runs)
+    found = _trends(runs, channel, wish)
+    write_tables(runs, found, channel, root)
+    if wish.figures:
+        for trend in found:
+            draw_trend(trend, root / "trends" / f"{trend.name}.png")
+    report = Report(title, runs, found, channel, command(), {}, verdict, sections)
+    write_report(root / "report.html", report)
+    document = _document(title, runs, found, channel)
+    files.write_json(root / "report.json", document)
+    return document
+
+
+def _trends(runs: Sequence[RunSummary], channel: str, wish: Wish) -> list[Trend]:
+    asked = [trends.chosen_trend(runs, x, wish.by) for x in wish.against]
+    requests = [*asked, *trends.standard_trends(runs)]
+    return [t for request in requests if (t := trends.trend(runs, request, channel))]
+
+
+def command() -> str:
+    """Return the command line, as one may type it again."""
+    return shlex.join(["shakerproc", *sys.argv[1:]])
+
+
+def _document(
+    title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str
+) -> dict[str, Any]:
+    return {
+        "schema": "shakerproc-report/1",
+        "shakerproc": __version__,
+        "title": title,
+        "command": command(),
+        "counts": counts(runs),
+        "verdict": telling.trend_sentence(runs, channel),
+        "trend_channel": channel,
+        "trends": found,
+        "runs": runs,
+    }
+
+
+def counts(runs: Sequence[RunSummary]) -> dict[str, int]:
+    """Return how many tests there are of each kind."""
+    done = [run for run in runs if run.status == "done"]
+    return {
+        "processed": len(done),
+        "failed": sum(run.status == "failed" for run in runs),
+        "incomplete": sum(run.incomplete for run in done),
+        "flagged": sum(bool(run.flags) for run in done),
+        "discarded": sum(run.status == "discarded" for run in runs),
+    }
+
+
+def tell(
+    campaign: Campaign, document: dict[str, Any], root: Path, json_target: str | None
+) -> None:
+    """Say on the terminal what came of a batch."""
+    channel = document["trend_channel"]
+    rows = [_row(run, channel) for run in campaign.runs if run.status != "discarded"]
+    output.print_table(
+        (
+            "test",
+            "status",
+            "joint",
+            "clearance",
+            "orientation",
+            "excitation",
+            "level",
+            "omega_e [Hz]",
+            "Q",
+            "coherence",
+            "flags",
+        ),
+        rows,
+        json_target=json_target,
+    )
+    for run in campaign.runs:
+        if run.status == "failed":
+            output.message(f"test {run.test} failed: {run.error}")
+    number = document["counts"]
+    parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
+    output.data(f"{', '.join(parts)} (omega_e of {channel})", json_target=json_target)
+    if document["verdict"]:
+        output.data(document["verdict"], json_target=json_target)
+    output.data(f"report: {root / 'report.html'}", json_target=json_target)
+
+
+def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
+    peak = trends.omega_e(run, channel)
+    seen = next((c for c in run.channels if c.name == channel), None)
+    response = seen.response_peaks[0] if seen and seen.response_peaks else None
+    return (
+        run.test,
+        "incomplete" if run.incomplete else run.status,
+        run.facts.get("joint"),
+        trends.shown("clearance_m", run.facts.get("clearance_m")),
+        run.facts.get("orientation"),
+        run.facts.get("excitation"),
+        run.facts.get("level"),
+        peak.frequency_hz if peak else None,
+        response.quality if response else None,
+        seen.coherence if seen else None,
+        ", ".join(dict.fromkeys(flag.kind for flag in run.flags)),
+    )

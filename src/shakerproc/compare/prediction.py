@@ -1,0 +1,112 @@
+"""What the model says each sensor should have measured."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy import fft
+
+from shakerproc.compare.measured import Measured
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import SimulationError
+from shakerproc.models import Model
+from shakerproc.simulate import Simulation, simulate
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """A test and its simulation, both within the compared band.
+
+    Attributes
+    ----------
+    measured : Measured
+        The test.
+    simulation : Simulation
+        The motion of the model under the measured input.
+    response, predicted : (n_sensors, n) array
+        What the sensors measured and what the model says, n the judged samples, within the
+        band [unit of the sensor].
+    input : (n,) array
+        The input within the band [m/s^2 or N].
+    """
+
+    measured: Measured
+    simulation: Simulation
+    response: FloatArray
+    predicted: FloatArray
+    input: FloatArray
+
+    @property
+    def residual(self) -> FloatArray:
+        """What was measured less what is predicted, (n_sensors, n) array."""
+        return self.response - self.predicted
+
+    @property
+    def predictable(self) -> bool:
+        """Whether the motion can be compared in time, not only in statistics."""
+        return not self.simulation.chaotic
+
+
+def predict(model: Model, measured: Measured, *, growth: bool = True) -> Prediction:
+    """Return the response of the model to the input of a test.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    measured : Measured
+        The test.
+    growth : bool
+        Whether to see how a disturbance grows, so that chaos is told.
+
+    Raises
+    ------
+    SimulationError
+        If the motion runs away; the message opens with the run.
+    """
+    try:
+        simulation = simulate(model, measured.input, measured.sample_rate, growth=growth)
+    except SimulationError as error:
+        raise SimulationError(f"{measured.run}: {error}") from error
+    part = slice(measured.start, measured.stop)
+    outputs = np.array([simulation.outputs[name] for name in measured.sensors])
+    return Prediction(
+        measured=measured,
+        simulation=simulation,
+        response=within(measured.responses, measured)[:, part],
+        predicted=within(outputs, measured)[:, part],
+        input=within(measured.input, measured)[part],
+    )
+
+
+def within(samples: FloatArray, measured: Measured) -> FloatArray:
+    """Return samples within the compared band, along the last axis, an array like them."""
+    n = samples.shape[-1]
+    length = fft.next_fast_len(n + 2048, real=True)
+    spectrum: ComplexArray = fft.rfft(samples, length)
+    spectrum *= edges(fft.rfftfreq(length, 1.0 / measured.sample_rate), measured.band)
+    kept: FloatArray = fft.irfft(spectrum, length)[..., :n]
+    return kept
+
+
+def edges(frequency: FloatArray, band: tuple[float, float]) -> FloatArray:
+    """Return 1 within a band and 0 outside, with cosine flanks of a tenth of its limits.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Frequencies [Hz].
+    band : (float, float)
+        Limits, in the middle of the flanks [Hz].
+
+    Returns
+    -------
+    (n_frequencies,) array
+        Gain [-].
+    """
+    low, high = band
+    rise = np.clip((frequency / low - 0.9) / 0.2, 0.0, 1.0)
+    fall = np.clip((frequency / high - 0.9) / 0.2, 0.0, 1.0)
+    gain: FloatArray = 0.25 * (1.0 - np.cos(np.pi * rise)) * (1.0 + np.cos(np.pi * fall))
+    return gain

@@ -1,0 +1,63 @@
+"""Noise of the channels while nothing shakes yet: the lead-in of a recording."""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+
+BLOCK_S: Final = 0.05
+"""Length of the blocks in which rest is looked for [s]."""
+
+SHORTEST_S: Final = 0.3
+"""Shortest rest that tells the noise [s]."""
+
+_LOUDER = 3.0  # times the quietest block: the shaker has begun
+_REST = 0.3  # rest is quieter than this share of the whole recording
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Quiet:
+    """The lead-in, and what the channels hold there.
+
+    Attributes
+    ----------
+    stop : int
+        First sample that no longer belongs to it.
+    controls, responses : (n_channels, stop) array
+        Samples at rest, without their means.
+    """
+
+    stop: int
+    controls: FloatArray
+    responses: FloatArray
+
+
+def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) -> Quiet | None:
+    """Return the lead-in of a recording at rest, or None where it begins in motion.
+
+    The rms of blocks of 0.05 s is followed from the start; rest ends where a control or a
+    response first exceeds three times its quietest block of the start, and must be below
+    three tenths of the rms of the whole.
+    """
+    size = max(8, round(BLOCK_S * sample_rate))
+    both = np.concatenate([controls, responses])
+    n_blocks = both.shape[1] // size
+    if n_blocks * size < 2 * SHORTEST_S * sample_rate:
+        return None
+    blocks = both[:, : n_blocks * size].reshape(both.shape[0], n_blocks, size)
+    level = blocks.std(axis=2)
+    first = max(2, round(SHORTEST_S * sample_rate / size))
+    quietest = level[:, :first].min(axis=1, keepdims=True)
+    loud = np.any(level > _LOUDER * quietest, axis=0)
+    end = int(np.argmax(loud)) if loud.any() else 0
+    stop = (end - 1) * size
+    if stop < SHORTEST_S * sample_rate:
+        return None
+    lead = both[:, :stop]
+    if np.any(lead.std(axis=1) > _REST * both.std(axis=1)):
+        return None
+    lead = lead - lead.mean(axis=1, keepdims=True)
+    return Quiet(stop, lead[: len(controls)], lead[len(controls) :])

@@ -1,0 +1,213 @@
+"""What the rooms hand to each other: arrays, channels, recordings."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Final, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc import checks
+
+FloatArray: TypeAlias = NDArray[np.float64]
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+STANDARD_GRAVITY: Final = 9.80665
+"""Standard acceleration of free fall [m/s²] (ISO 80000-3)."""
+
+Role: TypeAlias = Literal["control", "response", "force", "displacement", "velocity", "ignore"]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelUse:
+    """What the test log says of one channel of a recording.
+
+    Attributes
+    ----------
+    key : str or int
+        Name in the recording, or number among the group's channels, from 1.
+    role : Role
+        What the channel is used as.
+    name : str, optional
+        Name in tables, figures and model files; by default the name in the recording.
+    at : str, optional
+        Place or mass that the sensor sits on.
+    unit : str, optional
+        Unit of the numbers in the file, where the file does not say it.
+    sensitivity : str, optional
+        Sensor output per unit, such as ``100 mV/g``, where the file holds volts.
+    """
+
+    key: str | int
+    role: Role
+    name: str | None = None
+    at: str | None = None
+    unit: str | None = None
+    sensitivity: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One channel of a recording, as it is served: in SI.
+
+    Attributes
+    ----------
+    name : str
+        Name in tables, figures and model files.
+    unit : str
+        SI unit of the samples: ``m/s^2``, ``N``, ``m``, ``m/s``, ``V`` or ``1``.
+    source_name : str
+        Name in the file.
+    source_unit : str
+        Unit in the file, as it stands there (or in the log).
+    role : Role, optional
+        What the test log uses the channel as.
+    at : str, optional
+        Place or mass that the sensor sits on.
+    """
+
+    name: str
+    unit: str
+    source_name: str
+    source_unit: str
+    role: Role | None = None
+    at: str | None = None
+
+
+class SampleSource(ABC):
+    """Where the samples of a recording come from."""
+
+    @abstractmethod
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        """Return samples start to stop of the channels in these rows, in SI units.
+
+        Returns
+        -------
+        (len(rows), stop - start) array
+            A new array; fewer samples than asked is an error, never a shorter array.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the file."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ArraySource(SampleSource):
+    """Samples that are in memory already, a (n_channels, n_samples) array in SI units."""
+
+    samples: FloatArray
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        return self.samples[list(rows), start:stop]
+
+    def close(self) -> None:
+        """Do nothing: there is no file."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """Samples of every channel during one run, read when they are asked for.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run; opens every error message.
+    channels : tuple of Channel
+        What each row of the samples holds.
+    sample_rate : float
+        Samples per second [Hz].
+    n_samples : int
+        Complete rows in the file, the same for every channel.
+    source : SampleSource
+        Where the samples come from.
+    rows : tuple of int
+        Which rows of the source the channels are.
+    path : Path, optional
+        The file.
+    start_time : datetime, optional
+        When the first sample was taken, with its time zone.
+    expected_samples : int, optional
+        How many samples the file promised, where it holds fewer.
+    notes : tuple of str
+        What the reader had to decide or found odd, a sentence each.
+    """
+
+    run: str
+    channels: tuple[Channel, ...]
+    sample_rate: float
+    n_samples: int
+    source: SampleSource
+    rows: tuple[int, ...]
+    path: Path | None = None
+    start_time: datetime | None = None
+    expected_samples: int | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        checks.positive("sample_rate", self.sample_rate, "Hz")
+        if len(self.rows) != len(self.channels):
+            raise ValueError(f"{len(self.channels)} channels but {len(self.rows)} rows")
+
+    @property
+    def duration(self) -> float:
+        """Length of what is there [s]."""
+        return self.n_samples / self.sample_rate
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether the file promised more samples than it holds."""
+        return self.expected_samples is not None and self.expected_samples > self.n_samples
+
+    def samples(self, start: int = 0, stop: int | None = None) -> FloatArray:
+        """Return the samples start to stop of every channel, (n_channels, n) array."""
+        return self.source.read(self.rows, start, self.n_samples if stop is None else stop)
+
+    def blocks(
+        self, start: int = 0, stop: int | None = None, size: int = 2**18
+    ) -> Iterator[FloatArray]:
+        """Yield the samples start to stop in order, (n_channels, at most size) arrays."""
+        end = self.n_samples if stop is None else stop
+        for first in range(start, end, size):
+            yield self.samples(first, min(first + size, end))
+
+    def select(self, indices: Sequence[int]) -> "Recording":
+        """Return the same recording with only these of its channels, in this order."""
+        return replace(
+            self,
+            channels=tuple(self.channels[i] for i in indices),
+            rows=tuple(self.rows[i] for i in indices),
+        )
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.source.close()
+
+
+def recording_of_arrays(
+    run: str, channels: Sequence[Channel], samples: FloatArray, sample_rate: float
+) -> Recording:
+    """Return a recording of samples in memory, a (n_channels, n_samples) array in SI units.
+
+    Raises
+    ------
+    ValueError
+        If the rows of `samples` are not one for each channel.
+    """
+    if samples.ndim != 2 or samples.shape[0] != len(channels):
+        raise ValueError(f"samples must be ({len(channels)}, n_samples), not {samples.shape}")
+    return Recording(
+        run=run,
+        channels=tuple(channels),
+        sample_rate=sample_rate,
+        n_samples=samples.shape[1],
+        source=ArraySource(samples),
+        rows=tuple(range(len(channels))),
+    )

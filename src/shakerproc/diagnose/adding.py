@@ -1,0 +1,131 @@
+"""One effect fitted beside the model, and the element that goes into the model file."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from shakerproc.compare.measured import measured_tests
+from shakerproc.diagnose.arrays import no_correction
+from shakerproc.diagnose.decide import error_of, estimates, intervals
+from shakerproc.diagnose.from_files import arrays
+from shakerproc.diagnose.pipeline import screened_bench
+from shakerproc.diagnose.result import Estimate
+from shakerproc.diagnose.search import annealed, refit
+from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import EFFECTS, Element, Model
+from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.testlog import TestLog
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """A fitted effect and what it does to the errors.
+
+    Attributes
+    ----------
+    element : Element
+        For the model file.
+    parameters : mapping of str to Estimate
+        Its numbers with 95 % intervals.
+    stiffness, damping : mapping of (str, str) to Estimate
+        The linear joints, fitted with it.
+    before, after : float
+        Held-out error (fitted, where no test is held out) [-].
+    tests : tuple of str
+        Tests it was fitted to.
+    """
+
+    element: Element
+    parameters: dict[str, Estimate]
+    stiffness: dict[tuple[str, str], Estimate]
+    damping: dict[tuple[str, str], Estimate]
+    before: float
+    after: float
+    tests: tuple[str, ...]
+
+
+def fit_effect(
+    kind: str,
+    model: Model,
+    log: TestLog,
+    *,
+    between: Sequence[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Added:
+    """Return an effect fitted jointly with the linear model to the tests of a log.
+
+    Raises
+    ------
+    DiagnosisError
+        If the effect is unknown to the search, or does not fit these tests at all.
+    """
+    if kind not in EFFECTS:
+        raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
+    say = progress or (lambda _text: None)
+    measured = measured_tests(log, model)
+    known = skeleton(model, tuple(measured[0].sensors))
+    tests = tuple(arrays(m) for m in measured)
+    base, start = start_parameters(known)
+    say("linear model and screening")
+    bench, p, at, screen, regression, starts = screened_bench(
+        known.structure, tests, no_correction(len(known.sensors)), start
+    )
+    wanted = [
+        s for s in starts
+        if s.candidate.kind == kind and (between is None or _same(known, s.joint, between))
+    ]  # fmt: skip
+    if not wanted:
+        raise DiagnosisError(
+            f"{kind} explains nothing of these tests with physical numbers in any joint the "
+            "sensors can judge; see `shakerproc diagnose` for what does."
+        )
+    none = at.fit(base, p, bench.short, 0)
+    if none is None:
+        raise DiagnosisError(f"{model.title}: the model is unstable; check its stiffness.")
+    say("the effect")
+    final, fits = annealed(at, none, wanted, regression.cost, screen.residual.size, (start,))
+    say("whole tests")
+    fits = refit(final, fits[:1], bench.fitted(), 3, sensors=True)
+    if not fits:
+        raise DiagnosisError(f"{kind} cannot be fitted to these tests; its motion runs away.")
+    fit = fits[0]
+    kept = bench.kept() or bench.fitted()
+    numbers = estimates(fit, len(fit.hypothesis.terms) - 1)
+    term = fit.hypothesis.terms[-1]
+    stiffness, damping = linear_estimates(known, fit)
+    return Added(
+        Element(effect_of(kind, numbers), known.between(term.joint)),
+        numbers,
+        stiffness,
+        damping,
+        error_of(final, base, start, kept),
+        error_of(final, fit.hypothesis, fit.parameters, kept),
+        tuple(m.name for m in measured if not m.test.hold_out),
+    )  # fmt: skip
+
+
+def _same(known: Skeleton, joint: int, between: Sequence[str]) -> bool:
+    return set(known.between(joint)) == set(between)
+
+
+def effect_of(kind: str, numbers: dict[str, Estimate]) -> AbstractEffect:
+    """Return the effect with these numbers."""
+    values = {name: estimate.value for name, estimate in numbers.items()}
+    return EFFECTS[kind](**values)
+
+
+def linear_estimates(known: Skeleton, fit):  # type: ignore[no-untyped-def]
+    """Return stiffness and damping of the joints with 95 % intervals."""
+    n = fit.parameters.stiffness.size
+    sigma = intervals(fit, n)
+    stiffness, damping = {}, {}
+    for i, joint in enumerate(known.structure.joints):
+        place = known.between(i)
+        k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
+        dk, dc = (
+            1.96 * float(sigma[i]) * joint.stiffness,
+            1.96 * float(sigma[n + i]) * joint.damping,
+        )
+        stiffness[place] = Estimate(k, k - dk, k + dk, "N/m")
+        damping[place] = Estimate(c, c - dc, c + dc, "N s/m")
+    return stiffness, damping

@@ -1,0 +1,162 @@
+"""From what was found to a verdict in words and numbers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnose.fit import Fit, taken_away, whitened
+from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
+from shakerproc.diagnose.result import Estimate
+from shakerproc.diagnose.search import Context, deviance
+
+CALIBRATION = 2e-3
+"""How well the sensors' gains are known, one standard deviation [-]."""
+
+
+def size(fit: Fit) -> int:
+    """Return how many numbers a hypothesis adds to the linear model."""
+    return sum(len(term.candidate.names) for term in fit.hypothesis.terms)
+
+
+def criterion(fit: Fit) -> float:
+    """Return Bayes' information criterion: deviance and a price for every number."""
+    return deviance(fit) / max(fit.cost / fit.count, 1.0) + size(fit) * float(np.log(fit.count))
+
+
+def window(fits: Sequence[Fit]) -> float:
+    """Return by how much deviances must differ for data of this size to tell hypotheses apart.
+
+    Bayes' price for one number, or 1 % of the variance of the innovations: what the numerics
+    and the calibration of the sensors leave in doubt.
+    """
+    count = min(fit.count for fit in fits)
+    return max(float(np.log(count)), 0.01 * count)
+
+
+def rank(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits, the best first; of those as good as the best, the simplest first."""
+    if not fits:
+        return []
+    by_likelihood = sorted(fits, key=deviance)
+    edge = deviance(by_likelihood[0]) + window(by_likelihood)
+    near = [fit for fit in by_likelihood if deviance(fit) <= edge]
+    far = [fit for fit in by_likelihood if deviance(fit) > edge]
+    return sorted(near, key=lambda fit: (size(fit), deviance(fit))) + far
+
+
+def ties(ordered: Sequence[Fit]) -> list[Fit]:
+    """Return the fits that explain the data as well as the first."""
+    if not ordered:
+        return []
+    best = ordered[0]
+    edge = min(deviance(fit) for fit in ordered) + window(ordered)
+    return [
+        fit for fit in ordered[1:]
+        if deviance(fit) <= edge
+        and fit.hypothesis.terms[-1].candidate.kind != best.hypothesis.terms[-1].candidate.kind
+    ]  # fmt: skip
+
+
+def intervals(fit: Fit, structure_n: int) -> FloatArray:
+    """Return the standard deviation of every scaled number of a fit."""
+    spread = max(fit.cost / fit.count, 1.0)
+    return np.sqrt(np.maximum(np.diag(fit.covariance), 0.0) * spread + CALIBRATION**2)
+
+
+def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
+    """Return the parameters of one term, with 95 % intervals, as its effect names them."""
+    term: Term = fit.hypothesis.terms[term_index]
+    values = fit.parameters.values[term_index]
+    n, s = fit.parameters.stiffness.size, fit.parameters.gain.size
+    first = 2 * n + 2 * s + sum(len(v) for v in fit.parameters.values[:term_index])
+    sigma = intervals(fit, n)[first : first + len(values)]
+    out: dict[str, Estimate] = {}
+    for name, unit, value, sd, positive in zip(
+        term.candidate.names, term.candidate.units, values, sigma, term.candidate.positive,
+        strict=True,
+    ):  # fmt: skip
+        if positive:
+            factor = float(np.exp(min(1.96 * sd, 50.0)))
+            out[name] = Estimate(value, value / factor, value * factor, unit)
+        else:
+            half = 1.96 * sd * abs(_start_scale(fit, term_index, name))
+            out[name] = Estimate(value, value - half, value + half, unit)
+    return _as_effect(term, out)
+
+
+def _start_scale(fit: Fit, term_index: int, name: str) -> float:
+    at = fit.hypothesis.terms[term_index].candidate.names.index(name)
+    return fit.scales[term_index][at]
+
+
+def _estimate(numbers: list[float], unit: str) -> Estimate:
+    value, low, high = numbers
+    return Estimate(value, low, high, unit)
+
+
+def _as_effect(term: Term, fitted: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Return the estimates under the names of the effect in the model file."""
+    out = dict(fitted)
+    if "excess" in out:
+        extra, sliding = out.pop("excess"), out["sliding_force"]
+        numbers = [float(x) for x in (extra.value, extra.low or 0.0, extra.high or 0.0)]
+        force = float(sliding.value)
+        out["breakaway_force"] = _estimate([force * (1.0 + x) for x in numbers], "N")
+    if "bristle_ratio" in out:
+        ratio, bristle = out.pop("bristle_ratio"), out["bristle_stiffness"]
+        root = float(np.sqrt(float(bristle.value) * term.mass))
+        numbers = [float(x) * root for x in (ratio.value, ratio.low or 0.0, ratio.high or 0.0)]
+        out["bristle_damping"] = _estimate(numbers, "N s/m")
+        out["viscous_damping"] = Estimate(0.0, 0.0, 0.0, "N s/m")
+    if term.candidate.kind == "jenkins":
+        k, slip = out["stiffness"], out.pop("slip_displacement")
+        numbers = [float(k.value) * float(x or 0.0) for x in (slip.value, slip.low, slip.high)]
+        out["slip_force"] = _estimate(numbers, "N")
+    for name, value in term.candidate.fixed.items():
+        unit = {"reference": "s", "reference_displacement": "m"}.get(name, "")
+        number = value if isinstance(value, str) else float(value)
+        out[name] = (
+            Estimate(number, None, None, unit)
+            if isinstance(number, str)
+            else Estimate(number, number, number, unit)
+        )
+    return out
+
+
+def error_of(
+    at: Context, hypothesis: Hypothesis, p: Parameters, segments: tuple[Segment, ...]
+) -> float:
+    """Return rms of what is not predicted over rms of the response, over these segments.
+
+    The prediction is one sample ahead, by an observer that follows the measurement as far as
+    the noise of the sensors justifies.
+    """
+    tunings = at.tuned(hypothesis, p)
+    structure = at.bench.structure
+    beyond = None
+    if at.filtered and hypothesis.terms:
+        beyond = taken_away(structure, hypothesis, p, segments, tunings, None)
+        beyond = taken_away(structure, hypothesis, p, segments, tunings, beyond)
+    above = below = 0.0
+    for i, segment in enumerate(segments):
+        lost = None if beyond is None else [beyond[i]]
+        seen = whitened(structure, hypothesis, p, (segment,), tunings, lost)
+        if seen is None:
+            return float("inf")
+        parts, logs = seen
+        count = parts[0].size
+        above += float(np.sum(parts[0] ** 2)) * float(np.exp(logs / count))
+        below += float(np.sum(segment.measured[:, segment.skip :] ** 2))
+    return float(np.sqrt(above / max(below, 1e-300)))
+
+
+def noise_floor(segments: tuple[Segment, ...], at: Context) -> float:
+    """Return rms of the sensors' noise over rms of the response."""
+    above = below = 0.0
+    for segment in segments:
+        judged = segment.measured[:, segment.skip :]
+        noise = at.bench.prepared[segment.test].noise
+        above += float(np.sum(noise**2)) * judged.shape[1]
+        below += float(np.sum(judged**2))
+    return float(np.sqrt(above / max(below, 1e-300)))

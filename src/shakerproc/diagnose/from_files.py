@@ -1,0 +1,73 @@
+"""A diagnosis from a model and a test log."""
+
+from collections.abc import Callable
+
+from shakerproc.compare.measured import Measured, measured_tests
+from shakerproc.diagnose.diagnosing import diagnose_arrays
+from shakerproc.diagnose.prepare import TestArrays
+from shakerproc.diagnose.result import Diagnosis
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog
+
+
+def diagnose(
+    model: Model,
+    log: TestLog,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Return which effect a model lacks, judged from the tests of a log.
+
+    Parameters
+    ----------
+    model : Model
+        The model as it is.
+    log : TestLog
+        The tests; those with ``hold_out: true`` are only scored.
+    seed : int
+        Returned with the result; nothing is drawn.
+    progress : callable, optional
+        Called with what is being done.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests and the model do not fit together.
+    ShakerprocError
+        If a recording cannot be used.
+    """
+    measured = measured_tests(log, model)
+    rates = {m.sample_rate for m in measured}
+    if len(rates) > 1:
+        listed = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
+        raise DiagnosisError(
+            f"{log.path.name}: tests at different rates ({listed}) cannot be judged together; "
+            "put them into logs of their own."
+        )
+    if all(m.test.hold_out for m in measured):
+        raise DiagnosisError(
+            f"{log.path.name}: every test is held out, so there is nothing to fit to; take "
+            "hold_out from some."
+        )
+    clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
+    return diagnose_arrays(
+        model,
+        [arrays(m) for m in measured],
+        sensors=measured[0].sensors,
+        clearances=[c for c in clearances if c > 0.0],
+        seed=seed,
+        progress=progress,
+    )
+
+
+def arrays(measured: Measured) -> TestArrays:
+    """Return a measured test as the search takes it."""
+    return TestArrays(
+        f"test {measured.name}",
+        measured.sample_rate,
+        measured.controls,
+        measured.responses,
+        bool(measured.test.hold_out),
+    )

@@ -1,0 +1,409 @@
+"""The whole of a diagnosis on arrays: faults, linear model, candidates, pairs, decision."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnose import faults as guesses
+from shakerproc.diagnose.arrays import Correction, no_correction, prepare
+from shakerproc.diagnose.fit import Fit, Priors
+from shakerproc.diagnose.prepare import TestArrays
+from shakerproc.diagnose.problem import Hypothesis, Parameters
+from shakerproc.diagnose.screen import Regression, Screen, Start, own_columns
+from shakerproc.diagnose.search import (
+    FLOOR,
+    Bench,
+    Context,
+    annealed,
+    build_screen,
+    context,
+    deviance,
+    equation_linear,
+    fineness,
+    make_bench,
+    plausible,
+    refit,
+    screen_all,
+)
+from shakerproc.diagnose.structure import Structure
+
+Progress = Callable[[str], None]
+LOOSE = 0.3
+"""Share of the response that the first screening takes as not explained [-]."""
+MATTERS = 0.05
+"""Share of the squared residual that an effect must explain to be named [-]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """What the search found, before it is put into words.
+
+    Attributes
+    ----------
+    at : Context
+        Bench and corrections of the final fits.
+    linear : Fit
+        The linear model (with the effects the model has), fitted.
+    fits : tuple of Fit
+        Hypotheses with one more effect or fault, best first.
+    pairs : tuple of Fit
+        With two more.
+    correction : Correction
+        What was corrected before the fits.
+    faults : dict
+        Faults that stand, by sensor: kind to (sensor, numbers).
+    starts : tuple of Start
+        The screening.
+    screen_cost : float
+        Cost of the linear regression of the screening, and its count.
+    """
+
+    at: Context
+    linear: Fit
+    fits: tuple[Fit, ...]
+    pairs: tuple[Fit, ...]
+    correction: Correction
+    faults: tuple[tuple[str, int, float], ...]
+    starts: tuple[Start, ...]
+    screen_cost: float
+    screen_count: int
+    linear_loose: float
+
+
+def _bench(
+    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, fine: int
+) -> tuple[Bench, list[dict[int, float]]]:
+    prepared, levels = [], []
+    for i, test in enumerate(tests):
+        ready, clip = prepare(test, i, fix, fine)
+        prepared.append(ready)
+        levels.append(clip)
+    return make_bench(structure, tuple(prepared), fine, Priors()), levels
+
+
+def _screened(
+    bench: Bench, start: Parameters, joints: tuple[int, ...]
+) -> tuple[Parameters, Context, Screen, Regression, list[Start]]:
+    p = equation_linear(bench, start, LOOSE)
+    at = context(bench, p, LOOSE)
+    screen = build_screen(at, p, joints)
+    if screen is None:
+        raise FloatingPointError("the linear model is unstable")
+    regression = Regression(screen)
+    return p, at, screen, regression, screen_all(screen, regression, joints)
+
+
+def screened_bench(
+    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
+):
+    """Return bench, linear numbers, context, screen, regression and starts of sound tests."""
+    fine = max(fineness(structure, tests[0].sample_rate), 4)
+    bench, _ = _bench(structure, tests, fix, fine)
+    return (bench, *_screened(bench, start, judged_joints(structure)))
+
+
+def best_cost(regression: Regression, starts: list[Start]) -> float:
+    """Return the cost of the best regression."""
+    return regression.cost - (starts[0].gain if starts else 0.0)
+
+
+def guess_faults(structure: Structure, tests: tuple[TestArrays, ...]) -> Correction | None:
+    """Return a correction of gains, signs and delays that might be, or None.
+
+    Only where one mass stands on the base can they be told without the physics being known.
+    """
+    if structure.masses.size != 1 or structure.forced >= 0:
+        return None
+    if any(s.order != 2 for s in structure.sensing):
+        return None
+    omega = float(np.sqrt(np.sum(structure.stiffness) / structure.masses[0]))
+    used = [t for t in tests if not t.hold_out]
+    gain, delay = np.ones(len(structure.sensing)), np.zeros(len(structure.sensing))
+    doubtful = False
+    for i in range(len(structure.sensing)):
+        rate = used[0].sample_rate
+        guess = guesses.sensor_guess(
+            [np.mean(t.controls, axis=0) for t in used], [t.responses[i] for t in used],
+            rate, omega, 0.01,
+        )  # fmt: skip
+        if guess is None:
+            continue
+        if guess.polarity < 0.0 or abs(np.log(guess.gain)) > 0.02 or abs(guess.delay) > 1.5e-5:
+            doubtful = True
+            gain[i] = guess.polarity * (guess.gain if abs(np.log(guess.gain)) > 0.02 else 1.0)
+            delay[i] = guess.delay if abs(guess.delay) > 1e-5 else 0.0
+    return Correction(gain, delay, {}) if doubtful else None
+
+
+def investigate(
+    structure: Structure, tests: tuple[TestArrays, ...], base: Hypothesis, start: Parameters,
+    *, progress: Progress,
+) -> Findings:  # fmt: skip
+    """Return what the tests say of a structure."""
+    joints = judged_joints(structure)
+    sensors = len(structure.sensing)
+    fine = max(fineness(structure, tests[0].sample_rate), 4)
+    fix = no_correction(sensors)
+    progress("reading the samples")
+    bench, levels = _bench(structure, tests, fix, fine)
+    progress("linear model and screening")
+    p, at, screen, regression, starts = _screened(bench, start, joints)
+    guess = guess_faults(structure, tests)
+    if guess is not None:
+        for other in _variants(guess):
+            trial, _ = _bench(structure, tests, other, fine)
+            result = _screened(trial, start, joints)
+            # in units of the response: the looseness is a share of it in both
+            if best_cost(result[3], result[4]) < 0.35 * best_cost(regression, starts):
+                fix, bench = other, trial
+                p, at, screen, regression, starts = result
+    if guess is not None and fix.delay is not None:
+        p, at, screen, regression, starts, fix, bench = _sharpened(
+            structure,
+            tests,
+            start,
+            joints,
+            fine,
+            fix,
+            bench,
+            (p, at, screen, regression, starts),
+        )
+    freed = tuple(("sensor_gain", i) for i, g in enumerate(fix.gain) if abs(g) != 1.0)
+    freed += tuple(("sensor_delay", i) for i, d in enumerate(fix.delay) if d != 0.0)
+    base = replace(base, faults=freed)
+    progress("mains hum")
+    hum = find_hum(bench, at, p)
+    if hum:
+        fix = replace(fix, hum=hum)
+        bench, _ = _bench(structure, tests, fix, fine)
+        p, at, screen, regression, starts = _screened(bench, start, joints)
+    found = [("mains_hum", sensor, lines[0][0]) for (_, sensor), lines in hum.items()]
+    for level in levels:
+        found += [("clipping", sensor, value) for sensor, value in level.items()]
+    progress("the linear model")
+    lin_at, linear = fit_base(bench, at, p, base, regression.cost, screen.residual.size)
+    progress("the candidates")
+    fits: list[Fit] = []
+    pairs: list[Fit] = []
+    final = lin_at
+    if _worth(lin_at, linear, joints):
+        keep = plausible(starts, regression.cost)
+        none = at.fit(base, p, bench.short, 0)
+        if keep and none is not None:
+            final, fits = annealed(
+                at,
+                none,
+                keep,
+                regression.cost,
+                screen.residual.size,
+                (start, linear.parameters),
+            )
+            progress("pairs")
+            both = pair_search(final, screen, fits, joints, bench)
+            progress("the best candidates on whole tests")
+            near = [f for f in fits if deviance(f) < deviance(fits[0]) + 0.1 * f.count][:4]
+            if both is not None:
+                final, near = both[0], [both[1]]
+            fits = refit(final, near, bench.fitted(), 2, sensors=True)
+    whole_at = final
+    lin = whole_at.fit(linear.hypothesis, linear.parameters, bench.fitted(), 3, sensors=True)
+    if lin is None:
+        lin = linear
+    return Findings(
+        whole_at, lin, tuple(fits), tuple(pairs), fix, tuple(found), tuple(starts),
+        regression.cost, screen.residual.size, lin_at.loose,
+    )  # fmt: skip
+
+
+def _sharpened(structure, tests, start, joints, fine, fix, bench, found):  # type: ignore[no-untyped-def]
+    """Return everything after delays have been found to a microsecond or so."""
+    p, at, screen, regression, starts = found
+    if np.all(fix.delay == 0.0):
+        return (*found, fix, bench)
+    free = Hypothesis((), tuple(("sensor_delay", int(i)) for i in np.flatnonzero(fix.delay)))
+    for _ in range(4):
+        near = context(bench, p, 0.02)
+        fit = near.fit(free, p, bench.short, 3)
+        if fit is None:
+            break
+        fix = replace(
+            fix, delay=fix.delay + np.where(fix.delay != 0.0, fit.parameters.delay, 0.0)
+        )
+        bench, _ = _bench(structure, tests, fix, fine)
+        p = replace(fit.parameters, delay=np.zeros_like(fix.delay), gain=np.ones_like(fix.gain))
+        if np.max(np.abs(fit.parameters.delay)) < 1e-6:
+            break
+    return (*_screened(bench, start, joints), fix, bench)
+
+
+def pair_search(
+    at: Context, screen: Screen, fits: list[Fit], joints: tuple[int, ...], bench: Bench
+) -> tuple[Context, Fit] | None:
+    """Return the best pair of effects, where one effect leaves more than the noise."""
+    floor = _floor(bench)
+    best = fits[0]
+    if _left(at, best, bench) < 1.25 * floor:
+        return None
+    found: tuple[Context, Fit] | None = None
+    for single in fits[:2]:
+        term = single.hypothesis.terms[-1]
+        worse = deviance(single) > deviance(best) + best.count
+        if term.candidate.kind == "attached_mode" or worse:
+            continue
+        values = single.parameters.values[-1]
+        beside = float(single.parameters.stiffness[term.joint])
+        if term.candidate.kind == "lugre_friction":
+            beside = term.mass
+        regression = Regression(screen, own_columns(screen, term, values, beside))
+        starts = [
+            s for s in screen_all(screen, regression, joints)
+            if (s.candidate.kind, s.joint) != (term.candidate.kind, term.joint)
+        ][:4]  # fmt: skip
+        if not starts:
+            continue
+        tighter, pairs = annealed(
+            at, single, starts, regression.cost, screen.residual.size, (single.parameters,)
+        )
+        if pairs and (found is None or deviance(pairs[0]) < deviance(found[1])):
+            found = tighter, pairs[0]
+    if found is None:
+        return None
+    gained = deviance(best) - deviance(found[1])
+    return found if gained > max(100.0, 0.1 * best.count) else None
+
+
+def _floor(bench: Bench) -> float:
+    """Return the rms of the noise over that of the response, over the short stretches."""
+    above = sum(
+        float(np.sum(bench.prepared[s.test].noise ** 2)) * (s.measured.shape[1] - s.skip)
+        for s in bench.short
+    )
+    below = sum(float(np.sum(s.measured[:, s.skip :] ** 2)) for s in bench.short)
+    return float(np.sqrt(above / below))
+
+
+def _left(at: Context, fit: Fit, bench: Bench) -> float:
+    """Return the rms of the innovations over that of the response, over the short stretches."""
+    from shakerproc.diagnose.decide import error_of
+
+    return error_of(at, fit.hypothesis, fit.parameters, bench.short)
+
+
+def _variants(guess: Correction) -> list[Correction]:
+    """Return the corrections to try: the whole guess, and each part of it."""
+    out = [guess]
+    still = np.zeros_like(guess.delay)
+    sign = np.sign(guess.gain)
+    for gain, delay in ((sign, guess.delay), (guess.gain, still), (sign, still)):
+        if not (np.all(gain == 1.0) and np.all(delay == 0.0)) and not any(
+            np.array_equal(gain, o.gain) and np.array_equal(delay, o.delay) for o in out
+        ):
+            out.append(Correction(gain, delay, {}))
+    return out[:1]
+
+
+def fit_base(
+    bench: Bench, at: Context, p: Parameters, base: Hypothesis, cost: float, count: int
+) -> tuple[Context, Fit]:
+    """Return the linear model fitted as tightly as its likelihood allows."""
+    loose = max(FLOOR, LOOSE * float(np.sqrt(cost / count)))
+    at = context(bench, p, loose)
+    fit = at.fit(base, p, bench.short, 4)
+    if fit is None:
+        raise FloatingPointError("the linear model is unstable")
+    for _ in range(6):
+        if at.loose <= FLOOR:
+            break
+        new = at.loose * float(np.sqrt(fit.cost / fit.count))
+        new = max(FLOOR, new if new < 0.5 * at.loose else 0.3 * at.loose)
+        tighter = context(bench, p, new)
+        tried = tighter.fit(base, fit.parameters, bench.short, 4)
+        if tried is None or deviance(tried) > deviance(fit):
+            break
+        at, fit = tighter, tried
+    return at, fit
+
+
+def _worth(at: Context, linear: Fit, joints: tuple[int, ...]) -> bool:
+    """Return whether any candidate could explain enough beside the linear fit."""
+    if at.loose > max(FLOOR, _floor(at.bench)):
+        return True
+    screen = build_screen(at, linear.parameters, joints)
+    if screen is None:
+        return True
+    regression = Regression(screen)
+    starts = screen_all(screen, regression, joints)
+    return bool(starts) and starts[0].gain > 0.5 * MATTERS * regression.cost
+
+
+def judged_joints(structure: Structure) -> tuple[int, ...]:
+    """Return the joints whose sides all carry sensors (or are the base)."""
+    seen = {s.mass for s in structure.sensing} | {-1}
+    out = [i for i, j in enumerate(structure.joints) if j.a in seen and j.b in seen]
+    return tuple(out or range(len(structure.joints)))
+
+
+def find_hum(
+    bench: Bench, at: Context, p: Parameters
+) -> dict[tuple[int, int], tuple[tuple[float, float, float], ...]]:
+    """Return mains lines in the responses, by test and sensor."""
+    from shakerproc.diagnose.problem import law_table, run
+    from shakerproc.diagnose.structure import hold, matrices
+
+    linear = bench.structure.with_linear(p.stiffness, p.damping)
+    table = law_table(linear, Hypothesis(), p, linear.masses.size)
+    votes: dict[int, dict[float, int]] = {}
+    residuals: dict[tuple[int, int], FloatArray] = {}
+    for segment in bench.whole:
+        seen = run(linear, table, segment, at.tunings[segment.gain_key], p)
+        if seen is None:
+            return {}
+        for sensor, row in enumerate(seen.innovations):
+            residuals[segment.test, sensor] = row
+            found = guesses.hum_lines(row, segment.sample_rate)
+            if found is not None:
+                own = votes.setdefault(sensor, {})
+                own[found[0]] = own.get(found[0], 0) + 1
+    out = {}
+    system = matrices(linear)
+    for sensor, own in votes.items():
+        mains, count = max(own.items(), key=lambda item: item[1])
+        if count < max(2, len(bench.whole) // 2) and len(bench.whole) > 1:
+            continue
+        for segment in bench.whole:
+            tuned = at.tunings[segment.gain_key]
+            phi, _, _ = hold(system.state, system.input[:, None], 1.0 / segment.sample_rate)
+            closed = phi @ (np.eye(phi.shape[0]) - tuned.gain @ system.out)
+            row = residuals[segment.test, sensor] * tuned.sigma[sensor]
+            lines = []
+            n = row.size
+            t = np.arange(n) / segment.sample_rate
+            window = np.hanning(n)
+            for harmonic in range(1, 11):
+                f = mains * harmonic
+                if f > 0.45 * segment.sample_rate:
+                    break
+                z = np.exp(2j * np.pi * f / segment.sample_rate)
+                inner = np.linalg.solve(
+                    z * np.eye(phi.shape[0]) - closed, phi @ tuned.gain[:, [sensor]]
+                )
+                transfer = 1.0 - (system.out[sensor] @ inner)[0]
+                turning = np.exp(-2j * np.pi * f * t)
+                value = 2.0 * np.sum(row * window * turning) / np.sum(window)
+                side = [
+                    abs(
+                        2.0
+                        * np.sum(row * window * np.exp(-2j * np.pi * (f + d) * t))
+                        / np.sum(window)
+                    )
+                    ** 2
+                    for d in (-3.1, -1.7, -0.9, 0.9, 1.7, 3.1)
+                ]
+                if abs(value) ** 2 > 15.0 * np.mean(side):
+                    own_line = value / transfer
+                    lines.append((f, float(own_line.real), float(-own_line.imag)))
+            if lines:
+                out[segment.test, sensor] = tuple(lines)
+    return out

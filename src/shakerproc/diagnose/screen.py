@@ -1,0 +1,364 @@
+"""The screening: candidates as forces that a linear model lacks, by linear regression.
+
+The innovations of a linear observer are, exactly, what the lacking forces show through it; so
+each candidate's force along the measured motion, sent through the same observer, is a column of
+a linear regression. Inner parameters are tried on a grid.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnose import kernel
+from shakerproc.diagnose.candidates import Candidate, Motion
+from shakerproc.diagnose.problem import (
+    Hypothesis,
+    Parameters,
+    Segment,
+    Term,
+    Tuning,
+    assemble,
+    law_table,
+    reduced_mass,
+    run,
+)
+from shakerproc.diagnose.structure import Structure, hold, matrices, pattern
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Motion of a segment: displacement and velocity of every mass against the base."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    input: FloatArray
+
+
+def track(
+    structure: Structure, hypothesis: Hypothesis, p: Parameters, segment: Segment,
+    tuned: Tuning, blend_hz: float,
+) -> tuple[Track, FloatArray] | None:  # fmt: skip
+    """Return motion and innovations: the observer's below `blend_hz`, integrated above.
+
+    Only masses with an acceleration sensor are integrated; the others follow the observer.
+    """
+    whole = assemble(structure, hypothesis, p)
+    table = law_table(structure, hypothesis, p, whole.masses.size)
+    result = run(whole, table, segment, tuned, p, keep=True)
+    if result is None:
+        return None
+    m = whole.masses.size
+    displacement, velocity = result.states[:m].copy(), result.states[m:].copy()
+    base = segment.input[:: segment.fine]
+    n = base.size
+    length = next_fast_len(n + 256, real=True)
+    omega = 2.0 * np.pi * rfftfreq(length, 1.0 / segment.sample_rate)
+    omega[0] = 1.0
+    share = (omega / (2.0 * np.pi * blend_hz)) ** 6
+    share = share / (1.0 + share)
+    share[0] = 0.0
+    taper = _taper(n, int(0.05 * segment.sample_rate))
+    for i, sensing in enumerate(structure.sensing):
+        if sensing.order != 2:
+            continue
+        measured = (segment.measured[i] + p.delay[i] * segment.slope[i]) / p.gain[i]
+        relative = measured - base if structure.forced < 0 and sensing.absolute else measured
+        spectrum = rfft(relative * taper, length)
+        model = rfft(displacement[sensing.mass] * taper, length)
+        motion = share * spectrum / -(omega**2) + (1.0 - share) * model
+        inner = taper > 0.999
+        z = irfft(motion, length)[:n]
+        v = irfft(1j * omega * motion, length)[:n]
+        displacement[sensing.mass] = np.where(inner, z, displacement[sensing.mass])
+        velocity[sensing.mass] = np.where(inner, v, velocity[sensing.mass])
+    return Track(displacement, velocity, base), result.innovations
+
+
+def part_of(moved: Track, start: int, stop: int) -> Track:
+    """Return a stretch of a track."""
+    return Track(
+        moved.displacement[:, start:stop],
+        moved.velocity[:, start:stop],
+        moved.input[start:stop],
+    )
+
+
+def _taper(n: int, edge: int) -> FloatArray:
+    ramp = 0.5 * (1.0 - np.cos(np.pi * np.arange(edge) / edge))
+    out = np.ones(n)
+    out[:edge], out[-edge:] = ramp, ramp[::-1]
+    return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Screen:
+    """Everything that regressions share: the linear observer, its innovations and columns."""
+
+    structure: Structure
+    segments: tuple[Segment, ...]
+    tunings: tuple[Tuning, ...]
+    tracks: tuple[Track, ...]
+    residual: FloatArray
+    base: FloatArray
+    blocks: FloatArray
+    joints: tuple[int, ...]
+
+
+def stretch(structure: Structure, joint: int, moved: Track) -> tuple[FloatArray, FloatArray]:
+    """Return relative displacement and velocity of a joint along a track."""
+    row = pattern(structure.joints[joint], moved.displacement.shape[0])
+    return row @ moved.displacement, row @ moved.velocity
+
+
+def through(screen: Screen, forces: list[list[FloatArray]], row: FloatArray) -> FloatArray:
+    """Return whitened columns (n_columns, n) of forces on the masses of `row`.
+
+    forces[segment][column] is an array; row (n_masses,) says on which masses it acts, with
+    which sign.
+    """
+    parts = []
+    structure = screen.structure
+    system = matrices(structure)
+    for segment, own in zip(screen.segments, forces, strict=True):
+        tuned = screen.tunings[segment.gain_key]
+        phi, g0, g1 = hold(system.state, system.force, 1.0 / segment.sample_rate)
+        f = np.stack([np.outer(row, force) for force in own])
+        columns = np.empty((len(own), len(structure.sensing), f.shape[2]))
+        kernel.filter_forces(phi, g0, g1, system.out, system.out_force, tuned.gain, f, columns)
+        columns /= tuned.sigma[:, None]
+        parts.append(columns[:, :, segment.skip :].reshape(len(own), -1))
+    return np.concatenate(parts, axis=1)
+
+
+def prepare_screen(
+    structure: Structure,
+    p: Parameters,
+    whole: tuple[Segment, ...],
+    segments: tuple[Segment, ...],
+    tunings: tuple[Tuning, ...], blend_hz: float, joints: tuple[int, ...],
+) -> Screen | None:  # fmt: skip
+    """Return the common part of every regression around a linear model."""
+    linear = structure.with_linear(p.stiffness, p.damping)
+    tracks, parts = [], []
+    none = Hypothesis()
+    known: dict[int, tuple[Track, FloatArray]] = {}
+    for segment in segments:
+        tuned = tunings[segment.gain_key]
+        if segment.test not in known:
+            found = track(linear, none, p, whole[segment.test], tuned, blend_hz)
+            if found is None:
+                return None
+            known[segment.test] = found
+        moved, innovations = known[segment.test]
+        stop = segment.start + segment.measured.shape[1]
+        tracks.append(part_of(moved, segment.start, stop))
+        judged = innovations[:, segment.start + segment.skip : stop]
+        parts.append(judged.ravel())
+    screen = Screen(
+        linear, segments, tunings, tuple(tracks), np.concatenate(parts),
+        np.empty((0, 0)), np.empty(0), joints,
+    )  # fmt: skip
+    columns = []
+    for joint in range(len(structure.joints)):
+        forces = []
+        for moved in tracks:
+            d, v = stretch(linear, joint, moved)
+            forces.append([d * p.stiffness[joint], v * p.damping[joint]])
+        columns.append(
+            through(screen, forces, pattern(structure.joints[joint], linear.masses.size))
+        )
+    base = np.concatenate(columns)
+    return Screen(
+        linear, segments, tunings, tuple(tracks), screen.residual, base,
+        _block_index(segments, len(structure.sensing)), joints,
+    )  # fmt: skip
+
+
+def _block_index(segments: tuple[Segment, ...], n_sensors: int) -> FloatArray:
+    out, first = [], 0
+    for segment in segments:
+        n = segment.measured.shape[1] - segment.skip
+        own = np.arange(n) // int(0.25 * segment.sample_rate)
+        out.append(np.tile(own + first, n_sensors))
+        first += own[-1] + 1
+    return np.concatenate(out)
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a fit may start, and how well the regression did there."""
+
+    candidate: Candidate
+    joint: int
+    values: tuple[float, ...]
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
+    gain: float
+    guesses: tuple[tuple[float, ...], ...] = ()
+
+
+class Regression:
+    """Regressions on a common base, solved by projecting it out once."""
+
+    def __init__(self, screen: Screen, extra: FloatArray | None = None) -> None:
+        n_free = 2 * len(screen.structure.joints)
+        base = screen.base if extra is None else np.vstack([screen.base, extra])
+        self.ridge = np.zeros(base.shape[0])
+        self.ridge[n_free : screen.base.shape[0]] = 1.0
+        self.base = base
+        gram = base @ base.T + np.diag(self.ridge)
+        self.inverse = np.linalg.pinv(gram, rcond=1e-13)
+        self.weights = self.inverse @ (base @ screen.residual)
+        self.left = screen.residual - self.weights @ base
+        self.cost = float(self.left @ screen.residual)
+
+    def gain(self, columns: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Return what columns explain beyond the base, their weights and the base's."""
+        cross = columns @ self.base.T
+        shared = cross @ self.inverse
+        gram = columns @ columns.T - shared @ cross.T
+        right = columns @ self.left
+        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        try:
+            solved = (
+                np.linalg.solve(
+                    gram / np.outer(scale, scale) + 1e-10 * np.eye(scale.size), right / scale
+                )
+                / scale
+            )
+        except np.linalg.LinAlgError:
+            return 0.0, np.zeros(columns.shape[0]), self.weights
+        return float(solved @ right), solved, self.weights - shared.T @ solved
+
+
+def motion_scales(screen: Screen, joint: int, sample_rate: float) -> Motion:
+    """Return the scales of the motion in a joint."""
+    peak, square, fast, n = 0.0, 0.0, 0.0, 0
+    for moved in screen.tracks:
+        d, v = stretch(screen.structure, joint, moved)
+        peak = max(peak, float(np.max(np.abs(d))))
+        square += float(d @ d)
+        fast += float(v @ v)
+        n += d.size
+    own = screen.structure.joints[joint]
+    accelerated = float(
+        np.sqrt(np.mean([screen.tunings[x.gain_key].rms ** 2 for x in screen.segments]))
+    )
+    rms, quick = np.sqrt(square / n), np.sqrt(fast / n)
+    return Motion(
+        peak, float(rms), float(quick), own.stiffness, own.damping,
+        reduced_mass(screen.structure, own), float(quick / rms / (2.0 * np.pi)), 0.0,
+        reduced_mass(screen.structure, own) * accelerated,
+    )  # fmt: skip
+
+
+def try_candidate(
+    screen: Screen, regression: Regression, candidate: Candidate, joint: int, motion: Motion
+) -> list[Start]:
+    """Return the starts of a candidate in a joint, best first."""
+    found = []
+    beside = motion.mass if candidate.kind == "lugre_friction" else motion.stiffness
+    for inner in candidate.grid(motion):
+        rows = candidate.columns(inner, beside)
+        columns = _law_columns(screen, joint, rows)
+        gain, weights, base = regression.gain(columns)
+        values = candidate.combine(inner, weights, motion)
+        if values is None or not np.isfinite(gain):
+            continue
+        found.append(_start(screen, candidate, joint, values, base, gain))
+    more = tuple(candidate.guesses(motion))
+    if more and not found:
+        found.append(_start(screen, candidate, joint, more[0], regression.weights, 0.0))
+    found = [replace(start, guesses=more) for start in found]
+    return sorted(found, key=lambda start: -start.gain)
+
+
+def _start(
+    screen: Screen,
+    candidate: Candidate,
+    joint: int,
+    values: tuple[float, ...],
+    base: FloatArray,
+    gain: float,
+) -> Start:
+    structure = screen.structure
+    n = len(structure.joints)
+    pairs = base[: 2 * n].reshape(n, 2)
+    stiffness = structure.stiffness * np.maximum(1.0 + pairs[:, 0], 0.05)
+    damping = structure.damping * np.maximum(1.0 + pairs[:, 1], 0.05)
+    return Start(
+        candidate, joint, tuple(float(v) for v in values), tuple(map(float, stiffness)),
+        tuple(map(float, damping)), gain,
+    )  # fmt: skip
+
+
+def _law_columns(
+    screen: Screen, joint: int, rows: tuple[tuple[int, tuple[float, ...]], ...]
+) -> FloatArray:
+    forces = []
+    for segment, moved in zip(screen.segments, screen.tracks, strict=True):
+        d, v = stretch(screen.structure, joint, moved)
+        own = []
+        for op, numbers in rows:
+            p = np.array([[*numbers, *[0.0] * (8 - len(numbers))]])
+            force = np.empty(d.size)
+            step = 1.0 / segment.sample_rate
+            kernel.force_along(op, p, d, v, segment.start * step, step, force)
+            own.append(force)
+        forces.append(own)
+    row = pattern(screen.structure.joints[joint], screen.structure.masses.size)
+    return through(screen, forces, row)
+
+
+def own_columns(
+    screen: Screen, term: Term, values: tuple[float, ...], beside: float
+) -> FloatArray:
+    """Return the columns of a fitted term: its force and what its numbers change in it."""
+    rows = [term.candidate.rows(values, beside)]
+    for i in range(len(values)):
+        moved = list(values)
+        moved[i] *= 1.02
+        rows.append(term.candidate.rows(tuple(moved), beside))
+    columns = _law_columns(screen, term.joint, tuple(row for group in rows for row in group))
+    size = len(rows[0])
+    first = columns[:size].sum(axis=0)
+    ends = [size * (i + 1) for i in range(len(values))]
+    steps = [columns[end : end + size].sum(axis=0) - first for end in ends]
+    stacked = np.stack([first, *steps])
+    norm = np.sqrt(np.sum(stacked**2, axis=1))
+    return np.asarray(stacked[norm > 1e-9 * norm[0]] / norm[norm > 1e-9 * norm[0], None])
+
+
+def try_attached(
+    screen: Screen, regression: Regression, candidate: Candidate, joint: int, motion: Motion,
+    at: int,
+) -> list[Start]:  # fmt: skip
+    """Return the starts of an attached mode on the mass `at`, best first."""
+    found = []
+    row = np.zeros(screen.structure.masses.size)
+    row[screen.structure.joints[joint].b] = 1.0
+    for share in np.geomspace(0.4, 3.0, 40):
+        for ratio in (0.02,):
+            frequency = float(share * motion.frequency)
+            forces = []
+            for segment, moved in zip(screen.segments, screen.tracks, strict=True):
+                n = moved.displacement.shape[1]
+                length = next_fast_len(n + 512, real=True)
+                omega = 2.0 * np.pi * rfftfreq(length, 1.0 / segment.sample_rate)
+                absolute = segment.measured[at]
+                own = 2.0 * np.pi * frequency
+                top = own**2 + 2j * ratio * own * omega
+                force = irfft(rfft(absolute, length) * top / (top - omega**2), length)[:n]
+                forces.append([force])
+            gain, weights, base = regression.gain(through(screen, forces, row))
+            if weights[0] > 0.0:
+                values = (float(weights[0]), frequency, ratio)
+                found.append(_start(screen, candidate, joint, values, base, gain))
+    return sorted(found, key=lambda start: -start.gain)
+
+
+def term_of(start: Start) -> Term:
+    """Return the term of a start."""
+    return Term(start.candidate, start.joint)

@@ -1,0 +1,18 @@
+"""Strict YAML with the place of every node, checked against a pydantic schema.
+
+Every message opens with ``file:line:column:``, says where, what was expected, what was found.
+"""
+
+from shakerproc.documents.document import Document, read_document
+from shakerproc.documents.schema import FromList, Section, misplaced
+from shakerproc.documents.tree import Key, Place
+
+__all__ = [
+    "Document",
+    "FromList",
+    "Key",
+    "Place",
+    "Section",
+    "misplaced",
+    "read_document",
+]

@@ -1,0 +1,199 @@
+"""A file, read, checked against its schema, and still knowing where everything stands."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Generic, TypeVar, final
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from shakerproc.documents.schema import message_of
+from shakerproc.documents.tree import Key, Place, read_tree
+from shakerproc.errors import DocumentError
+from shakerproc.units import quoted
+
+MOST_BYTES: Final = 2_000_000
+
+_CONTROL: Final = re.compile(
+    r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
+)
+_TAB: Final = re.compile(r"^ *\t[ \t]*[^\s]", re.MULTILINE)
+_DIRECTIVE: Final = re.compile(r"^%", re.MULTILINE)
+
+T = TypeVar("T", bound=BaseModel)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Document(Generic[T]):
+    """A file as its schema describes it.
+
+    Attributes
+    ----------
+    value : pydantic model
+        What the file says.
+    path : Path
+        The file.
+    place : Place
+        Where everything in it stands.
+    """
+
+    value: T
+    path: Path
+    place: Place
+
+    def error(
+        self, place: Sequence[Key], message: str, *, at_key: bool = False
+    ) -> DocumentError:
+        """Return the error to raise about a value found wrong after reading.
+
+        Parameters
+        ----------
+        place : sequence of str and int
+            Keys and positions (from 0) that lead to the value, as ``("tests", 0, "level")``;
+            the nearest place that the file holds is named where it does not hold that one.
+        message : str
+            What was expected, what was found, what to do.
+        at_key : bool
+            Point at the key instead of its value.
+        """
+        return _error_at(self.path, self.place, place, message, at_key=at_key)
+
+    def line(self, place: Sequence[Key]) -> int:
+        """Return the line of a value, from 1; the nearest one where the file lacks it."""
+        return self.place.position_of(place)[0]
+
+
+def read_document(path: Path, schema: type[T]) -> Document[T]:
+    """Return what a YAML file says, checked against its schema.
+
+    Parameters
+    ----------
+    path : Path
+        A file of at most 2 MB in UTF-8.
+    schema : type
+        Best a child of `Section`, which suggests near misses of unknown keys.
+
+    Raises
+    ------
+    DocumentError
+        If the file cannot be read, is not strict YAML, or does not fit the schema; with the
+        first mistake in the order of the file, and how many follow.
+    """
+    text = _text_of(path)
+    values, place = read_tree(path, text)
+    if values is None:
+        raise DocumentError(path, 1, 1, "expected a mapping (key: value), got an empty file")
+    try:
+        return Document(schema.model_validate(values), path, place)
+    except ValidationError as error:
+        first: DocumentError = _first_of(error.errors(include_url=False), path, place)
+        raise first from error
+
+
+def _first_of(errors: list[ErrorDetails], path: Path, root: Place) -> DocumentError:
+    """Return the error that stands first in the file."""
+    together: dict[tuple[Key, ...], list[ErrorDetails]] = {}
+    for error in errors:
+        aim = (*error["loc"], *error.get("ctx", {}).get("place", ()))
+        missing = (aim[-1],) if error["type"] == "missing" else ()
+        together.setdefault((*root.find(aim)[1], *missing), []).append(error)
+    found = [_error_of(path, root, aim, some) for aim, some in together.items()]
+    first = min(found, key=lambda error: (error.line, error.column))
+    if len(found) == 1:
+        return first
+    more = f"{first.says} (and {len(found) - 1} more below)"
+    return DocumentError(path, first.line, first.column, more)
+
+
+def _error_of(
+    path: Path, root: Place, aim: tuple[Key, ...], errors: list[ErrorDetails]
+) -> DocumentError:
+    if errors[0]["type"] != "unknown_key":
+        at_key = "[key]" in errors[0]["loc"]
+        return _error_at(path, root, aim, message_of(errors), at_key=at_key)
+    where = _in_words(root, root.find(aim)[1][:-1])
+    return DocumentError(path, *root.position_of_key(aim), where + message_of(errors))
+
+
+def _error_at(
+    path: Path, root: Place, aim: Sequence[Key], message: str, *, at_key: bool = False
+) -> DocumentError:
+    position = root.position_of_key(aim) if at_key else root.position_of(aim)
+    return DocumentError(path, *position, _in_words(root, root.find(aim)[1]) + message)
+
+
+def _in_words(root: Place, way: Sequence[Key]) -> str:
+    steps = [_step_in_words(root, way, depth) for depth in range(len(way))]
+    return ".".join(steps) + ": " if steps else ""
+
+
+def _step_in_words(root: Place, way: Sequence[Key], depth: int) -> str:
+    """Return one step of the way, counting the items of a list from 1."""
+    step = way[depth]
+    holder = root.find(way[:depth])[0]
+    is_item = isinstance(holder, Place) and isinstance(holder.children, list)
+    text = str(step + 1) if is_item and isinstance(step, int) else str(step)
+    return quoted(text).strip('"')
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a file that is small enough, in UTF-8, and without control characters.
+
+    Raises
+    ------
+    DocumentError
+        If it is not.
+    """
+    data = _bytes_of(path)
+    if len(data) > MOST_BYTES:
+        raise DocumentError(
+            path,
+            1,
+            1,
+            f"expected at most {MOST_BYTES / 1e6:g} MB of YAML; is this another file?",
+        )
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DocumentError(path, 1, 1, "expected UTF-8 text, got UTF-16; save it as UTF-8")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig", errors="replace")
+        found = f"expected UTF-8 text, got the byte 0x{data[error.start]:02x}; save it as UTF-8"
+        raise DocumentError(path, *_line_and_column(before, len(before)), found) from error
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if match := _CONTROL.search(text):
+        found = f"expected text, got the control character 0x{ord(match[0]):02x}"
+        raise DocumentError(path, *_line_and_column(text, match.start()), found)
+    if match := _TAB.search(text):
+        at = text.index("\t", match.start())
+        raise DocumentError(path, *_line_and_column(text, at), "a tab; indent with spaces")
+    if match := _DIRECTIVE.search(text):
+        found = 'a line may not begin with "%"; put the text in quotes'
+        raise DocumentError(path, *_line_and_column(text, match.start()), found)
+    return text
+
+
+def _bytes_of(path: Path) -> bytes:
+    """Return the bytes of a file, at most one more than is allowed.
+
+    Raises
+    ------
+    DocumentError
+        If it is no file that can be opened.
+    """
+    if path.exists() and not path.is_file():
+        raise DocumentError(path, 1, 1, "expected a YAML file, got a folder or a device")
+    try:
+        with path.open("rb") as file:
+            return file.read(MOST_BYTES + 1)
+    except OSError as error:
+        reason = error.strerror or "cannot be opened"
+        raise DocumentError(path, 1, 1, f"cannot be read: {reason}") from error
+
+
+def _line_and_column(text: str, position: int) -> tuple[int, int]:
+    line = text.count("\n", 0, position)
+    return line + 1, position - (text.rfind("\n", 0, position) + 1) + 1

@@ -1,0 +1,60 @@
+"""What can be wrong with the input: one class a kind, all children of ShakerprocError."""
+
+from pathlib import Path
+
+
+class ShakerprocError(Exception):
+    """Something in the input cannot be used; the message is one line for the user."""
+
+
+class RecordingError(ShakerprocError):
+    """A recording cannot be used."""
+
+
+class DocumentError(ShakerprocError):
+    """A YAML file (test log, model, study, coupon) cannot be used.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    line, column : int
+        Where in the file, both from 1.
+    says : str
+        The message without the place.
+    """
+
+    def __init__(self, path: Path, line: int, column: int, message: str) -> None:
+        self.path = path
+        self.line = line
+        self.column = column
+        self.says = message
+        super().__init__(f"{path}:{line}:{column}: {message}")
+
+
+class LogError(ShakerprocError):
+    """A test of the log cannot be processed as it is described."""
+
+
+class ModelError(ShakerprocError):
+    """A model cannot be used for what was asked."""
+
+
+class SimulationError(ShakerprocError):
+    """A simulation cannot be carried out to the accuracy that was asked."""
+
+
+class SpectrumError(ShakerprocError):
+    """Samples do not allow the spectrum, crop or filter that was asked."""
+
+
+class DiagnosisError(ShakerprocError):
+    """A model and a log do not fit together, or the log holds too little for a diagnosis."""
+
+
+class ExchangeError(ShakerprocError):
+    """A file of another program cannot be used."""
+
+
+class LockedError(ShakerprocError):
+    """Another shakerproc works in this folder (exit status 75)."""

@@ -1,0 +1,1 @@
+"""What other programs write and read: Nastran decks, punch files, testing machines."""

@@ -1,0 +1,204 @@
+"""Punch files of Nastran results: SORT1 and SORT2, real and complex."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import ExchangeError
+
+_QUANTITIES = {
+    "$DISPLACEMENTS": ("displacement", "m"),
+    "$VELOCITY": ("velocity", "m/s"),
+    "$VELOCITIES": ("velocity", "m/s"),
+    "$ACCELERATION": ("acceleration", "m/s^2"),
+    "$ACCELERATIONS": ("acceleration", "m/s^2"),
+}
+COMPONENTS = ("x", "y", "z", "about x", "about y", "about z")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PunchTable:
+    """One quantity of all points that were punched.
+
+    Attributes
+    ----------
+    quantity, unit : str
+        ``displacement``, ``velocity`` or ``acceleration``, in SI where the deck was.
+    abscissa : {"time", "frequency"}
+        What the results run over.
+    at : (n_steps,) array
+        [s] or [Hz].
+    points : tuple of int
+        Node numbers.
+    values : (n_points, 6, n_steps) array
+        Three translations and three rotations of each point.
+    """
+
+    quantity: str
+    unit: str
+    abscissa: str
+    at: FloatArray
+    points: tuple[int, ...]
+    values: FloatArray | ComplexArray
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """What has been read of one quantity so far, in the order of the file."""
+
+    unit: str
+    abscissa: str
+    complex: bool = False
+    points: list[int] = field(default_factory=list)
+    at: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Header:
+    """What the dollar lines say of the lines that follow."""
+
+    quantity: str = ""
+    unit: str = ""
+    abscissa: str = ""
+    fixed: float = float("nan")
+    by_point: bool = False  # SORT2: the header names the point, the lines the time
+    complex: bool = False
+
+
+def read_punch(path: Path) -> tuple[PunchTable, ...]:
+    """Return the tables of a punch file, one for each quantity.
+
+    Raises
+    ------
+    ExchangeError
+        If the file is cut off, holds something else, or misses values; the line is named.
+    """
+    gathered: dict[str, _Gathered] = {}
+    header = _Header()
+    try:
+        with path.open(encoding="ascii") as lines:
+            numbered = enumerate(lines, 1)
+            number, line = 0, ""
+            for number, line in numbered:
+                if line.startswith("$"):
+                    _note(header, line, path, number)
+                else:
+                    _take(gathered, header, line, _Place(path, number), numbered)
+    except OSError as error:
+        raise ExchangeError(f"{path.name}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ExchangeError(
+            f"{path.name}: not a punch file: byte {error.start} is not plain text; give the "
+            f".pch file that PUNCH in the case control writes"
+        ) from error
+    if gathered and line.startswith("$"):
+        raise ExchangeError(
+            f"{path.name}:{number}: the file ends after a heading; it is cut off"
+        )
+    if not gathered:
+        raise ExchangeError(
+            f"{path.name}: no displacements, velocities or accelerations; ask for them with "
+            f"PUNCH in the case control, such as DISPLACEMENT(PUNCH,SORT1,REAL)=ALL"
+        )
+    tables = tuple(_table(path, quantity, rows) for quantity, rows in gathered.items())
+    for other in tables[1:]:
+        if other.values.shape != tables[0].values.shape:
+            raise ExchangeError(
+                f"{path.name}: {other.quantity} at {other.at.size} steps but "
+                f"{tables[0].quantity} at {tables[0].at.size}: it is cut off"
+            )
+    return tables
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Place:
+    path: Path
+    line: int
+
+    def error(self, message: str) -> ExchangeError:
+        return ExchangeError(f"{self.path.name}:{self.line}: {message}")
+
+
+def _note(header: _Header, line: str, path: Path, number: int) -> None:
+    words = line[:72].split()
+    if words[0] in _QUANTITIES:
+        header.quantity, header.unit = _QUANTITIES[words[0]]
+        return
+    if "OUTPUT" in words:
+        header.complex = words[0] != "$REAL"
+        if "MAGNITUDE-PHASE" in line:
+            raise ExchangeError(
+                f"{path.name}:{number}: magnitude and phase; punch IMAG instead of PHASE"
+            )
+    for word, abscissa in (("$TIME", "time"), ("$FREQUENCY", "frequency")):
+        if words[0] == word:
+            header.fixed, header.abscissa, header.by_point = float(words[2]), abscissa, False
+    if line.startswith("$POINT ID"):
+        header.fixed, header.by_point = (
+            float(line[:72].split("=", 1)[1].split(maxsplit=1)[0]),
+            True,
+        )
+        header.abscissa = "frequency" if "FREQUENCY" in line else "time"
+
+
+def _take(
+    gathered: dict[str, _Gathered],
+    header: _Header,
+    line: str,
+    place: _Place,
+    following: Iterator[tuple[int, str]],
+) -> None:
+    if not (header.quantity and header.abscissa):
+        raise place.error(
+            f"{line[:20].strip()!r} stands before any heading of displacements, velocities or "
+            f"accelerations over time or frequency; only such punch files are read"
+        )
+    rows = gathered.setdefault(header.quantity, _Gathered(header.unit, header.abscissa))
+    rows.complex = header.complex
+    try:
+        lead = float(line[:18].rstrip(" GSHELM\n")) if line[:18].strip() else float("nan")
+        values = [float(line[18:36]), float(line[36:54]), float(line[54:72])]
+        for _ in range(3 if header.complex else 1):
+            number, more = next(following)
+            if not more.startswith("-CONT-"):
+                raise ExchangeError(
+                    f"{place.path.name}:{number}: {more[:20].strip()!r} stands where the "
+                    f"continuation of line {place.line} was wanted"
+                )
+            values += [float(more[18:36]), float(more[36:54]), float(more[54:72])]
+    except StopIteration:
+        raise place.error("the file ends in the middle of a point; punch it again") from None
+    except ValueError:
+        raise place.error(
+            "a number is missing or cut off; the file is damaged or was not written as punch"
+        ) from None
+    rows.points.append(int(header.fixed if header.by_point else lead))
+    rows.at.append(lead if header.by_point else header.fixed)
+    rows.values += values
+
+
+def _table(path: Path, quantity: str, rows: _Gathered) -> PunchTable:
+    points = np.array(rows.points)
+    at = np.array(rows.at)
+    names, which_point = np.unique(points, return_inverse=True)
+    steps, which_step = np.unique(at, return_inverse=True)
+    if at.size != names.size * steps.size:
+        raise ExchangeError(
+            f"{path.name}: {quantity} of {names.size} points at {steps.size} steps should be "
+            f"{names.size * steps.size} results, the file holds {at.size}: it is cut off, or "
+            f"holds several subcases; punch one subcase whole"
+        )
+    flat = np.array(rows.values).reshape(at.size, -1)
+    parts = flat[:, :6] + 1j * flat[:, 6:] if rows.complex else flat
+    values = np.empty((names.size, 6, steps.size), dtype=parts.dtype)
+    values[which_point, :, which_step] = parts
+    return PunchTable(
+        quantity, rows.unit, rows.abscissa, steps, tuple(int(n) for n in names), values
+    )

@@ -1,0 +1,176 @@
+"""Files as they leave the program: whole or not at all, and inert whatever their text says."""
+
+import csv
+import dataclasses
+import io
+import json
+import math
+import os
+import secrets
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any, Final
+
+TEMPORARY_PREFIX: Final = ".shakerproc-"
+"""How the name of a file begins while it is being written."""
+
+_REPLACE_TRIES: Final = 25
+_REPLACE_PAUSE: Final = 0.1  # [s]; 2.5 s in all, as long as a virus scanner holds a handle
+_FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
+
+
+@contextmanager
+def atomic_path(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path` that takes its name once the block has succeeded.
+
+    The file is flushed to the disk before it is renamed, so that after a crash, a full disk
+    or ``kill -9`` either the old file or the whole new one stands under the name.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}{path.suffix}")
+    try:
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        _replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _replace(source: Path, target: Path) -> None:
+    """Rename, trying again for a bounded time while another program holds the target open."""
+    for _ in range(_REPLACE_TRIES - 1):
+        try:
+            source.replace(target)
+        except PermissionError:
+            time.sleep(_REPLACE_PAUSE)
+        else:
+            return
+    source.replace(target)
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all."""
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_text(path: Path, content: str) -> None:
+    """Write a UTF-8 file with plain line ends, whole or not at all."""
+    write_bytes(path, content.encode("utf-8", errors="backslashreplace"))
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what writers that were killed left below a folder."""
+    for leftover in folder.rglob(f"{TEMPORARY_PREFIX}*"):
+        if leftover.is_file():
+            leftover.unlink(missing_ok=True)
+
+
+def json_text(document: object) -> str:
+    """Return a document as strict JSON: numbers that are not finite become null.
+
+    Keys stand on lines of their own, lists of numbers on one.
+    """
+    return _laid_out(_plain(document), "\n") + "\n"
+
+
+def _laid_out(value: Any, end: str) -> str:
+    """Return plain data as JSON; `end` is the line end with the indentation of the value."""
+    inner = end + " "
+    if isinstance(value, dict) and value:
+        lines = [f"{_scalar(key)}: {_laid_out(item, inner)}" for key, item in value.items()]
+        return "{" + inner + f",{inner}".join(lines) + end + "}"
+    if isinstance(value, list) and any(isinstance(item, dict | list | str) for item in value):
+        return "[" + inner + f",{inner}".join(_laid_out(i, inner) for i in value) + end + "]"
+    return _scalar(value)
+
+
+def _scalar(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def write_json(path: Path, document: object) -> None:
+    """Write a document as strict JSON, whole or not at all."""
+    write_text(path, json_text(document))
+
+
+def _plain(value: Any) -> Any:  # noqa: PLR0911 - the kinds of JSON, one line each
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, date):
+        return value.isoformat()
+    if hasattr(value, "tolist"):  # numpy arrays and scalars, without importing numpy
+        return _plain(value.tolist())
+    if isinstance(value, complex):
+        return {"real": _plain(value.real), "imag": _plain(value.imag)}
+    if isinstance(value, Sequence | set | frozenset):
+        return [_plain(item) for item in value]
+    if isinstance(value, Path):
+        return value.as_posix()
+    raise TypeError(f"no JSON for {type(value).__name__}")
+
+
+def csv_cell(value: object) -> str:
+    """Return one cell of a CSV: numbers exactly, text so that no spreadsheet runs it."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str | Path):
+        text = printable(str(value))
+        return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
+    number = value.item() if hasattr(value, "item") else value
+    if isinstance(number, float):
+        return "" if math.isnan(number) else repr(number)
+    return str(number) if isinstance(number, int) else csv_cell(str(number))
+
+
+def csv_text(columns: Mapping[str, Any]) -> str:
+    """Return columns of equal length as CSV, header first.
+
+    Raises
+    ------
+    ValueError
+        If the columns differ in length.
+    """
+    lengths = {len(values) for values in columns.values()}
+    if len(lengths) > 1:
+        raise ValueError(f"columns differ in length: {sorted(lengths)}")
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow([csv_cell(name) for name in columns])
+    plain = [v.tolist() if hasattr(v, "tolist") else v for v in columns.values()]
+    writer.writerows([csv_cell(cell) for cell in row] for row in zip(*plain, strict=True))
+    return buffer.getvalue()
+
+
+def write_csv(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write columns of equal length as CSV, whole or not at all."""
+    write_text(path, csv_text(columns))
+
+
+def printable(text: str, *, lines: bool = False) -> str:
+    r"""Return text without control, bidirectional or other invisible characters.
+
+    What a terminal would obey becomes a visible ``\x1b``; line ends stay where `lines` is set.
+    """
+    kept = " \xa0\n" if lines else " \xa0"
+    return "".join(
+        c if c.isprintable() or c in kept else c.encode("unicode_escape").decode() for c in text
+    )
+
+
+def now() -> datetime:
+    """Return the present, or what SOURCE_DATE_EPOCH says, so that outputs can be equal."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    return datetime.fromtimestamp(int(epoch), UTC) if epoch.isdigit() else datetime.now(UTC)

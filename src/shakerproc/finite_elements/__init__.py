@@ -1,0 +1,1 @@
+"""Coupon modes and static stiffness of holes, by closed forms and finite elements."""

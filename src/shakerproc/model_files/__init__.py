@@ -1,0 +1,17 @@
+"""YAML model files in and out, comments and order kept."""
+
+from shakerproc.model_files.editing import Provenance, add_element, change_parameters
+from shakerproc.model_files.reading import ModelFile, read_model, read_model_file
+from shakerproc.model_files.writing import element_text, model_text, write_model
+
+__all__ = [
+    "ModelFile",
+    "Provenance",
+    "add_element",
+    "change_parameters",
+    "element_text",
+    "model_text",
+    "read_model",
+    "read_model_file",
+    "write_model",
+]

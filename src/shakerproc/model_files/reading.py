@@ -1,0 +1,156 @@
+"""Model files in."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+from shakerproc.documents import Document, read_document
+from shakerproc.errors import DocumentError, ModelError
+from shakerproc.model_files.kinds import read_kind
+from shakerproc.model_files.schema import ModelSchema, ProvenanceSection
+from shakerproc.models.effects import EFFECTS
+from shakerproc.models.effects.attached_mode import AttachedMode
+from shakerproc.models.faults import FAULTS
+from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
+from shakerproc.units import near_miss, quoted
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelFile:
+    """A model and where it stands.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    model : Model
+        What it describes.
+    provenance : tuple of ProvenanceSection
+        Where its fitted parts come from.
+    document : Document
+        For messages with line and column.
+    """
+
+    path: Path
+    model: Model
+    provenance: tuple[ProvenanceSection, ...]
+    document: Document[ModelSchema]
+
+
+def read_model(path: Path) -> Model:
+    """Return the model that a YAML file describes.
+
+    Raises
+    ------
+    DocumentError
+        If the file is not strict YAML, or something in it is unknown, missing, without unit,
+        not physical, or cannot stand; with line and column.
+    """
+    return read_model_file(path).model
+
+
+def read_model_file(path: Path) -> ModelFile:
+    """Return the model that a YAML file describes, and where everything stands in it.
+
+    Raises
+    ------
+    DocumentError
+        As `read_model` does.
+    """
+    document = read_document(path, ModelSchema)
+    said = document.value
+    if not said.masses:
+        raise document.error(("masses",), "expected a mass, such as coupon: 28.6 g")
+    if BASE in said.masses:
+        raise document.error(
+            ("masses", BASE), f"{BASE} is the shaker table and has no mass here", at_key=True
+        )
+    places = [BASE, *said.masses]
+    elements = tuple(
+        _element(document, ("elements", i), element, places)
+        for i, element in enumerate(said.elements)
+    )
+    sensors = {name: _sensor(document, ("sensors", name), places) for name in said.sensors}
+    excitation = _excitation(document, places)
+    try:
+        model = Model(said.title or path.stem, said.masses, elements, excitation, sensors)
+    except ModelError as error:
+        raise document.error(("elements",), str(error), at_key=True) from error
+    return ModelFile(path, model, said.provenance, document)
+
+
+def _element(
+    document: Document[ModelSchema], place: Sequence[str | int], said: Any, places: list[str]
+) -> Element:
+    effect = read_kind(document, place, said, EFFECTS, also=("between",))
+    between = said.get("between")
+    if "between" not in said:
+        raise document.error(place, f"{effect.kind} needs between: [{BASE}, {places[1]}]")
+    if not isinstance(between, list) or not all(isinstance(name, str) for name in between):
+        raise document.error(
+            (*place, "between"), f"expected two places, such as [{BASE}, {places[1]}]"
+        )
+    for i, name in enumerate(between):
+        _check_place(document, (*place, "between", i), name, places)
+    alone = isinstance(effect, AttachedMode) and len(between) == 1
+    if not alone and (len(between) != 2 or between[0] == between[1]):
+        raise document.error(
+            (*place, "between"),
+            f"expected two different places, got {len(between)}"
+            if len(between) != 2
+            else f"expected two different places, got {between[0]} twice",
+        )
+    if isinstance(effect, AttachedMode) and between[-1] == BASE:
+        raise document.error(
+            (*place, "between"), f"expected the mass that it sits on last, got {BASE}"
+        )
+    return Element(effect, tuple(between))
+
+
+def _sensor(
+    document: Document[ModelSchema], place: tuple[str, str], places: list[str]
+) -> Sensor:
+    said = document.value.sensors[place[1]]
+    _check_place(document, (*place, "at"), said.at, places)
+    faults = tuple(
+        read_kind(document, (*place, "faults", i), fault, FAULTS)
+        for i, fault in enumerate(said.faults)
+    )
+    return Sensor(said.at, said.measures, faults)
+
+
+def _excitation(document: Document[ModelSchema], places: list[str]) -> Excitation:
+    said = document.value.excitation
+    if (said.base is None) == (said.force_on is None):
+        raise document.error(
+            ("excitation",), f"expected {{base: acceleration}} or {{force on: {places[1]}}}"
+        )
+    if said.force_on is None:
+        return Excitation("base acceleration")
+    if said.force_on == BASE:
+        raise document.error(("excitation", "force on"), f"expected a mass, got {BASE}")
+    _check_place(document, ("excitation", "force on"), said.force_on, places)
+    return Excitation("force", said.force_on)
+
+
+def _check_place(
+    document: Document[ModelSchema],
+    where: Sequence[str | int],
+    name: str,
+    places: list[str],
+) -> None:
+    """Pass a place that the model has.
+
+    Raises
+    ------
+    DocumentError
+        If it has not.
+    """
+    if name in places:
+        return
+    meant = near_miss(name, places)
+    hint = f'did you mean "{meant}"?' if meant else f"places are {', '.join(places)}"
+    error: DocumentError = document.error(where, f"no place {quoted(name)}; {hint}")
+    raise error

@@ -1,0 +1,49 @@
+"""What a model file may hold, before the kinds of its effects are looked at."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from shakerproc.documents import FromList, Section
+from shakerproc.models.model import Measures
+from shakerproc.units import in_unit
+
+
+class ExcitationSection(Section):
+    """``{base: acceleration}`` or ``{force on: coupon}``."""
+
+    base: Literal["acceleration"] | None = None
+    force_on: Annotated[str | None, Field(alias="force on")] = None
+
+
+class SensorSection(Section):
+    """What one channel measures."""
+
+    at: str
+    measures: Measures = "acceleration"
+    faults: Annotated[tuple[dict[str, Any], ...], FromList] = ()
+
+
+class ProvenanceSection(Section):
+    """Where a fitted part of the model comes from."""
+
+    added: str
+    between: Annotated[tuple[str, ...], FromList]
+    from_model: Annotated[str, Field(alias="from model")] = ""
+    tests: Annotated[tuple[str | int, ...], FromList] = ()
+    sha256: dict[str, str] = Field(default_factory=dict)
+    intervals: dict[str, Annotated[tuple[str, str], FromList]] = Field(default_factory=dict)
+    program: str = ""
+    date: str = ""
+
+
+class ModelSchema(Section):
+    """The whole file."""
+
+    model: Literal[1]
+    title: str = ""
+    masses: dict[str, Annotated[float, in_unit("kg", positive=True)]]
+    elements: Annotated[tuple[dict[str, Any], ...], FromList]
+    excitation: ExcitationSection
+    sensors: dict[str, SensorSection] = Field(default_factory=dict)
+    provenance: Annotated[tuple[ProvenanceSection, ...], FromList] = ()

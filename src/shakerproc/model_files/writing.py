@@ -1,0 +1,121 @@
+"""Model files out: the text of a model, of an element, of a number with its unit."""
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from shakerproc import files
+from shakerproc.models.effects.base import AbstractEffect, Parameter
+from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.model import Element, Model, Sensor
+from shakerproc.units import from_si, to_si
+
+_SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
+    "m": ("m", "mm", "um", "nm"),
+    "kg": ("kg", "g", "mg"),
+    "s": ("s", "ms", "us"),
+})
+_PLAIN: Final = re.compile(r"[A-Za-z][A-Za-z0-9_ .()/-]*")
+_NOT_TEXT: Final = frozenset({"true", "false", "null", "yes", "no", "on", "off", "nan", "inf"})
+
+
+def write_model(model: Model, path: Path, *, heading: str = "") -> None:
+    """Write a model file, whole or not at all.
+
+    Parameters
+    ----------
+    heading : str
+        Comment at the top, without ``#``.
+    """
+    files.write_text(path, model_text(model, heading=heading))
+
+
+def model_text(model: Model, *, heading: str = "") -> str:
+    """Return the text of a model file."""
+    lines = [f"# {line}".rstrip() for line in heading.splitlines()]
+    lines += ["model: 1", f"title: {text_of(model.title)}"]
+    masses = ", ".join(f"{text_of(n)}: {number(m, 'kg')}" for n, m in model.masses.items())
+    lines += [f"masses: {{{masses}}}", "elements:"]
+    lines += [f"  - {element_text(element)}" for element in model.elements]
+    on = model.excitation.on
+    shaken = "base: acceleration" if on is None else f"force on: {text_of(on)}"
+    lines += [f"excitation: {{{shaken}}}"]
+    if model.sensors:
+        lines += ["sensors:"]
+        lines += [f"  {text_of(n)}: {_sensor_text(s)}" for n, s in model.sensors.items()]
+    return "\n".join(lines) + "\n"
+
+
+def element_text(element: Element) -> str:
+    """Return an element on one line, as it stands in a model file."""
+    between = ", ".join(text_of(place) for place in element.between)
+    start = [f"kind: {element.effect.kind}", f"between: [{between}]"]
+    return f"{{{', '.join(start + _parameters(element.effect))}}}"
+
+
+def number(value: float, unit: str) -> str:
+    """Return a number with its unit that reads back as exactly the same value.
+
+    Lengths, masses and times are shown in the larger of the usual units that leaves at least
+    one digit before the point.
+    """
+    if unit == "1":
+        return _digits(value)
+    for shown in _SHOWN.get(unit, (unit,)):
+        in_unit = from_si(value, unit, shown) if shown != unit else value
+        if abs(in_unit) >= 1.0 or value == 0.0:
+            text = f"{_digits(in_unit)} {shown}"
+            if to_si(text, unit) == value:
+                return text
+    return f"{_digits(value)} {unit}"
+
+
+def text_of(text: str) -> str:
+    """Return text as YAML: plain where that is safe, in quotes elsewhere."""
+    if _PLAIN.fullmatch(text) and text.lower() not in _NOT_TEXT and text == text.strip():
+        return text
+    return json.dumps(text, ensure_ascii=False)
+
+
+def parameter_text(value: float | str, parameter: Parameter) -> str:
+    """Return the value of a parameter as it stands in a model file."""
+    return value if isinstance(value, str) else number(value, parameter.unit)
+
+
+def _parameters(kind: AbstractEffect | AbstractFault) -> list[str]:
+    written = []
+    for field in fields(kind):  # type: ignore[arg-type]
+        value = getattr(kind, field.name)
+        if value is not None:
+            text = parameter_text(value, kind.parameters[field.name])
+            written.append(f"{field.name}: {text}")
+    return written
+
+
+def _sensor_text(sensor: Sensor) -> str:
+    said = [f"at: {text_of(sensor.at)}", f"measures: {sensor.measures}"]
+    if sensor.faults:
+        faults = [
+            "{" + ", ".join([f"kind: {f.kind}", *_parameters(f)]) + "}" for f in sensor.faults
+        ]
+        said.append(f"faults: [{', '.join(faults)}]")
+    return f"{{{', '.join(said)}}}"
+
+
+def _digits(value: float) -> str:
+    """Return the shortest digits that read back as the same number.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite.
+    """
+    if not math.isfinite(value):
+        raise ValueError(f"a model file cannot hold {value}")
+    text = repr(float(value))
+    return text.removesuffix(".0").replace("e+", "e")

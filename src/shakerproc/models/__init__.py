@@ -1,0 +1,21 @@
+"""Physics only: masses, the elements between them, and the effects they are made of."""
+
+from shakerproc.models.effects import EFFECTS
+from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
+from shakerproc.models.faults import FAULTS
+from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
+
+__all__ = [
+    "BASE",
+    "EFFECTS",
+    "FAULTS",
+    "AbstractEffect",
+    "AbstractFault",
+    "AbstractMemorylessEffect",
+    "Element",
+    "Excitation",
+    "Model",
+    "Parameter",
+    "Sensor",
+]

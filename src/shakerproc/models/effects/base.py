@@ -1,0 +1,192 @@
+"""What every effect is: a force law with named parameters, in one small file."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import ClassVar, Literal, TypeAlias, final
+
+from shakerproc import checks
+from shakerproc.data import FloatArray
+from shakerproc.models.laws import Row
+
+Sign: TypeAlias = Literal["positive", "not negative", "any"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What one parameter of an effect means.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit, as the model file writes it; ``1`` for none.
+    symbol : str
+        Letter in the formula.
+    meaning : str
+        A few words for the manual.
+    linear : bool
+        Whether the force is linear in it (jointly with the other linear ones).
+    sign : {"positive", "not negative", "any"}
+        Which values are physical.
+    optional : bool
+        Whether it may be left out (None).
+    choices : tuple of str
+        The words it may be, where it is a word and not a number.
+    """
+
+    unit: str
+    symbol: str
+    meaning: str
+    linear: bool = False
+    sign: Sign = "positive"
+    optional: bool = False
+    choices: tuple[str, ...] = ()
+
+    @property
+    def positive(self) -> bool:
+        """Whether only values above 0 are physical."""
+        return self.sign == "positive"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A surface on which the force law changes its formula.
+
+    Attributes
+    ----------
+    variable : {"displacement", "velocity"}
+        What is compared.
+    at : float
+        With which value [m or m/s].
+    """
+
+    variable: Literal["displacement", "velocity"]
+    at: float
+
+
+class AbstractEffect(ABC):
+    """A force between two places that resists their relative motion.
+
+    Displacement z is that of the second place minus that of the first of ``between``, and
+    velocity v likewise; the force F acts on the second place as -F and on the first as +F.
+
+    Attributes
+    ----------
+    kind : str
+        Key in `EFFECTS` and in model files.
+    parameters : mapping of str to Parameter
+        Every field, in order.
+    formula : str
+        The law in one line of plain text.
+    """
+
+    __slots__ = ()
+
+    kind: ClassVar[str]
+    parameters: ClassVar[Mapping[str, Parameter]]
+    formula: ClassVar[str]
+
+    @abstractmethod
+    def force_along(
+        self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
+    ) -> FloatArray:
+        """Return the force along a prescribed motion that starts with no memory [N].
+
+        Parameters
+        ----------
+        displacement, velocity : (n_samples,) array
+            The motion [m] and [m/s].
+        sample_rate : float
+            Samples per second [Hz].
+
+        Returns
+        -------
+        (n_samples,) array
+            Force [N].
+        """
+
+    @abstractmethod
+    def rows(self) -> tuple[Row, ...]:
+        """Return the lines of the kernels' table that make up this effect."""
+
+
+class AbstractMemorylessEffect(AbstractEffect):
+    """An effect whose force depends on the present displacement and velocity alone."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
+        """Return the force at these displacements [m] and velocities [m/s], an array [N].
+
+        (Not called ``force``: that is a parameter of `power_law`.)
+        """
+
+    @abstractmethod
+    def slopes(
+        self, displacement: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the derivatives of the force by displacement [N/m] and velocity [N s/m]."""
+
+    @abstractmethod
+    def switches(self) -> tuple[Switch, ...]:
+        """Return the surfaces on which the law changes its formula; none if it is smooth."""
+
+    @final
+    def force_along(
+        self,
+        displacement: FloatArray,
+        velocity: FloatArray,
+        sample_rate: float,
+    ) -> FloatArray:
+        return self.force_at(displacement, velocity)
+
+
+class DependsOnSurroundings(ABC):
+    """An effect that takes a number from what it stands in parallel with."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def in_place(self, stiffness: float, mass: float) -> AbstractEffect:
+        """Return the effect with its numbers filled in.
+
+        Parameters
+        ----------
+        stiffness : float
+            Stiffness of the springs between the same two places; where there is none, of the
+            contact between them [N/m].
+        mass : float
+            Reduced mass of the two places, the base being infinitely heavy [kg].
+        """
+
+
+def check_parameters(effect: object, parameters: Mapping[str, Parameter]) -> None:
+    """Pass an effect whose values are physical.
+
+    Raises
+    ------
+    ValueError
+        If a value is not what its `Parameter` allows, or missing.
+    """
+    for field in fields(effect):  # type: ignore[arg-type]
+        parameter, value = parameters[field.name], getattr(effect, field.name)
+        if value is None and parameter.optional:
+            continue
+        if parameter.choices:
+            if value not in parameter.choices:
+                wanted = " or ".join(parameter.choices)
+                raise ValueError(f"{field.name} must be {wanted}, not {value!r}")
+            continue
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueError(f"{field.name} must be a number [{parameter.unit}], not {value!r}")
+        _CHECKS[parameter.sign](field.name, value, parameter.unit)
+
+
+_CHECKS = {
+    "positive": checks.positive,
+    "not negative": checks.not_negative,
+    "any": checks.finite,
+}

@@ -1,0 +1,64 @@
+"""Smooth hysteresis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar, final
+
+from shakerproc.data import FloatArray
+from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.kernels.along import bouc_wen_along
+from shakerproc.models.laws import Law, Row
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class BoucWen(AbstractEffect):
+    r"""Hysteretic spring that yields smoothly.
+
+    .. math:: F = k h, \qquad
+        \dot h = v \left(1 - \tfrac{1}{2} (1 + \operatorname{sgn}(v h))
+        \left|\frac{h}{z_y}\right|^n\right)
+
+    Attributes
+    ----------
+    stiffness : float
+        Stiffness before yield, :math:`k` [N/m].
+    yield_displacement : float
+        Largest elastic displacement, :math:`z_y`; the force ends at :math:`k z_y` [m].
+    exponent : float
+        Sharpness of the yield, :math:`n`, at least 1 [-].
+
+    References
+    ----------
+    .. [1] Y. K. Wen, "Method for random vibration of hysteretic systems", Journal of the
+       Engineering Mechanics Division 102, 249-263, 1976; its A = 1, beta = gamma.
+    """
+
+    kind: ClassVar[str] = "bouc_wen"
+    formula: ClassVar[str] = "F = k h; h' = v (1 - (1 + sign(v h)) / 2 · |h / zy|ⁿ)"
+    parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
+        "stiffness": Parameter("N/m", "k", "stiffness before yield", linear=True),
+        "yield_displacement": Parameter("m", "zy", "yield displacement"),
+        "exponent": Parameter("1", "n", "exponent, at least 1"),
+    })
+
+    stiffness: float
+    yield_displacement: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        check_parameters(self, self.parameters)
+        if self.exponent < 1.0:
+            raise ValueError(f"exponent must be at least 1, not {self.exponent:g}")
+
+    def force_along(
+        self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
+    ) -> FloatArray:
+        return bouc_wen_along(
+            displacement, self.stiffness, self.yield_displacement, self.exponent
+        )
+
+    def rows(self) -> tuple[Row, ...]:
+        values = (self.stiffness, self.yield_displacement, self.exponent)
+        return (Row(Law.BOUC_WEN, values),)

@@ -1,0 +1,63 @@
+"""The cubic term of the Duffing equation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.effects.base import (
+    AbstractMemorylessEffect,
+    Parameter,
+    Switch,
+    check_parameters,
+)
+from shakerproc.models.laws import Law, Row
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class CubicStiffness(AbstractMemorylessEffect):
+    r"""Force with the cube of displacement; hardening above 0, softening below.
+
+    .. math:: F = k_3 z^3
+
+    Attributes
+    ----------
+    coefficient : float
+        Coefficient :math:`k_3`, the thesis' :math:`\mu` [N/m^3].
+
+    References
+    ----------
+    .. [1] A. H. Hauglid, "Nonlinear Mechanical Vibrations: The Effect of Gaps", NTNU, 2018,
+       eq. 3.28.
+    .. [2] A. H. Nayfeh and D. T. Mook, "Nonlinear Oscillations", Wiley, 1979, ch. 4.
+    """
+
+    kind: ClassVar[str] = "cubic_stiffness"
+    formula: ClassVar[str] = "F = k₃ z³"
+    parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
+        "coefficient": Parameter("N/m^3", "k₃", "cubic coefficient", linear=True, sign="any")
+    })
+
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        check_parameters(self, self.parameters)
+
+    def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
+        return self.coefficient * displacement**3 + 0.0 * velocity
+
+    def slopes(
+        self, displacement: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        none = np.zeros(np.broadcast(displacement, velocity).shape)
+        return none + 3.0 * self.coefficient * displacement**2, none
+
+    def switches(self) -> tuple[Switch, ...]:
+        return ()
+
+    def rows(self) -> tuple[Row, ...]:
+        return (Row(Law.ODD_POWER, (self.coefficient, 1.0, 3.0)),)

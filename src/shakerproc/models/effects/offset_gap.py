@@ -1,0 +1,86 @@
+"""Free play that is not the same on both sides."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.effects.base import (
+    AbstractMemorylessEffect,
+    Parameter,
+    Switch,
+    check_parameters,
+)
+from shakerproc.models.laws import Law, Row
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OffsetGap(AbstractMemorylessEffect):
+    r"""Free play of a part that does not rest in the middle.
+
+    .. math:: F = k (z - a_+) \; (z > a_+), \qquad k (z + a_-) \; (z < -a_-),
+        \qquad 0 \text{ inside}
+
+    Attributes
+    ----------
+    stiffness : float
+        Stiffness of both contacts, :math:`k` [N/m].
+    clearance_positive : float
+        Free play towards positive displacement, :math:`a_+` [m].
+    clearance_negative : float
+        Free play towards negative displacement, :math:`a_-` [m].
+
+    References
+    ----------
+    .. [1] S. W. Shaw and P. J. Holmes, "A periodically forced piecewise linear oscillator",
+       Journal of Sound and Vibration 90, 129-155, 1983.
+    """
+
+    kind: ClassVar[str] = "offset_gap"
+    formula: ClassVar[str] = "F = k (z - a₊) for z > a₊, k (z + a₋) for z < -a₋, 0 inside"
+    parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
+        "stiffness": Parameter("N/m", "k", "stiffness of both contacts", linear=True),
+        "clearance_positive": Parameter(
+            "m", "a₊", "free play towards positive displacement", sign="not negative"
+        ),
+        "clearance_negative": Parameter(
+            "m", "a₋", "free play towards negative displacement", sign="not negative"
+        ),
+    })
+
+    stiffness: float
+    clearance_positive: float
+    clearance_negative: float
+
+    def __post_init__(self) -> None:
+        check_parameters(self, self.parameters)
+
+    def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
+        above = np.maximum(displacement - self.clearance_positive, 0.0)
+        below = np.minimum(displacement + self.clearance_negative, 0.0)
+        return self.stiffness * (above + below) + 0.0 * velocity
+
+    def slopes(
+        self, displacement: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        none = np.zeros(np.broadcast(displacement, velocity).shape)
+        closed = (displacement > self.clearance_positive) | (
+            displacement < -self.clearance_negative
+        )
+        return none + self.stiffness * closed, none
+
+    def switches(self) -> tuple[Switch, ...]:
+        return (
+            Switch("displacement", -self.clearance_negative),
+            Switch("displacement", self.clearance_positive),
+        )
+
+    def rows(self) -> tuple[Row, ...]:
+        return (
+            Row(Law.STOP, (self.stiffness, self.clearance_positive, 1.0)),
+            Row(Law.STOP, (self.stiffness, -self.clearance_negative, -1.0)),
+        )

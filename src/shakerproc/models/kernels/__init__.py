@@ -1,0 +1,1 @@
+"""Compiled laws: the force of a table row, and memory carried along a prescribed motion."""

@@ -1,0 +1,153 @@
+"""Memory carried along a prescribed motion, one compiled function for each law that has it."""
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.compiled import compiled
+
+
+@compiled
+def jenkins_along(displacement: FloatArray, stiffness: float, slip_force: float) -> FloatArray:
+    """Return the force of a spring in series with a slider [N]; exact."""
+    force = np.empty_like(displacement)
+    spring, previous = 0.0, displacement[0]
+    for i in range(displacement.size):
+        spring += stiffness * (displacement[i] - previous)
+        spring = min(max(spring, -slip_force), slip_force)
+        force[i], previous = spring, displacement[i]
+    return force
+
+
+@compiled
+def iwan_along(
+    displacement: FloatArray, stiffness: float, slip_displacement: float
+) -> FloatArray:
+    """Return the force of the continuous Iwan element [N]; exact, by turning points.
+
+    The stack holds the turning points that are still remembered, outermost first. A branch
+    closes where it meets the point before the one it started from; the motion then goes on
+    along the branch around it (Masing's rules).
+    """
+    force = np.empty_like(displacement)
+    points = np.empty(displacement.size + 2)  # displacement of each remembered turning point
+    levels = np.empty(displacement.size + 2)  # force at it
+    count = 0
+    start = displacement[0]
+    previous, direction, now = start, 0.0, 0.0
+    for i in range(displacement.size):
+        z = displacement[i]
+        if z != previous:
+            towards = 1.0 if z > previous else -1.0
+            if direction * towards < 0.0:
+                points[count], levels[count] = previous, now
+                count += 1
+            direction = towards
+            while count >= 2 and towards * (z - points[count - 2]) >= 0.0:
+                count -= 2
+            if count == 1 and towards * (z - start) >= abs(points[0] - start):
+                count = 0
+            if count == 0:
+                now = _iwan_backbone(z - start, stiffness, slip_displacement)
+            else:
+                half = 0.5 * (z - points[count - 1])
+                now = levels[count - 1] + 2.0 * _iwan_backbone(
+                    half, stiffness, slip_displacement
+                )
+        force[i], previous = now, z
+    return force
+
+
+@compiled
+def _iwan_backbone(displacement: float, stiffness: float, slip_displacement: float) -> float:
+    """Return the force of first loading [N]."""
+    size = min(abs(displacement), slip_displacement)
+    force = stiffness * size * (1.0 - 0.5 * size / slip_displacement)
+    return force if displacement >= 0.0 else -force
+
+
+@compiled
+def bouc_wen_along(
+    displacement: FloatArray, stiffness: float, yield_displacement: float, exponent: float
+) -> FloatArray:
+    """Return the force of the Bouc-Wen element [N], by Runge-Kutta steps in displacement."""
+    force = np.empty_like(displacement)
+    memory, previous = 0.0, displacement[0]
+    for i in range(displacement.size):
+        way = (displacement[i] - previous) / yield_displacement
+        n_steps = int(np.ceil(abs(way) / 0.02))
+        for _ in range(n_steps):
+            memory = _bouc_wen_step(memory, way / n_steps, exponent)
+        force[i], previous = stiffness * yield_displacement * memory, displacement[i]
+    return force
+
+
+@compiled
+def _bouc_wen_step(memory: float, way: float, exponent: float) -> float:
+    """Return the memory after one Runge-Kutta step, both in units of yield displacement."""
+    k1 = _bouc_wen_slope(memory, way, exponent)
+    k2 = _bouc_wen_slope(memory + 0.5 * way * k1, way, exponent)
+    k3 = _bouc_wen_slope(memory + 0.5 * way * k2, way, exponent)
+    k4 = _bouc_wen_slope(memory + way * k3, way, exponent)
+    return memory + way * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
+
+
+@compiled
+def _bouc_wen_slope(memory: float, way: float, exponent: float) -> float:
+    """Return the growth of memory with displacement: 1 less what yields."""
+    return 1.0 - abs(memory) ** exponent if memory * way > 0.0 else 1.0
+
+
+@compiled
+def lugre_along(velocity: FloatArray, step: float, values: FloatArray) -> FloatArray:
+    """Return the LuGre friction force [N]; the bristles exact for the mean velocity of a step.
+
+    `values` are sliding force, breakaway force, Stribeck velocity, bristle stiffness, bristle
+    damping and viscous damping.
+    """
+    sliding, breakaway, stribeck, stiffness, damping, viscous = values
+    force = np.empty_like(velocity)
+    bristle = 0.0
+    for i in range(velocity.size):
+        if i > 0:
+            mean = 0.5 * (velocity[i] + velocity[i - 1])
+            level = sliding + (breakaway - sliding) * np.exp(-((mean / stribeck) ** 2))
+            rate = stiffness * abs(mean) / level
+            bristle = bristle * np.exp(-rate * step) - mean * step * _mean_decay(rate * step)
+        v = velocity[i]
+        level = sliding + (breakaway - sliding) * np.exp(-((v / stribeck) ** 2))
+        growth = v - stiffness * abs(v) * bristle / level
+        force[i] = stiffness * bristle + damping * growth + viscous * v
+    return force
+
+
+@compiled
+def _mean_decay(x: float) -> float:
+    """Return (exp(-x) - 1) / x, also for small x."""
+    return np.expm1(-x) / x if x > 1e-12 else -1.0
+
+
+@compiled
+def attached_along(
+    displacement: FloatArray, velocity: FloatArray, values: FloatArray, advance: FloatArray
+) -> FloatArray:
+    """Return the force of a mass on a spring and a damper that starts at rest with its place.
+
+    `values` are stiffness and damping, `advance` the (2, 6) matrix that takes displacement
+    and velocity of the attached mass, and those of its place before and after, one sample on.
+    """
+    stiffness, damping = values
+    force = np.empty_like(displacement)
+    x, v = displacement[0], velocity[0]
+    for i in range(displacement.size):
+        if i > 0:
+            known = np.array((
+                x,
+                v,
+                displacement[i - 1],
+                velocity[i - 1],
+                displacement[i],
+                velocity[i],
+            ))
+            x, v = np.sum(advance[0] * known), np.sum(advance[1] * known)
+        force[i] = stiffness * (displacement[i] - x) + damping * (velocity[i] - v)
+    return force

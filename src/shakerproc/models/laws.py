@@ -1,0 +1,47 @@
+"""The force laws that the compiled kernels know: what every effect is written in."""
+
+from dataclasses import dataclass
+from enum import IntEnum, unique
+from typing import final
+
+
+@unique
+class Law(IntEnum):
+    """Number of a force law in the tables that the kernels walk.
+
+    `models.kernels.laws` holds the compiled laws; it is the one place that branches on these
+    numbers. An effect made of laws that stand here needs no other file than its own.
+    """
+
+    LINEAR = 0  # stiffness k, damping c: goes into the matrices, never into the table
+    ATTACHED = 1  # mass, stiffness, damping of one more degree of freedom: into the matrices
+    DRIFT = 2  # k r (t - t0) z
+    STOP = 3  # k (z - a) where s (z - a) > 0
+    JUMP = 4  # k z where s (z - a) > 0
+    CONTACT_DAMPING = 5  # c v where s (z - a) > 0
+    ODD_POWER = 6  # f |z / r|^n sign z
+    EVEN_POWER = 7  # f |z / r|^n
+    POWER_DAMPING = 8  # c |z / r|^n v
+    QUADRATIC_DAMPING = 9  # c v |v|
+    FRICTION = 10  # (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v, sticking below Fs
+    LUGRE = 11  # one state, the bristle deflection
+    JENKINS = 12  # one state, the spring force
+    IWAN = 13  # a stack of turning points
+    BOUC_WEN = 14  # one state, the hysteretic displacement
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table that the kernels walk.
+
+    Attributes
+    ----------
+    law : Law
+        Which force law.
+    values : tuple of float
+        Its numbers, at most six, in the order that `Law` gives [SI].
+    """
+
+    law: Law
+    values: tuple[float, ...]

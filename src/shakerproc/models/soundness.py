@@ -1,0 +1,138 @@
+"""Whether a model can stand: places that exist, a way to the base, nothing that runs away."""
+
+import difflib
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shakerproc.errors import ModelError
+from shakerproc.models.effects.attached_mode import AttachedMode
+from shakerproc.models.effects.base import AbstractMemorylessEffect
+from shakerproc.models.effects.spring import Spring
+from shakerproc.models.surroundings import resolved
+
+if TYPE_CHECKING:
+    from shakerproc.data import FloatArray
+    from shakerproc.models.model import Element, Model
+
+BASE = "base"
+
+
+def check_model(model: "Model") -> None:
+    """Pass a model that can be simulated.
+
+    Raises
+    ------
+    ModelError
+        If it cannot, with what is wrong and what to do.
+    """
+    _check_places(model)
+    _check_base_is_reached(model)
+    _check_nothing_runs_away(model, resolved(model))
+
+
+def _check_places(model: "Model") -> None:
+    if not model.masses:
+        raise ModelError(
+            f"{model.title}: no masses. Give at least one, such as coupon: 28.6 g."
+        )
+    if BASE in model.masses:
+        raise ModelError(f"{model.title}: {BASE} is the shaker table and has no mass here.")
+    for element in model.elements:
+        _check_element(model, element)
+    for name, sensor in model.sensors.items():
+        _check_place(model, sensor.at, f"sensor {name}")
+    if model.excitation.on == BASE:
+        raise ModelError(f"{model.title}: force on {BASE}. A force acts on a mass.")
+    if model.excitation.on is not None:
+        _check_place(model, model.excitation.on, "excitation")
+
+
+def _check_element(model: "Model", element: "Element") -> None:
+    kind, (first, second) = element.effect.kind, element.between
+    for place in element.between:
+        _check_place(model, place, f"between of {kind}")
+    if first == second:
+        raise ModelError(
+            f"{model.title}: {kind} stands between {first} and itself. Name two places."
+        )
+    if isinstance(element.effect, AttachedMode) and second == BASE:
+        raise ModelError(
+            f"{model.title}: an attached mode on the {BASE} moves nothing else. Name the mass "
+            f"that it sits on last."
+        )
+
+
+def _check_place(model: "Model", place: str, where: str) -> None:
+    if place in model.places:
+        return
+    near = difflib.get_close_matches(place, model.places, 1)
+    hint = f"did you mean {near[0]!r}?" if near else f"places are {', '.join(model.places)}."
+    raise ModelError(f"{model.title}: {where}: no place {place!r}; {hint}")
+
+
+def _check_base_is_reached(model: "Model") -> None:
+    links = [e.between for e in model.elements if not isinstance(e.effect, AttachedMode)]
+    reached = {BASE}
+    for _ in model.masses:
+        reached |= {place for link in links if reached & set(link) for place in link}
+    for name in model.masses:
+        if name not in reached:
+            raise ModelError(
+                f"{model.title}: no chain of elements leads from {name} to the {BASE}. Add the "
+                f"element that holds it."
+            )
+
+
+def _check_nothing_runs_away(model: "Model", elements: "tuple[Element, ...]") -> None:
+    """Pass joints that push back at some displacement, on both sides.
+
+    Raises
+    ------
+    ModelError
+        If one does not, and the springs alone do not hold the masses either.
+    """
+    if np.linalg.eigvalsh(_spring_matrix(model, elements))[0] > 0.0:
+        return
+    for pair in {frozenset(element.between) for element in elements}:
+        first = next(e.between for e in elements if set(e.between) == set(pair))
+        for side in (1.0, -1.0):
+            force = side * _static_force(elements, first, side)
+            if np.any(force < 0.0) and not np.any(force > 0.0):
+                name = "positive" if side > 0.0 else "negative"
+                raise ModelError(
+                    f"{model.title}: between {' and '.join(first)} the static force drives "
+                    f"the mass away at every displacement on the {name} side. Add a spring, or "
+                    f"correct the sign of a coefficient."
+                )
+
+
+def _static_force(
+    elements: "tuple[Element, ...]", between: tuple[str, str], side: float
+) -> "FloatArray":
+    """Return the force at rest of all between two places, over 1 nm to 10 m, (n,) array [N]."""
+    z = side * np.geomspace(1e-9, 10.0, 121)
+    total = np.zeros_like(z)
+    for element in elements:
+        effect = element.effect
+        if not isinstance(effect, AbstractMemorylessEffect):
+            continue
+        if set(element.between) == set(between):
+            turn = 1.0 if element.between == between else -1.0
+            with np.errstate(over="ignore"):  # a high power of 10 m is as good as infinite
+                total += turn * effect.force_at(turn * z, np.zeros_like(z))
+    return total
+
+
+def _spring_matrix(model: "Model", elements: "tuple[Element, ...]") -> "FloatArray":
+    """Return the stiffness matrix of the springs alone, (n_masses, n_masses) array [N/m]."""
+    index = {name: i for i, name in enumerate(model.masses)}
+    matrix = np.zeros((len(index), len(index)))
+    for element in elements:
+        if isinstance(element.effect, Spring):
+            direction = np.zeros(len(index))
+            for place, sign in zip(element.between, (-1.0, 1.0), strict=True):
+                if place in index:
+                    direction[index[place]] = sign
+            matrix += element.effect.stiffness * np.outer(direction, direction)
+    return matrix

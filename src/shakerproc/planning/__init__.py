@@ -1,0 +1,85 @@
+"""Before the test: displacement against clearance, what a recording will hold, rehearsal."""
+
+from shakerproc.planning.acquisition import (
+    Averaging,
+    averaging,
+    duration_of_test,
+    fastest_rate,
+    sample_rate_of_test,
+    swept_peak,
+)
+from shakerproc.planning.columns import bands_text, plan_columns, plan_documents
+from shakerproc.planning.inputs import (
+    AbstractInput,
+    RandomInput,
+    SineInput,
+    TableMotion,
+    input_of_test,
+)
+from shakerproc.planning.joints import (
+    AbstractJoint,
+    FreeJoint,
+    Mode,
+    ModelJoint,
+    Walls,
+    joint_of_model,
+)
+from shakerproc.planning.limits import ShakerLimits
+from shakerproc.planning.planned import (
+    BaseTravel,
+    Needed,
+    PlannedTest,
+    Wish,
+    displacement_of_test,
+    plan_campaign,
+    plan_test,
+)
+from shakerproc.planning.play import Play, Warming, play_of_test
+from shakerproc.planning.reach import (
+    Reach,
+    bands_above,
+    bands_within_limits,
+    curve,
+    frequencies_of,
+    reach,
+)
+
+__all__ = [
+    "AbstractInput",
+    "AbstractJoint",
+    "Averaging",
+    "BaseTravel",
+    "FreeJoint",
+    "Mode",
+    "ModelJoint",
+    "Needed",
+    "PlannedTest",
+    "Play",
+    "RandomInput",
+    "Reach",
+    "ShakerLimits",
+    "SineInput",
+    "TableMotion",
+    "Walls",
+    "Warming",
+    "Wish",
+    "averaging",
+    "bands_above",
+    "bands_text",
+    "bands_within_limits",
+    "curve",
+    "displacement_of_test",
+    "duration_of_test",
+    "fastest_rate",
+    "frequencies_of",
+    "input_of_test",
+    "joint_of_model",
+    "plan_campaign",
+    "plan_columns",
+    "plan_documents",
+    "plan_test",
+    "play_of_test",
+    "reach",
+    "sample_rate_of_test",
+    "swept_peak",
+]

@@ -1,0 +1,229 @@
+"""How far a joint moves before its play is used up: exactly linear until the first contact."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import ModelError
+from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
+from shakerproc.models.laws import Law
+from shakerproc.models.surroundings import resolved
+from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+
+TINY: Final = 1e-15
+"""Where slopes at rest are taken, on either side, for joints without play [m]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Walls:
+    """Free play to either side of where the joint rests [m]; infinite where nothing stands."""
+
+    positive: float
+    negative: float
+
+    @property
+    def near(self) -> float:
+        """The smaller one: contact on one side [m]."""
+        return min(self.positive, self.negative)
+
+    @property
+    def far(self) -> float:
+        """The larger one: contact on both sides [m]."""
+        return max(self.positive, self.negative)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A natural frequency [Hz] and its damping ratio [-]."""
+
+    frequency: float
+    damping_ratio: float
+
+
+class AbstractJoint(ABC):
+    """What moves against what, and how."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def gain(self, frequency: FloatArray) -> ComplexArray:
+        """Return relative displacement over input at frequencies [Hz], complex array [s²]."""
+
+    @abstractmethod
+    def modes(self) -> tuple[Mode, ...]:
+        """Return the modes as long as nothing touches, lowest first."""
+
+    @abstractmethod
+    def walls(self) -> Walls | None:
+        """Return the walls that the joint itself knows; None where only the log says them."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FreeJoint(AbstractJoint):
+    """A part that nothing holds inside its play: it keeps still while the table moves.
+
+    Its relative displacement is that of the table, eq. 5.5.
+    """
+
+    def gain(self, frequency: FloatArray) -> ComplexArray:
+        return np.asarray(1.0 / (2.0 * np.pi * frequency) ** 2, np.complex128)
+
+    def modes(self) -> tuple[Mode, ...]:
+        return ()
+
+    def walls(self) -> Walls | None:
+        return None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelJoint(AbstractJoint):
+    """A joint of a model whose gaps are open and whose other laws are those of rest.
+
+    Attributes
+    ----------
+    between : (str, str)
+        Its two places.
+    mass, damping, stiffness : (n, n) arrays
+        Matrices [kg], [N s/m], [N/m].
+    load : (n,) array
+        Forces for an input of 1 [kg] or [-].
+    direction : (n,) array
+        Relative displacement as a sum of the degrees of freedom [-].
+    own_walls : Walls, optional
+        Of the gaps and stops between the two places.
+    notes : tuple of str
+        What was left out, a sentence each.
+    """
+
+    between: tuple[str, str]
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    load: ComplexArray
+    direction: FloatArray
+    own_walls: Walls | None
+    notes: tuple[str, ...] = ()
+
+    def gain(self, frequency: FloatArray) -> ComplexArray:
+        omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequency, float))[:, None, None]
+        dynamic = self.stiffness + 1j * omega * self.damping - omega**2 * self.mass
+        load = np.broadcast_to(self.load[:, None], (len(omega), self.load.size, 1))
+        found: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
+        return found.reshape(np.shape(frequency))
+
+    def modes(self) -> tuple[Mode, ...]:
+        n = self.load.size
+        state = np.zeros((2 * n, 2 * n))
+        state[:n, n:] = np.eye(n)
+        state[n:, :n] = -np.linalg.solve(self.mass, self.stiffness)
+        state[n:, n:] = -np.linalg.solve(self.mass, self.damping)
+        roots = np.linalg.eigvals(state)
+        roots = roots[roots.imag > 1e-9 * np.max(np.abs(roots))]
+        found = [Mode(float(abs(r)) / (2.0 * np.pi), float(-r.real / abs(r))) for r in roots]
+        return tuple(sorted(found, key=lambda mode: mode.frequency))
+
+    def walls(self) -> Walls | None:
+        return self.own_walls
+
+
+def joint_of_model(model: Model, between: tuple[str, str] | None = None) -> ModelJoint:
+    """Return a joint of a model.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    between : (str, str), optional
+        Its two places; by default those of the first gap or stop, else of the first element
+        on the base, else of the first element.
+
+    Raises
+    ------
+    ModelError
+        If no element stands between the places, or the model changes with time.
+    """
+    elements = resolved(model)
+    chosen = _chosen(model, elements, between)
+    system = system_of_model(model, 1.0)
+    reference = {c.name: c.law.reference_stiffness for c in system.couplings}
+    damping, stiffness, notes = system.damping.copy(), system.stiffness.copy(), []
+    for element in elements:
+        square = np.outer(*2 * [_direction(model, element.between, system.n_dofs)])
+        laws = {row.law for row in element.effect.rows()}
+        if laws <= {Law.LINEAR, Law.ATTACHED}:
+            continue
+        if Law.FRICTION in laws:
+            name = f"{element.effect.kind} between {' and '.join(element.between)}"
+            notes.append(f"The {name} is left out: the joint is taken to slide without it.")
+        elif isinstance(element.effect, AbstractMemorylessEffect):
+            at_rest = element.effect.slopes(np.array([-TINY, TINY]), np.zeros(2))
+            stiffness += float(np.mean(at_rest[0])) * square
+            damping += float(np.mean(at_rest[1])) * square
+        else:
+            name = f"{element.effect.kind} between {' and '.join(element.between)}"
+            stiffness += reference[name] * square
+    direction = _direction(model, chosen, system.n_dofs)
+    walls = _walls(elements, chosen)
+    return ModelJoint(
+        chosen, system.mass, damping, stiffness, system.load, direction, walls, tuple(notes)
+    )
+
+
+def _chosen(
+    model: Model, elements: tuple[Element, ...], between: tuple[str, str] | None
+) -> tuple[str, str]:
+    """Return the places of the joint.
+
+    Raises
+    ------
+    ModelError
+        If no element stands between them.
+    """
+    pairs = [element.between for element in elements]
+    if between is not None:
+        for pair in pairs:
+            if set(pair) == set(between):
+                return pair
+        known = ", ".join(dict.fromkeys(f"{a},{b}" for a, b in pairs))
+        raise ModelError(
+            f"{model.title}: nothing stands between {between[0]} and {between[1]}; "
+            f"the joints are {known}"
+        )
+    played = [pair for pair in pairs if _walls(elements, pair) is not None]
+    on_base = [pair for pair in pairs if BASE in pair]
+    return (played or on_base or pairs)[0]
+
+
+def _direction(model: Model, between: tuple[str, str], size: int) -> FloatArray:
+    direction, names = np.zeros(size), list(model.masses)
+    for place, sign in zip(between, (-1.0, 1.0), strict=True):
+        if place != BASE:
+            direction[names.index(place)] = sign
+    return direction
+
+
+def _walls(elements: tuple[Element, ...], between: tuple[str, str]) -> Walls | None:
+    """Return where the nearest contacts of gaps and stops stand, from their switchings."""
+    positive, negative = np.inf, np.inf
+    for element in elements:
+        if set(element.between) != set(between):
+            continue
+        if not isinstance(element.effect, AbstractMemorylessEffect):
+            continue
+        sign = 1.0 if element.between == between else -1.0
+        for switch in element.effect.switches():
+            if switch.variable == "displacement" and switch.at != 0.0:
+                if sign * switch.at > 0.0:
+                    positive = min(positive, abs(switch.at))
+                else:
+                    negative = min(negative, abs(switch.at))
+    if positive == negative == np.inf:
+        return None
+    return Walls(positive, negative)

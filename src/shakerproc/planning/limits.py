@@ -1,0 +1,96 @@
+"""What the shaker can do: the straight lines of its envelope on double-log paper."""
+
+from dataclasses import dataclass
+from math import inf, pi
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.planning.inputs import AbstractInput, SineInput
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ShakerLimits:
+    """Limits of a shaker, each zero to peak; random motion is held against them by 3 sigma.
+
+    Attributes
+    ----------
+    acceleration, velocity, displacement : float
+        [m/s²], [m/s], [m]; half the stroke is the displacement. Infinite where unknown.
+    """
+
+    acceleration: float = inf
+    velocity: float = inf
+    displacement: float = inf
+
+    def __post_init__(self) -> None:
+        for name in ("acceleration", "velocity", "displacement"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be above 0, not {getattr(self, name):g}")
+
+    @property
+    def known(self) -> bool:
+        """Whether there is any limit."""
+        return min(self.acceleration, self.velocity, self.displacement) < inf
+
+    def largest_acceleration(self, frequency: FloatArray) -> FloatArray:
+        r"""Return the largest amplitude of a sine at frequencies [Hz], an array [m/s²].
+
+        .. math:: \min(a, 2 \pi f v, (2 \pi f)^2 d)
+        """
+        omega = 2.0 * pi * frequency
+        most = np.full_like(omega, self.acceleration)
+        if self.velocity < inf:
+            most = np.minimum(most, omega * self.velocity)
+        if self.displacement < inf:
+            most = np.minimum(most, omega**2 * self.displacement)
+        return most
+
+    def crossovers(self) -> tuple[float, ...]:
+        """Return the frequencies at which one limit hands over to the next [Hz], rising."""
+        a, v, d = self.acceleration, self.velocity, self.displacement
+        if max(a, v, d) < inf and a * d > v * v:
+            return v / (2.0 * pi * d), a / (2.0 * pi * v)
+        if max(a, d) < inf:
+            return ((a / d) ** 0.5 / (2.0 * pi),)
+        if max(v, d) < inf:
+            return (v / (2.0 * pi * d),)
+        return (a / (2.0 * pi * v),) if max(a, v) < inf else ()
+
+    def exceeded_by(self, shaken: AbstractInput) -> tuple[str, ...]:
+        """Return what of the motion of the table is too much, a clause each."""
+        if shaken.quantity == "force":
+            return ()
+        motion = shaken.largest_motion()
+        peak = "amplitude" if isinstance(shaken, SineInput) else "3 sigma"
+        found = []
+        if motion.acceleration > self.acceleration * (1.0 + 1e-9):
+            found.append(
+                f"acceleration {motion.acceleration / STANDARD_GRAVITY:.3g} g ({peak}) is "
+                f"above the shaker's {self.acceleration / STANDARD_GRAVITY:.3g} g"
+            )
+        if motion.velocity > self.velocity * (1.0 + 1e-9):
+            found.append(
+                f"velocity {motion.velocity:.3g} m/s ({peak}) is above the shaker's "
+                f"{self.velocity:.3g} m/s{self._from(shaken, 'velocity')}"
+            )
+        if motion.displacement > self.displacement * (1.0 + 1e-9):
+            found.append(
+                f"displacement {1e3 * motion.displacement:.3g} mm ({peak}) is above the "
+                f"shaker's {1e3 * self.displacement:.3g} mm"
+                f"{self._from(shaken, 'displacement')}"
+            )
+        return tuple(found)
+
+    def _from(self, shaken: AbstractInput, what: str) -> str:
+        """Return from which frequency on a sine may be run."""
+        if not isinstance(shaken, SineInput):
+            return ""
+        lowest = (
+            shaken.amplitude / (2.0 * pi * self.velocity)
+            if what == "velocity"
+            else shaken.frequency_of_displacement(self.displacement)
+        )
+        return f"; possible from {lowest:.4g} Hz"

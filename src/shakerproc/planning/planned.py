@@ -1,0 +1,415 @@
+"""One row of the plan for each test, with what to mind before the shaker is booked."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Final, final
+
+from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.planning.acquisition import (
+    ENOUGH,
+    Averaging,
+    averaging,
+    duration_of_test,
+    fastest_rate,
+    rate_at,
+    sample_rate_of_test,
+    swept_peak,
+)
+from shakerproc.planning.inputs import AbstractInput, RandomInput, TableMotion, input_of_test
+from shakerproc.planning.joints import AbstractJoint, FreeJoint, Mode, Walls
+from shakerproc.planning.limits import ShakerLimits
+from shakerproc.planning.play import Play, Warming, Which, play_of_test
+from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
+from shakerproc.testlog import Test, TestLog, ThresholdCrop
+
+ENOUGH_ERROR: Final = 0.1
+"""Random error of a gain that calls for no remark [-]."""
+
+_FREE: Final = FreeJoint()
+_UNLIMITED: Final = ShakerLimits()
+_SHOWN: Final = {
+    "m/s^2": ("g", STANDARD_GRAVITY, 1.0),
+    "(m/s^2)^2/Hz": ("g^2/Hz", STANDARD_GRAVITY**2, 2.0),
+    "m/s^2 rms": ("g rms", STANDARD_GRAVITY, 1.0),
+    "N": ("N", 1.0, 1.0),
+    "N^2/Hz": ("N^2/Hz", 1.0, 2.0),
+    "N rms": ("N rms", 1.0, 1.0),
+}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a plan is made with.
+
+    Attributes
+    ----------
+    joint : AbstractJoint
+        What moves against what.
+    limits : ShakerLimits
+        Of the shaker.
+    which : {"actual", "nominal"}
+        Which clearance of the log counts.
+    warming : Warming, optional
+        Temperature of the joint.
+    sample_rate, duration : float, optional
+        Of tests whose log does not say them [Hz], [s].
+    coherence : float
+        Assumed for the random error of a gain [-].
+    """
+
+    joint: AbstractJoint = _FREE
+    limits: ShakerLimits = _UNLIMITED
+    which: Which = "actual"
+    warming: Warming | None = None
+    sample_rate: float | None = None
+    duration: float | None = None
+    coherence: float = 0.9
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class BaseTravel:
+    """How the table moves in a test, and up to where that alone uses up the play.
+
+    Attributes
+    ----------
+    motion : TableMotion
+        Largest motion.
+    rms_displacement : float, optional
+        Of a random test [m].
+    play : Play, optional
+        Of the joint along the shaken axis.
+    ratio : float, optional
+        Displacement over half the play [-].
+    both_sides_to_hz : float, optional
+        Below it the amplitude is at least half the play (random: 3 sigma of what lies above
+        it): a part that keeps still is hit on both sides [Hz].
+    whole_play_to_hz : float, optional
+        Below it the amplitude is at least the whole play [Hz].
+    """
+
+    motion: TableMotion
+    rms_displacement: float | None
+    play: Play | None
+    ratio: float | None
+    both_sides_to_hz: float | None
+    whole_play_to_hz: float | None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Needed:
+    """The level at which a test would just use up the play on both sides.
+
+    Attributes
+    ----------
+    level : float
+        In the unit of the test's own level, SI.
+    text : str
+        As the log would write it.
+    allowed : bool, optional
+        Whether the shaker's limits allow it; None without limits.
+    bands_hz : tuple of (float, float)
+        Where a sine within the shaker's limits would do it, inside the test's band [Hz].
+    """
+
+    level: float
+    text: str
+    allowed: bool | None
+    bands_hz: tuple[Band, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PlannedTest:
+    """What to expect of one test.
+
+    Attributes
+    ----------
+    test : Test
+        The line of the log.
+    shaken : AbstractInput, optional
+        What the shaker does; None where the log does not say it.
+    travel : BaseTravel, optional
+        How the table moves; None for forces.
+    walls : Walls, optional
+        Free play to either side.
+    reach : Reach, optional
+        Where the joint gets.
+    needed : Needed, optional
+        What it would take.
+    duration : float, optional
+        Length of the run [s].
+    swept_peak : float, optional
+        Lowest share of the steady resonance that the sweep reaches, over the modes [-].
+    averaging : Averaging, optional
+        Of a random test.
+    warnings : tuple of str
+        A sentence each.
+    """
+
+    test: Test
+    shaken: AbstractInput | None = None
+    travel: BaseTravel | None = None
+    walls: Walls | None = None
+    reach: Reach | None = None
+    needed: Needed | None = None
+    duration: float | None = None
+    swept_peak: float | None = None
+    averaging: Averaging | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def plan_campaign(log: TestLog, wish: Wish) -> tuple[PlannedTest, ...]:
+    """Return a row for each test of a log, discarded ones bare."""
+    return tuple(plan_test(test, wish) for test in log.tests)
+
+
+def displacement_of_test(
+    test: Test, which: Which = "actual", warming: Warming | None = None
+) -> BaseTravel | None:
+    """Return how the table moves in a test; None where its log does not say it."""
+    shaken = input_of_test(test)
+    if shaken is None or shaken.quantity == "force":
+        return None
+    motion = shaken.largest_motion()
+    rms = shaken.rms_displacement if isinstance(shaken, RandomInput) else None
+    play = play_of_test(test, which, warming)
+    if play is None or play.total <= 0.0:
+        return BaseTravel(motion, rms, play, None, None, None)
+    return BaseTravel(
+        motion,
+        rms,
+        play,
+        motion.displacement / play.half,
+        shaken.frequency_of_displacement(play.half),
+        shaken.frequency_of_displacement(play.total),
+    )
+
+
+def plan_test(test: Test, wish: Wish) -> PlannedTest:
+    """Return what to expect of one test."""
+    if test.discarded:
+        return PlannedTest(test)
+    shaken = input_of_test(test)
+    duration = duration_of_test(test, wish.duration)
+    if shaken is None:
+        unclear = (_unclear(test),)
+        return PlannedTest(test, duration=duration, warnings=unclear)
+    play = play_of_test(test, wish.which, wish.warming)
+    walls = _walls(wish.joint, play)
+    possible = walls is not None and (
+        shaken.quantity == "base acceleration" or not isinstance(wish.joint, FreeJoint)
+    )
+    found = reach(wish.joint, shaken, walls) if possible and walls is not None else None
+    rate = sample_rate_of_test(test, wish.sample_rate)
+    averages = None
+    if isinstance(shaken, RandomInput) and duration is not None and rate is not None:
+        averages = averaging(test.processing.welch, duration, rate, wish.coherence)
+    modes = [m for m in wish.joint.modes() if shaken.low <= m.frequency <= shaken.high]
+    peaks = [
+        swept_peak(speed, mode.frequency, mode.damping_ratio)
+        for mode in modes
+        if mode.damping_ratio > 0.0 and (speed := rate_at(test, mode.frequency)) is not None
+    ]
+    planned = PlannedTest(
+        test,
+        shaken,
+        displacement_of_test(test, wish.which, wish.warming),
+        walls,
+        found,
+        _needed(test, shaken, found, walls, wish) if found and walls else None,
+        duration,
+        min(peaks, default=None),
+        averages,
+    )
+    told = tuple(_warnings(planned, wish, rate, modes))
+    return replace(planned, warnings=told)
+
+
+def _walls(joint: AbstractJoint, play: Play | None) -> Walls | None:
+    own = joint.walls()
+    if own is not None:
+        return own
+    if play is None or play.total <= 0.0:
+        return None
+    return Walls(play.half, play.half)
+
+
+def _needed(
+    test: Test, shaken: AbstractInput, found: Reach, walls: Walls, wish: Wish
+) -> Needed | None:
+    factor = found.factor_both_sides
+    if factor == inf or test.level is None or test.level_unit is None:
+        return None
+    unit, scale, power = _SHOWN[test.level_unit]
+    level = test.level * factor**power
+    known = wish.limits.known and shaken.quantity == "base acceleration"
+    bands: tuple[Band, ...] = ()
+    if known:
+        band = (shaken.low, shaken.high)
+        bands = bands_within_limits(wish.joint, wish.limits, band, walls.far)
+    allowed = not wish.limits.exceeded_by(shaken.scaled(factor)) if known else None
+    return Needed(level, f"{level / scale:.3g} {unit}", allowed, bands)
+
+
+def _unclear(test: Test) -> str:
+    if test.excitation is None:
+        return "the log does not say what shakes it"
+    if test.excitation == "shock":
+        return "a shock: its width is not in the log, so that its displacement is not known"
+    if test.level is None:
+        return "the log does not say its level"
+    return "the log does not say its frequencies"
+
+
+def _warnings(
+    planned: PlannedTest, wish: Wish, rate: float | None, modes: list[Mode]
+) -> Iterator[str]:
+    test, shaken = planned.test, planned.shaken
+    assert shaken is not None  # noqa: S101 - narrows the type; the caller has checked
+    yield from _about_sampling(shaken, rate, test)
+    yield from wish.limits.exceeded_by(shaken)
+    yield from _about_crop(test, shaken)
+    yield from _about_sweep(test, modes)
+    yield from _about_averages(planned, wish, rate, modes)
+    yield from _about_play(planned, wish)
+
+
+def _about_sampling(shaken: AbstractInput, rate: float | None, test: Test) -> Iterator[str]:
+    if rate is None:
+        return
+    if shaken.high > 0.5 * rate:
+        yield (
+            f"{shaken.high:g} Hz lies beyond half the sample rate, {0.5 * rate:.5g} Hz: "
+            f"sample faster or end there"
+        )
+    elif shaken.high > 0.45 * rate:
+        yield (
+            f"{shaken.high:g} Hz lies in the roll-off of the filters, above 0.45 of the sample "
+            f"rate ({0.45 * rate:.5g} Hz)"
+        )
+    if test.excitation == "random":
+        width = rate / test.processing.welch.segment
+        if shaken.low < 2.0 * width and test.processing.detrend == "none":
+            yield (
+                f"the band begins at {shaken.low:g} Hz, within two bins of {width:.3g} Hz from "
+                f"0, where offsets leak: take a longer segment, or detrend: mean"
+            )
+
+
+def _about_crop(test: Test, shaken: AbstractInput) -> Iterator[str]:
+    crop = test.processing.crop
+    if not isinstance(crop, ThresholdCrop) or shaken.quantity == "force":
+        return
+    peak = shaken.largest_motion().acceleration
+    threshold = crop.threshold / STANDARD_GRAVITY
+    level = peak / STANDARD_GRAVITY
+    if peak < crop.threshold:
+        yield f"the crop's threshold of {threshold:.3g} g is above its {level:.3g} g peak"
+    elif peak < 1.15 * crop.threshold and not crop.remove_offset:
+        yield (
+            f"its peak of {level:.3g} g is only {level - threshold:.2g} g above the crop's "
+            f"threshold: an offset of the sensor may hide the run"
+        )
+
+
+def _about_sweep(test: Test, modes: list[Mode]) -> Iterator[str]:
+    for mode in modes:
+        rate = rate_at(test, mode.frequency)
+        if rate is None or mode.damping_ratio <= 0.0:
+            continue
+        peak = swept_peak(rate, mode.frequency, mode.damping_ratio)
+        if peak < ENOUGH:
+            slower = fastest_rate(mode.frequency, mode.damping_ratio) / rate
+            shown = (
+                f"{test.rate_oct_per_min * slower:.3g} oct/min"
+                if test.rate_oct_per_min is not None
+                else f"{rate * slower:.3g} Hz/s"
+            )
+            yield (
+                f"the sweep passes {mode.frequency:.4g} Hz too fast: it reaches "
+                f"{100.0 * peak:.3g} % of the resonance; {shown} gives {100.0 * ENOUGH:.0f} %"
+            )
+
+
+def _about_averages(
+    planned: PlannedTest, wish: Wish, rate: float | None, modes: list[Mode]
+) -> Iterator[str]:
+    if not isinstance(planned.shaken, RandomInput) or rate is None:
+        return
+    welch = planned.test.processing.welch
+    width = rate / welch.segment
+    for mode in modes:
+        half_power = 2.0 * mode.damping_ratio * mode.frequency
+        if width > 0.25 * half_power:
+            yield (
+                f"bins of {width:.3g} Hz are coarse for the {half_power:.3g} Hz half-power "
+                f"width at {mode.frequency:.4g} Hz: take segments of "
+                f"{_next_power(4.0 * rate / half_power)} samples"
+            )
+    if planned.duration is None:
+        return
+    if planned.averaging is None:
+        yield f"{planned.duration:.3g} s hold less than two averages"
+    elif planned.averaging.gain_error > ENOUGH_ERROR:
+        longer = (planned.averaging.gain_error / ENOUGH_ERROR) ** 2 * planned.duration
+        yield (
+            f"{planned.averaging.averages:.3g} averages leave the gain "
+            f"{100.0 * planned.averaging.gain_error:.2g} % of random error at a coherence of "
+            f"{wish.coherence:g}; {longer:.3g} s would leave {100.0 * ENOUGH_ERROR:.0f} %"
+        )
+
+
+def _next_power(number: float) -> int:
+    return int(2 ** max(3, int(number - 1.0).bit_length()))
+
+
+def _about_play(planned: PlannedTest, wish: Wish) -> Iterator[str]:
+    if planned.walls is None:
+        play = planned.travel.play if planned.travel else None
+        if play is None:
+            yield "the log does not say its clearance"
+        else:
+            yield f"the joint has no play ({play.says})"
+    elif planned.reach is not None and planned.reach.contact != "both sides":
+        far = planned.walls.far
+        yield f"{_shortfall(planned.reach, far, wish)}{_remedy(planned.needed)}"
+    yield from _about_weight(planned, wish)
+
+
+def _shortfall(found: Reach, far: float, wish: Wish) -> str:
+    what = "no contact" if found.contact == "none" else "contact on one side only"
+    peak = ""
+    if found.contacts_per_second is not None:
+        what, peak = f"{found.contacts_per_second:.2g} contacts a second", "3 sigma is "
+    elif isinstance(wish.joint, FreeJoint):
+        what = "the table moves less than half the play"
+    return f"{what}: {peak}{1e3 * found.displacement:.3g} mm of {1e3 * far:.3g} mm"
+
+
+def _remedy(needed: Needed | None) -> str:
+    if needed is None:
+        return ""
+    if needed.allowed is not False:
+        return f"; both sides from {needed.text}"
+    text = f"; both sides from {needed.text}, which is beyond the shaker"
+    if not needed.bands_hz:
+        return text
+    bands = " and ".join(f"{low:.4g}-{high:.4g} Hz" for low, high in needed.bands_hz)
+    return f"{text}; a sine within its limits does it in {bands}"
+
+
+def _about_weight(planned: PlannedTest, wish: Wish) -> Iterator[str]:
+    if planned.travel is None or planned.walls is None:
+        return
+    if not isinstance(wish.joint, FreeJoint):
+        return
+    peak = planned.travel.motion.acceleration
+    if peak < STANDARD_GRAVITY:
+        yield (
+            f"{peak / STANDARD_GRAVITY:.3g} g does not lift a part that its weight holds on "
+            "one side, however far the table moves"
+        )

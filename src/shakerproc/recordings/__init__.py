@@ -1,0 +1,33 @@
+"""Recording files in, Recordings out: lazily and in bounded memory."""
+
+from shakerproc.recordings.choosing import ChannelNotFoundError
+from shakerproc.recordings.hashing import sha256
+from shakerproc.recordings.health import health
+from shakerproc.recordings.opening import READERS, contents, open_recording
+from shakerproc.recordings.si import UNKNOWN
+from shakerproc.recordings.watchers import Flag
+from shakerproc.recordings.writers import (
+    WRITERS,
+    write_csv,
+    write_mat,
+    write_parquet,
+    write_tdms,
+    write_uff,
+)
+
+__all__ = [
+    "READERS",
+    "UNKNOWN",
+    "WRITERS",
+    "ChannelNotFoundError",
+    "Flag",
+    "contents",
+    "health",
+    "open_recording",
+    "sha256",
+    "write_csv",
+    "write_mat",
+    "write_parquet",
+    "write_tdms",
+    "write_uff",
+]

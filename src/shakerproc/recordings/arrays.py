@@ -1,0 +1,260 @@
+"""Named arrays, as MATLAB and NumPy files hold them, to channels."""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.columns import is_time, rate_of_times
+from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.si import split_header
+
+LARGEST: Final = 1 << 31
+"""Bytes of arrays that are held in memory at most."""
+
+CONTRADICTION: Final = 1e-3
+"""How far two statements of a rate may part before they contradict each other, relative."""
+
+_RATE: Final = re.compile(
+    r"(?:.*_)?(?:fs|sr|f_?sample|samp(?:le|ling)_?(?:rate|freq(?:uency)?)|(?:scan|data)_?rate)"
+    r"(?:_hz)?",
+    re.IGNORECASE,
+)
+_STEP: Final = re.compile(r"(?:.*_)?(?:dt|delta_?[tx]|t_?s|ts_?s|increment|time_?step)", re.I)
+_NAMES: Final = re.compile(r"(?:channel_?)?(?:names|labels)", re.IGNORECASE)
+_UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
+
+
+class ArrayLike(Protocol):
+    """What can be sliced like an array, in memory or in a file."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Length along every axis."""
+
+    @property
+    def dtype(self) -> "np.dtype[Any]":
+        """Type of a number."""
+
+    def __getitem__(self, key: Any, /) -> Any:
+        """Return a slice."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """Where the values of a channel stand: a line of an array."""
+
+    array: ArrayLike
+    column: int | None
+    upright: bool
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class LinesSource(SampleSource):
+    """Samples that are lines of arrays, read when they are asked for.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run, for messages.
+    lines : tuple
+        Where each row stands.
+    handle : object, optional
+        What has to be closed.
+    """
+
+    run: str
+    lines: tuple[_Row, ...]
+    handle: Any = None
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        out = np.empty((len(rows), max(0, stop - start)))
+        with foreign(self.run, "reading the samples"):
+            for number, row in enumerate(rows):
+                out[number] = _slice(self.lines[row], start, stop)
+        return out
+
+    def close(self) -> None:
+        """Close the file, where there is one."""
+        if self.handle is not None:
+            self.handle.close()
+
+
+def _slice(line: _Row, start: int, stop: int) -> Any:
+    if line.column is None:
+        return line.array[start:stop]
+    if line.upright:
+        return line.array[start:stop, line.column]
+    return line.array[line.column, start:stop]
+
+
+def file_of_arrays(
+    arrays: Mapping[str, ArrayLike],
+    texts: Mapping[str, Sequence[str]],
+    run: str,
+    *,
+    left_out: Sequence[str] = (),
+    handle: Any = None,
+) -> RawFile:
+    """Return the arrays of one length as channels of one group.
+
+    A time vector or a number called such as fs or dt gives the rate. Arrays of other lengths
+    (spectra, calibrations) are left out and named in a note.
+
+    Parameters
+    ----------
+    arrays : mapping
+        Real numbers by name, with at most two axes.
+    texts : mapping
+        Text by name; ``names`` and ``units`` are those of the columns of a matrix.
+    run : str
+        Name of the run, for messages.
+    left_out : sequence of str
+        Names of what could not be read.
+    handle : object, optional
+        The open file.
+
+    Raises
+    ------
+    RecordingError
+        If no array holds a time series.
+    """
+    long = {name: array for name, array in arrays.items() if max(array.shape, default=0) > 1}
+    times = {name: _times(name, array) for name, array in long.items()}
+    axes = {name: time for name, time in times.items() if time is not None}
+    length = _length(long, axes, run)
+    rate, problem = _rate(arrays, axes, length)
+    channels: list[RawChannel] = []
+    lines: list[_Row] = []
+    odd = list(left_out)
+    for name, array in long.items():
+        if name in axes:
+            continue
+        found = _lines(array, length)
+        if not found:
+            odd.append(name)
+        headers = _headers(name, len(found), texts)
+        for line, (header, unit) in zip(found, headers, strict=True):
+            plain, in_header = (header, unit) if unit else split_header(header)
+            channels.append(
+                RawChannel(
+                    name=plain,
+                    row=len(lines),
+                    n_samples=length,
+                    promised=length,
+                    unit=in_header,
+                    sample_rate=rate,
+                    rate_problem=problem,
+                    alias=header,
+                )
+            )
+            lines.append(line)
+    notes = (f"Left out, not of the same length or kind: {_listed(odd)}.",) if odd else ()
+    return RawFile(
+        (RawGroup("", tuple(channels)),), LinesSource(run, tuple(lines), handle), notes
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    rest = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    return ", ".join(shown(name, 40) for name in names[:20]) + rest
+
+
+def _flat(array: ArrayLike) -> FloatArray:
+    flat: FloatArray = np.asarray(array[...], dtype=np.float64).reshape(-1)
+    return flat
+
+
+def _times(name: str, array: ArrayLike) -> FloatArray | None:
+    """Return the values of a time vector, or None where it is none."""
+    size = max(array.shape)
+    short = name.rsplit(".", 1)[-1]
+    named = is_time(short) or re.match(r"time|zeit", short, re.IGNORECASE)
+    if not named or int(np.prod(array.shape)) != size or size > LARGEST // 8:
+        return None
+    values = _flat(array)
+    rate, _ = rate_of_times(values)
+    return values if rate is not None else None
+
+
+def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, FloatArray], run: str) -> int:
+    if axes:
+        return max(axis.size for axis in axes.values())
+    sizes = Counter(max(a.shape) for a in long.values() if min(a.shape) < max(a.shape) // 4 + 2)
+    if not sizes:
+        raise RecordingError(
+            f"{run}: no time series in it. Save the channels as vectors of one length, with a "
+            "time vector t or a rate fs beside them."
+        )
+    return max(sizes)
+
+
+def _rate(
+    arrays: Mapping[str, ArrayLike], axes: Mapping[str, FloatArray], length: int
+) -> tuple[float | None, str]:
+    said: dict[str, float] = {}
+    for name, axis in axes.items():
+        found, _ = rate_of_times(axis)
+        if found is not None and axis.size == length:
+            said[name] = found
+    for name, array in arrays.items():
+        if int(np.prod(array.shape)) != 1:
+            continue
+        value = float(_flat(array)[0])
+        short = name.rsplit(".", 1)[-1]
+        if _RATE.fullmatch(short):
+            said[name] = value
+        elif _STEP.fullmatch(short):
+            said[name] = 1.0 / value if value else 0.0
+    return agreed_rate(said)
+
+
+def agreed_rate(said: Mapping[str, float]) -> tuple[float | None, str]:
+    """Return the sample rate [Hz] that a file gives, or what is wrong with its statements.
+
+    Parameters
+    ----------
+    said : mapping
+        Rates [Hz] by where they stand.
+    """
+    if not said:
+        return None, "the file does not say the sample rate"
+    for name, rate in said.items():
+        if not (np.isfinite(rate) and rate > 0.0):
+            return None, f"{name} gives a rate of {rate:g} Hz, which is none"
+    low, high = min(said.values()), max(said.values())
+    if high / low - 1.0 > CONTRADICTION:
+        rates = ", ".join(f"{rate:.6g} Hz ({name})" for name, rate in said.items())
+        return None, f"the file contradicts itself: {rates}"
+    whole = [rate for rate in said.values() if rate == round(rate)]
+    return (whole or list(said.values()))[0], ""
+
+
+def _lines(array: ArrayLike, length: int) -> list[_Row]:
+    shape = array.shape
+    if shape == (length,):
+        return [_Row(array, None, upright=True)]
+    if len(shape) != 2 or length not in shape or shape[0] == shape[1]:
+        return []
+    upright = shape[0] == length
+    return [_Row(array, column, upright) for column in range(shape[1 if upright else 0])]
+
+
+def _headers(
+    name: str, count: int, texts: Mapping[str, Sequence[str]]
+) -> list[tuple[str, str]]:
+    """Return name and unit of each line of an array."""
+    units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
+    names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
+    if count == 1 and not names:
+        return [(name, "")]
+    headers = names or [f"{name} {number + 1}" for number in range(count)]
+    return [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]

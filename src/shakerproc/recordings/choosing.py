@@ -1,0 +1,254 @@
+"""Choose the group, the channels and the sample rate; everything that a test log may ask."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from shakerproc import units
+from shakerproc.data import ChannelUse
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+
+SAME_RATE: Final = 1e-7
+"""How far the rates of channels may part, relative: 2 samples in 20 million."""
+
+SAME_AS_LOG: Final = 1e-4
+"""How far the log may round the sample rate, relative."""
+
+Chosen = tuple[RawChannel, ChannelUse | None]
+
+
+class ChannelNotFoundError(RecordingError):
+    """A recording lacks a channel.
+
+    Attributes
+    ----------
+    wanted : str or int
+        Name or number that was asked for.
+    present : tuple of str
+        Names the recording has.
+    """
+
+    def __init__(self, wanted: str | int, present: tuple[str, ...], run: str) -> None:
+        self.wanted = wanted
+        self.present = present
+        super().__init__(
+            f"{run}: no channel {shown(wanted)}{_meant(wanted, present)}. The recording has "
+            f"{_listed(present)}. Correct the name in the log, or choose one of these."
+        )
+
+
+def _meant(wanted: str | int, present: tuple[str, ...]) -> str:
+    near = units.near_miss(wanted, present) if isinstance(wanted, str) else None
+    return f"; did you mean {shown(near)}?" if near else ""
+
+
+def _listed(names: Sequence[str], most: int = 40) -> str:
+    text = ", ".join(shown(name) for name in names[:most])
+    return text + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def choose_group(
+    file: RawFile, group: str | None, uses: Sequence[ChannelUse] | None, run: str
+) -> RawGroup:
+    """Return the group that is meant: by name, by what it holds, or because it is the only one.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or no telling which.
+    """
+    if group is not None:
+        return _named_group(file, group, run)
+    full = [g for g in file.groups if any(c.promised > 0 and not c.problem for c in g.channels)]
+    candidates = [g for g in full if not g.reduced] or full
+    if not candidates:
+        raise RecordingError(
+            f"{run}: the file holds no samples{_listed_notes(file)}. "
+            "Measure or export it again."
+        )
+    if len(candidates) == 1:
+        return candidates[0]
+    wanted = {
+        use.key for use in uses or () if isinstance(use.key, str) and use.role != "ignore"
+    }
+    fitting = [g for g in candidates if wanted and wanted <= _names(g)]
+    if len(fitting) == 1:
+        return fitting[0]
+    raise RecordingError(
+        f"{run}: {len(candidates)} groups hold data: "
+        f"{'; '.join(_described(g) for g in candidates[:8])}. Say which: group in the log "
+        f'(processing: {{group: "{_plain(candidates[0].name)}"}}) or --group.'
+    )
+
+
+def _listed_notes(file: RawFile) -> str:
+    return f" ({' '.join(file.notes).rstrip('.')})" if file.notes else ""
+
+
+def _plain(name: str) -> str:
+    return shown(name)[1:-1]
+
+
+def _names(group: RawGroup) -> set[str]:
+    return {c.name for c in group.channels} | {c.alias for c in group.channels if c.alias}
+
+
+def _described(group: RawGroup) -> str:
+    rates = {c.sample_rate for c in group.channels if c.promised}
+    rate = rates.pop() if len(rates) == 1 else None
+    at = f" at {rate:.6g} Hz" if rate else ""
+    return f"{shown(group.name)} ({len(group.channels)} channels{at})"
+
+
+def _named_group(file: RawFile, wanted: str, run: str) -> RawGroup:
+    names = tuple(group.name for group in file.groups)
+    if wanted in names:
+        return file.groups[names.index(wanted)]
+    raise RecordingError(
+        f"{run}: no group {shown(wanted)}{_meant(wanted, names)}. The recording has "
+        f"{_listed(names) or 'no groups'}."
+    )
+
+
+def choose_channels(
+    group: RawGroup, uses: Sequence[ChannelUse] | None, run: str
+) -> tuple[Chosen, ...]:
+    """Return the channels that are used, in the order of the log, else all that hold numbers.
+
+    Raises
+    ------
+    ChannelNotFoundError
+        If one is missing.
+    RecordingError
+        If one holds no numbers, or is used twice.
+    """
+    if uses is None:
+        chosen: tuple[Chosen, ...] = tuple(
+            (c, None) for c in group.channels if c.promised > 0 and not c.problem
+        )
+    else:
+        chosen = tuple((_find(group, u.key, run), u) for u in uses if u.role != "ignore")
+    if not chosen:
+        raise RecordingError(
+            f"{run}: no channel is used. Give at least one a role other than ignore in the log."
+        )
+    _check_distinct(chosen, run)
+    return chosen
+
+
+def _find(group: RawGroup, key: str | int, run: str) -> RawChannel:
+    present = tuple(channel.name for channel in group.channels)
+    if isinstance(key, int):
+        if not 1 <= key <= len(present):
+            raise ChannelNotFoundError(key, present, run)
+        found = group.channels[key - 1]
+    else:
+        named = [c for c in group.channels if c.name == key]
+        named = named or [c for c in group.channels if c.alias == key]
+        if not named:
+            raise ChannelNotFoundError(key, present, run)
+        if len(named) > 1:
+            raise RecordingError(
+                f"{run}: {len(named)} channels are called {shown(key)}. Use their numbers in "
+                "the log instead of the name."
+            )
+        found = named[0]
+    if found.problem:
+        raise RecordingError(
+            f"{run}: channel {shown(found.name)} cannot be used: {found.problem}. "
+            "Take it out of the log, or give it role: ignore."
+        )
+    return found
+
+
+def _check_distinct(chosen: Sequence[Chosen], run: str) -> None:
+    seen: dict[int, str] = {}
+    names: set[str] = set()
+    for channel, use in chosen:
+        if channel.row in seen:
+            raise RecordingError(
+                f"{run}: channel {shown(channel.name)} is used twice. Take one out of the log."
+            )
+        seen[channel.row] = channel.name
+        name = (use.name if use else None) or channel.name
+        if name in names and use is not None:
+            raise RecordingError(
+                f"{run}: two channels are named {shown(name)}. Give one another name in the "
+                "log."
+            )
+        names.add(name)
+
+
+def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
+    """Return how many complete rows there are, and how many there should be if more.
+
+    Raises
+    ------
+    RecordingError
+        If the channels were not equally long to begin with, or nothing is there.
+    """
+    by_length: dict[int, str] = {}
+    for channel, _ in chosen:
+        by_length.setdefault(channel.promised, channel.name)
+    if len(by_length) > 1:
+        (long, first), (short, second) = sorted(by_length.items(), reverse=True)[:2]
+        raise RecordingError(
+            f"{run}: channel {shown(first)} holds {long} samples, {shown(second)} {short}. Use "
+            "only channels of one length: leave the others out of the log, or give them "
+            "role: ignore."
+        )
+    n_samples = min(channel.n_samples for channel, _ in chosen)
+    if not n_samples:
+        raise RecordingError(f"{run}: there is not one complete row of samples.")
+    promised = next(iter(by_length))
+    return n_samples, promised if promised > n_samples else None
+
+
+def common_rate(chosen: Sequence[Chosen], logged: float | None, run: str) -> tuple[float, str]:
+    """Return the sample rate [Hz] and what had to be decided about it.
+
+    Raises
+    ------
+    RecordingError
+        If the file does not say it and the log neither, or they contradict each other.
+    ValueError
+        If `logged` is no rate.
+    """
+    said = {c.sample_rate: c.name for c, _ in reversed(chosen) if c.sample_rate is not None}
+    silent = [c for c, _ in chosen if c.sample_rate is None]
+    rates = sorted(said)
+    if rates and rates[-1] / rates[0] - 1.0 > SAME_RATE:
+        raise RecordingError(
+            f"{run}: channel {shown(said[rates[-1]])} has {rates[-1]:.9g} samples per second, "
+            f"{shown(said[rates[0]])} {rates[0]:.9g}. Use only channels of one rate: leave the "
+            "others out of the log, or give them role: ignore."
+        )
+    if logged is None:
+        if silent:
+            raise RecordingError(_no_rate(silent[0], said, run))
+        return rates[0], ""
+    if not math.isfinite(logged) or logged <= 0.0:
+        raise ValueError(f"sample_rate must be above 0 Hz, not {logged:g}")
+    if rates and abs(rates[0] / logged - 1.0) > SAME_AS_LOG:
+        raise RecordingError(
+            f"{run}: the file says {rates[0]:.9g} samples per second, the log {logged:.9g}. "
+            "Take sample_rate out of the log, or correct it."
+        )
+    if rates and not silent:
+        return rates[0], ""
+    return (
+        rates[0] if rates else logged,
+        f"The sample rate of {logged:.9g} Hz is taken as given: {silent[0].rate_problem}.",
+    )
+
+
+def _no_rate(channel: RawChannel, said: dict[float, str], run: str) -> str:
+    guess = next(iter(said), channel.rate_hint)
+    example = f"{guess:.6g} Hz" if guess else "5688.9 Hz"
+    return (
+        f"{run}: no sample rate for channel {shown(channel.name)}: {channel.rate_problem}. Put "
+        "the right one in the log, for all tests or in this one, such as "
+        f"processing: {{sample_rate: {example}}} (or --sample-rate-hz)."
+    )

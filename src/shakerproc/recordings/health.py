@@ -1,0 +1,92 @@
+"""What may be wrong with a recording, found in one pass over its samples."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers import WATCHERS, Flag
+
+
+def health(recording: Recording, *, block: int = 2**17) -> tuple[Flag, ...]:
+    """Return what a person should look at, in order of time.
+
+    One pass over the samples, in memory for a few blocks. Quiet on a good recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    block : int
+        Samples read at a time.
+    """
+    watchers = [make(recording) for make in WATCHERS.values()]
+    gaps = _Gaps(recording)
+    for number, samples in enumerate(recording.blocks(size=block)):
+        finite = gaps.add(number * block, samples)
+        for watcher in watchers:
+            watcher.add(number * block, finite)
+    found = [*_incomplete(recording), *gaps.flags()]
+    for watcher in watchers:
+        found += watcher.flags()
+    return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
+
+
+def _incomplete(recording: Recording) -> list[Flag]:
+    if not recording.incomplete or recording.expected_samples is None:
+        return []
+    expected = recording.expected_samples / recording.sample_rate
+    message = (
+        f"The file ends after {recording.duration:.6g} s of {expected:.6g} s. "
+        "What is there is used; copy the file again if there is more."
+    )
+    return [Flag("incomplete", "", message, recording.duration, expected)]
+
+
+class _Gaps:
+    """Watches for what is no number, and bridges it for the others."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._counts = np.zeros(len(recording.channels), dtype=np.int64)
+        self._first = np.full(len(recording.channels), -1, dtype=np.int64)
+        self._last = np.zeros(len(recording.channels), dtype=np.int64)
+
+    def add(self, first: int, block: FloatArray) -> FloatArray:
+        """Return the block with straight lines over what was no number."""
+        if np.isfinite(block.sum()):  # a sum of finite numbers that overflows comes out below
+            return block
+        bad = ~np.isfinite(block)
+        for row in np.flatnonzero(bad.any(axis=1)):
+            at = np.flatnonzero(bad[row])
+            self._counts[row] += at.size
+            self._last[row] = first + at[-1]
+            if self._first[row] < 0:
+                self._first[row] = first + at[0]
+        return _bridged(block, bad)
+
+    def flags(self) -> list[Flag]:
+        rate = self._recording.sample_rate
+        return [
+            Flag(
+                "not a number",
+                channel.name,
+                f"{count} samples are no numbers, the first at {first / rate:.6g} s. Keep them "
+                "out of the crop, or export the recording again.",
+                first / rate,
+                last / rate,
+            )
+            for channel, count, first, last in zip(
+                self._recording.channels, self._counts, self._first, self._last, strict=True
+            )
+            if count
+        ]
+
+
+def _bridged(block: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
+    whole = np.where(bad, 0.0, block)
+    every = np.arange(block.shape[1])
+    for row in np.flatnonzero(bad.any(axis=1)):
+        good = ~bad[row]
+        if good.any():
+            whole[row] = np.interp(every, every[good], block[row, good])
+    return whole

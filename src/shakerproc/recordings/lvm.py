@@ -1,0 +1,164 @@
+"""Read LVM, LabVIEW's text format: two headers, then columns that may be of unequal length."""
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import ArraySource, FloatArray
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.arrays import CONTRADICTION
+from shakerproc.recordings.columns import is_time, length_of, rate_of_times
+from shakerproc.recordings.csv import TextFormat, read_numbers, start_of, unended
+from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+
+_END: Final = "***End_of_Header***"
+_LINE: Final = re.compile(r"(?P<name>[A-Za-z_ ]+)[,;\t](?P<value>.*)")
+_SEPARATORS: Final = {"tab": "\t", "comma": ",", "semicolon": ";"}
+
+
+def read_lvm(path: Path, run: str) -> RawFile:
+    """Return the columns of a LabVIEW measurement file as channels.
+
+    Raises
+    ------
+    RecordingError
+        If its headers are not those of the format.
+    """
+    head = _Head(start_of(path, run), run)
+    found = TextFormat(head.encoding, head.separator, head.decimal, head.first, head.titles, ())
+    values = read_numbers(path, found, run, strings=("Comment",))
+    lengths = [length_of(row) for row in values]
+    lines = unended(path, found)
+    short = any(head.number("Samples", row, 0) > lengths[row] for row in head.rows)
+    if lines and (short or len(lines[-1].split(head.separator)) < len(head.titles)):
+        values = values[:, :-1]  # its last number may be cut
+        lengths = [length_of(row) for row in values]
+    rates = _Rates(head, values, lengths)
+    channels = []
+    for row in head.rows:
+        channels.append(
+            RawChannel(
+                name=head.titles[row],
+                row=row,
+                n_samples=lengths[row],
+                promised=max(head.number("Samples", row, lengths[row]), lengths[row]),
+                unit=head.text("Y_Unit_Label", row),
+                sample_rate=rates.agreed,
+                rate_problem=rates.problem,
+                rate_hint=rates.hint,
+                start_time=head.start,
+                problem="" if lengths[row] else "it holds no numbers",
+            )
+        )
+    less = [c.name for c in channels if c.n_samples < c.promised]
+    notes = (
+        (f"The file is not whole: {shown(less[0])} is shorter than it says.",) if less else ()
+    )
+    return RawFile((RawGroup("", tuple(channels)),), ArraySource(values), notes)
+
+
+class _Head:
+    """The headers of an LVM file, a line by its first cell.
+
+    Raises
+    ------
+    RecordingError
+        If they are not those of the format.
+    """
+
+    def __init__(self, start: tuple[str, list[str]], run: str) -> None:
+        self.encoding, lines = start
+        if not lines or not lines[0].startswith("LabVIEW Measurement"):
+            raise RecordingError(f"{run}: line 1 does not say LabVIEW Measurement. {AGAIN}")
+        named = [line.partition(",")[0].partition("\t")[0].strip() for line in lines]
+        ends = [i for i, name in enumerate(named) if name == _END]
+        if len(ends) < 2 or ends[1] + 1 >= len(lines):
+            raise RecordingError(f"{run}: the second {_END} of an LVM file is missing. {AGAIN}")
+        first = dict(_pair(line) for line in lines[: ends[0]])
+        self.separator = _SEPARATORS.get(first.get("Separator", "Tab").casefold(), "\t")
+        self.decimal = first.get("Decimal_Separator", ".") or "."
+        if self.decimal not in {".", ","}:
+            raise RecordingError(f"{run}: the decimal sign {shown(self.decimal)} is unknown.")
+        self.first = ends[1] + 2
+        self.titles = tuple(c.strip() for c in lines[ends[1] + 1].split(self.separator))
+        middle = [line.split(self.separator) for line in lines[ends[0] + 1 : ends[1]]]
+        self._cells = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in middle}
+        self.rows = [
+            row for row, title in enumerate(self.titles)
+            if title not in {"X_Value", "Comment", ""} and not is_time(title)
+        ]  # fmt: skip
+        if not self.rows:
+            raise RecordingError(f"{run}: line {self.first} names no channels. {AGAIN}")
+        self.start = _moment(self.text("Date", 1), self.text("Time", 1))
+
+    def text(self, name: str, row: int) -> str:
+        """Return the cell of a header line above a column of the table."""
+        cells = self._cells.get(name, [])
+        return cells[row - 1] if 1 <= row <= len(cells) else ""
+
+    def number(self, name: str, row: int, otherwise: int) -> int:
+        """Return the whole number of such a cell."""
+        text = self.text(name, row)
+        return int(text) if text.isdecimal() and len(text) < 12 else otherwise
+
+    def step(self, row: int) -> float | None:
+        """Return the step of a channel [s]."""
+        try:
+            return float(self.text("Delta_X", row).replace(self.decimal, "."))
+        except ValueError:
+            return None
+
+
+def _pair(line: str) -> tuple[str, str]:
+    """Return name and value of a header line; the value may be a separator itself."""
+    match = _LINE.fullmatch(line.strip())
+    if match is None:
+        return line.strip(), ""
+    value = match["value"]
+    return match["name"].strip(), value.rstrip(",;\t ") or value[:1]
+
+
+def _moment(date: str, time: str) -> datetime | None:
+    """Return the start; LVM gives local time without saying where, taken as UTC."""
+    try:
+        return datetime.strptime(f"{date} {time[:15]}", "%Y/%m/%d %H:%M:%S.%f").replace(
+            tzinfo=UTC
+        )
+    except ValueError:
+        return None
+
+
+class _Rates:
+    """The sample rates that an LVM file gives, and whether they agree."""
+
+    def __init__(self, head: _Head, values: FloatArray, lengths: Sequence[int]) -> None:
+        said: dict[float, list[str]] = {}
+        self.problem = ""
+        for row in head.rows:
+            step = head.step(row)
+            if step is not None and np.isfinite(step) and step > 0.0:
+                said.setdefault(1.0 / step, []).append(head.titles[row])
+            elif step is not None:
+                self.problem = f"Delta_X of {shown(head.titles[row])} is {step:g} s"
+        texts = {
+            rate: f"Delta_X of {', '.join(map(shown, names))}" for rate, names in said.items()
+        }
+        for row, title in enumerate(head.titles):
+            if is_time(title) and lengths[row]:
+                rate, problem = rate_of_times(values[row, : lengths[row]])
+                self.problem = self.problem or ("" if rate else problem)
+                if rate:
+                    before = f"{texts[rate]}, " if rate in texts else ""
+                    texts[rate] = f"{before}column {shown(title)}"
+        if texts and max(texts) / min(texts) - 1.0 > CONTRADICTION:
+            listed = ", ".join(f"{rate:.6g} Hz ({where})" for rate, where in texts.items())
+            self.problem = f"the file contradicts itself: {listed}"
+        elif not texts:
+            self.problem = self.problem or "the file does not say the sample rate"
+        self.hint = max(texts, key=lambda rate: len(said.get(rate, ()))) if texts else None
+        self.agreed = None if self.problem else next(iter(texts))

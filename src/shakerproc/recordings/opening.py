@@ -1,0 +1,200 @@
+"""Open a recording, whatever its format."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from shakerproc import units
+from shakerproc.data import Channel, ChannelUse, FloatArray, Recording, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.choosing import (
+    Chosen,
+    choose_channels,
+    choose_group,
+    common_length,
+    common_rate,
+)
+from shakerproc.recordings.csv import read_csv
+from shakerproc.recordings.guard import shown
+from shakerproc.recordings.lvm import read_lvm
+from shakerproc.recordings.matlab import read_mat
+from shakerproc.recordings.numpy_file import read_npz
+from shakerproc.recordings.parquet import read_parquet
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
+from shakerproc.recordings.si import Scale, scale_of
+from shakerproc.recordings.tdms.reader import read_tdms
+from shakerproc.recordings.uff import read_uff
+
+READERS: Mapping[str, Reader] = MappingProxyType({
+    ".tdms": read_tdms,
+    ".csv": read_csv,
+    ".txt": read_csv,
+    ".lvm": read_lvm,
+    ".mat": read_mat,
+    ".npz": read_npz,
+    ".uff": read_uff,
+    ".unv": read_uff,
+    ".uf58": read_uff,
+    ".parquet": read_parquet,
+})
+"""What opens a file, by its ending in small letters."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ScaledSource(SampleSource):
+    """Samples of another source, each row times a factor."""
+
+    source: SampleSource
+    factors: FloatArray
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        with np.errstate(all="ignore"):  # what is no number stays none; health says so
+            samples = self.source.read(rows, start, stop)
+            for line, factor in enumerate(self.factors[list(rows)]):
+                if factor != 1.0:
+                    samples[line] *= factor
+        return samples
+
+    def close(self) -> None:
+        """Close the other source."""
+        self.source.close()
+
+
+def open_recording(
+    path: Path,
+    *,
+    uses: Sequence[ChannelUse] | None = None,
+    sample_rate: float | None = None,
+    group: str | None = None,
+    run: str | None = None,
+) -> Recording:
+    """Return the recording in a file; its samples are read when they are asked for, in SI.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its ending says the format.
+    uses : sequence of ChannelUse, optional
+        What the log says of the channels; by default all channels of the group that hold
+        numbers are served, unknown units as they stand in the file.
+    sample_rate : float, optional
+        What the log says [Hz]; counts where the file does not say it.
+    group : str, optional
+        Name of the group in a file of several.
+    run : str, optional
+        Opens every message; by default the name of the file.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be used as the log wants it. One line that names the file, the
+        place, and what to do.
+    """
+    name = run or path.name
+    raw = _reader(path, name)(path, name)
+    try:
+        chosen = choose_channels(choose_group(raw, group, uses, name), uses, name)
+        return _recording(path, name, raw, chosen, sample_rate)
+    except BaseException:
+        raw.source.close()
+        raise
+
+
+def contents(path: Path) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
+    """Return the groups of a file as it describes them, and notes: also of an unusable one.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read at all.
+    """
+    raw = _reader(path, path.name)(path, path.name)
+    raw.source.close()
+    return raw.groups, raw.notes
+
+
+def _reader(path: Path, run: str) -> Reader:
+    reader = READERS.get(path.suffix.lower())
+    if path.is_dir():
+        raise RecordingError(f"{run}: {path} is a folder. Give a recording inside it.")
+    if not path.exists():
+        raise RecordingError(f"{run}: no file {path}{_near(path)}.")
+    if reader is None:
+        raise RecordingError(
+            f"{run}: no reader for {path.suffix or 'a file without ending'}. "
+            f"Shakerproc reads {', '.join(READERS)}; export the recording as one of these."
+        )
+    return reader
+
+
+def _near(path: Path) -> str:
+    try:
+        names = sorted(entry.name for entry in path.parent.iterdir())
+    except OSError:
+        return ", and no such folder either"
+    near = units.near_miss(path.name, names)
+    return f"; did you mean {shown(near)}?" if near else ""
+
+
+def _recording(
+    path: Path,
+    run: str,
+    raw: RawFile,
+    chosen: Sequence[Chosen],
+    sample_rate: float | None,
+) -> Recording:
+    rate, rate_note = common_rate(chosen, sample_rate, run)
+    n_samples, expected = common_length(chosen, run)
+    scales = [scale_of(channel, use, run) for channel, use in chosen]
+    factors = np.ones(1 + max(channel.row for channel, _ in chosen))
+    for (channel, _), scale in zip(chosen, scales, strict=True):
+        factors[channel.row] = scale.factor
+    start, start_note = _start(chosen, rate)
+    notes = [*raw.notes, rate_note, start_note, *(scale.note for scale in scales)]
+    return Recording(
+        run=run,
+        channels=tuple(
+            _channel(channel, use, scale)
+            for (channel, use), scale in zip(chosen, scales, strict=True)
+        ),
+        sample_rate=rate,
+        n_samples=n_samples,
+        source=ScaledSource(raw.source, factors),
+        rows=tuple(channel.row for channel, _ in chosen),
+        path=path,
+        start_time=start,
+        expected_samples=expected,
+        notes=tuple(note for note in notes if note),
+    )
+
+
+def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Channel:
+    return Channel(
+        name=(use.name if use else None) or channel.name,
+        unit=scale.unit,
+        source_name=channel.name,
+        source_unit=scale.said,
+        role=use.role if use else None,
+        at=use.at if use else None,
+    )
+
+
+def _start(chosen: Sequence[Chosen], rate: float) -> tuple[datetime | None, str]:
+    """Return when the recording starts, and a note where the channels disagree."""
+    times = [(c.start_time, c.name) for c, _ in chosen if c.start_time is not None]
+    if not times:
+        return None, ""
+    (first, one), (last, other) = min(times), max(times)
+    if last - first > timedelta(seconds=0.5 / rate):
+        late = (last - first).total_seconds()
+        return first, (
+            f"Channel {shown(other)} starts {late:.6g} s after {shown(one)}; its samples are "
+            "taken as if they began together."
+        )
+    return first, ""

@@ -1,0 +1,97 @@
+"""What every reader hands over: the groups and channels of a file, not yet chosen or in SI."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TypeAlias, final
+
+from shakerproc.data import SampleSource
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RawChannel:
+    """One channel as the file describes it.
+
+    Attributes
+    ----------
+    name : str
+        Name in the file.
+    row : int
+        Which row of the file's source it is; -1 where it cannot be served.
+    n_samples : int
+        Values that are there.
+    promised : int
+        Values that the file says it holds.
+    unit : str
+        Unit as it stands in the file; empty where the file does not say it.
+    sample_rate : float, optional
+        Samples per second [Hz]; None where the file does not say it in a usable way.
+    rate_problem : str
+        What is wrong with the file's sample rate, where `sample_rate` is None.
+    rate_hint : float, optional
+        One of the rates [Hz] between which the file does not decide.
+    start_time : datetime, optional
+        When the first sample was taken, with its time zone.
+    problem : str
+        Why the channel cannot be served; empty where it can.
+    alias : str
+        Another name it answers to, such as the whole header of a column.
+    """
+
+    name: str
+    row: int
+    n_samples: int
+    promised: int
+    unit: str = ""
+    sample_rate: float | None = None
+    rate_problem: str = "the file does not say the sample rate"
+    rate_hint: float | None = None
+    start_time: datetime | None = None
+    problem: str = ""
+    alias: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RawGroup:
+    """Channels that belong together.
+
+    Attributes
+    ----------
+    name : str
+        Name in the file; empty where the format has no groups.
+    channels : tuple of RawChannel
+        In the order of the file.
+    reduced : bool
+        Whether it holds decimated copies of another group.
+    """
+
+    name: str
+    channels: tuple[RawChannel, ...]
+    reduced: bool = False
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class RawFile:
+    """A file, opened: what it holds and where its numbers come from.
+
+    Attributes
+    ----------
+    groups : tuple of RawGroup
+        In the order of the file.
+    source : SampleSource
+        Numbers in the units of the file.
+    notes : tuple of str
+        What the reader had to decide or found odd, a sentence each.
+    """
+
+    groups: tuple[RawGroup, ...]
+    source: SampleSource
+    notes: tuple[str, ...] = ()
+
+
+Reader: TypeAlias = Callable[[Path, str], RawFile]
+"""Opens a file, with the name of the run for its error messages."""

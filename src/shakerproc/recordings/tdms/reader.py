@@ -1,0 +1,206 @@
+"""Open a TDMS file."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.tdms.metadata import (
+    Properties,
+    read_properties,
+    read_scaling,
+    unused_scales,
+)
+from shakerproc.recordings.tdms.objects import Listed, split_path
+from shakerproc.recordings.tdms.source import ServedChannel, TdmsSource, clocks
+from shakerproc.recordings.tdms.structure import Structure
+from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
+from shakerproc.recordings.tdms.walk import walk
+
+_REDUCED: Final = re.compile(r" - Decimated Data_Level\d+\Z")
+_EMPTY: Properties = {}
+
+
+def read_tdms(path: Path, run: str) -> RawFile:
+    """Return the groups of a TDMS file; its samples are read when they are asked for.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be opened or is not what its headers say.
+    """
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    try:
+        return _open(file, run)
+    except StructureError as error:
+        file.close()
+        raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
+    except BaseException:
+        file.close()
+        raise
+
+
+def _open(file: BinaryIO, run: str) -> RawFile:
+    structure = walk(file)
+    properties = read_properties(bytes(structure.index), run) if structure.index else {}
+    present = structure.present()
+    names = [path for path in structure.known if split_path(path)[1] is not None]
+    served = [path for path in names if not _problem(structure.known[path])]
+    scalings = [
+        ServedChannel(path, read_scaling(run, path, _levels(path, properties)))
+        for path in served
+    ]
+    rows = {path: row for row, path in enumerate(served)}
+    groups: dict[str, list[RawChannel]] = {}
+    for path in names:
+        group, _ = split_path(path)
+        channel = _channel(path, structure, present, rows, _levels(path, properties))
+        groups.setdefault(group or "", []).append(channel)
+    found = tuple(
+        RawGroup(name, tuple(channels), _is_reduced(name, properties))
+        for name, channels in groups.items()
+    )
+    source = TdmsSource(
+        run, file, structure.size, tuple(scalings), clocks(served, structure.extents)
+    )
+    loose = [path for path in served if unused_scales(properties.get(path, _EMPTY))]
+    return RawFile(found, source, _notes(structure, scalings, loose))
+
+
+def _group_path(name: str) -> str:
+    return "/'" + name.replace("'", "''") + "'"
+
+
+def _levels(
+    path: str, properties: Mapping[str, Properties]
+) -> tuple[Properties, Properties, Properties]:
+    group = _group_path(split_path(path)[0] or "")
+    return (
+        properties.get(path, _EMPTY),
+        properties.get(group, _EMPTY),
+        properties.get("/", _EMPTY),
+    )
+
+
+def _problem(entry: Listed) -> str:
+    """Return why a channel holds nothing that can be served, or an empty text."""
+    if entry.index is None:
+        return "it holds no data"
+    if entry.index.code in NUMBERS or entry.index.code == DAQMX:
+        return ""
+    kinds = {STRING: "text", TIMESTAMP: "times", 0x21: "true and false"}
+    return f"it holds {kinds.get(entry.index.code, 'no real numbers')}"
+
+
+def _channel(
+    path: str,
+    structure: Structure,
+    present: Mapping[str, int],
+    rows: Mapping[str, int],
+    levels: tuple[Properties, Properties, Properties],
+) -> RawChannel:
+    properties = levels[0]
+    rate, rate_problem = _sample_rate(properties)
+    return RawChannel(
+        name=split_path(path)[1] or "",
+        row=rows.get(path, -1),
+        n_samples=present.get(path, 0),
+        promised=max(_promised(path, structure, present), _logged(levels, rate)),
+        unit=_unit(properties),
+        sample_rate=rate,
+        rate_problem=rate_problem,
+        start_time=_time(properties.get("wf_start_time")),
+        problem=_problem(structure.known[path]),
+    )
+
+
+def _promised(path: str, structure: Structure, present: Mapping[str, int]) -> int:
+    """Return how many values there should be; where the file cannot say, one chunk more."""
+    there = present.get(path, 0)
+    missing = structure.missing.get(path, 0)
+    entry = structure.known[path]
+    if structure.open_end and missing <= 0 and entry.index:
+        return there + max(1, entry.index.count)
+    return there + missing
+
+
+def _logged(levels: tuple[Properties, Properties, Properties], rate: float | None) -> int:
+    """Return the length of the measurement where SignalExpress says it did not finish."""
+    root = levels[2]
+    duration = root.get("log-duration")
+    if root.get("recording-complete") is not False or not isinstance(duration, float):
+        return 0
+    length = duration * rate if rate and not levels[1].get("DecimationLevel") else 0.0
+    return round(length) if 0.0 < length < 2.0**50 else 0
+
+
+def _unit(properties: Properties) -> str:
+    for name in ("unit_string", "NI_UnitDescription"):
+        text = properties.get(name)
+        if isinstance(text, str) and text.strip():
+            return text.strip()
+    return ""
+
+
+def _sample_rate(properties: Properties) -> tuple[float | None, str]:
+    if "wf_increment" not in properties:
+        return None, "the file does not say the sample rate (no wf_increment)"
+    step = properties["wf_increment"]
+    if not isinstance(step, int | float | np.number) or not math.isfinite(step) or step <= 0:
+        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
+    rate = 1.0 / float(step)
+    if not math.isfinite(rate):
+        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
+    whole = round(rate)
+    return (float(whole) if abs(rate - whole) <= 1e-12 * rate else rate), ""
+
+
+def _time(value: Any) -> datetime | None:
+    """Return a time stamp of the file; the year 1904 is LabVIEW's word for no time."""
+    if not isinstance(value, np.datetime64) or np.isnat(value):
+        return None
+    moment = value.astype("datetime64[us]").item()
+    if not isinstance(moment, datetime) or moment.year <= 1904:
+        return None
+    return moment.replace(tzinfo=UTC)
+
+
+def _is_reduced(name: str, properties: Mapping[str, Properties]) -> bool:
+    level = properties.get(_group_path(name), _EMPTY).get("DecimationLevel", 0)
+    return bool(_REDUCED.search(name)) or (isinstance(level, int) and level > 0)
+
+
+def _notes(
+    structure: Structure, served: Sequence[ServedChannel], loose: Sequence[str]
+) -> tuple[str, ...]:
+    notes = []
+    if structure.cut:
+        notes.append(f"The file is not whole: {structure.cut}.")
+    if structure.mixed:
+        notes.append("Interleaved and contiguous segments follow each other.")
+    notes += [f"Odd: {remark}." for remark in sorted(structure.odd_layout)[:5]]
+    odd_text = {name for name in structure.properties.values() if name}
+    if odd_text:
+        names = ", ".join(shown(name, 40) for name in sorted(odd_text)[:5])
+        notes.append(f"Text that is not UTF-8 in the properties {names}.")
+    wide = [
+        channel.path
+        for channel in served
+        if structure.known[channel.path].index.code in {0x04, 0x08}  # type: ignore[union-attr]
+        and channel.scaling.steps is None
+    ]
+    if wide:
+        notes.append(f"64-bit integers without a scale in {', '.join(map(shown, wide[:5]))}.")
+    if loose:
+        notes.append(f"Scales that nothing uses in {', '.join(map(shown, loose[:5]))}.")
+    return tuple(notes)

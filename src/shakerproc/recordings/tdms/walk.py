@@ -1,0 +1,216 @@
+"""The pre-flight: walk over the segments of a TDMS file before anything else reads it.
+
+The walk only unpacks numbers, never leaves the block it is in and never allocates more than a
+block of metadata, so that a damaged file costs no more than a good one. What it passes cannot
+make npTDMS hang, recurse or allocate beyond the file.
+"""
+
+import os
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import BinaryIO, Final
+
+from shakerproc.recordings.tdms.cursor import Cursor
+from shakerproc.recordings.tdms.heads import (
+    BIG_ENDIAN,
+    HAS_DATA,
+    HAS_METADATA,
+    INTERLEAVED,
+    LEAD,
+    NEW_LIST,
+    VERSIONS,
+    Lead,
+    check_nothing_inside,
+    check_tag,
+    unpack_lead,
+)
+from shakerproc.recordings.tdms.layout import Layout, chunk_layout, cut_layout, short_layout
+from shakerproc.recordings.tdms.objects import Listed, read_objects
+from shakerproc.recordings.tdms.structure import Extent, Structure, append_extent
+from shakerproc.recordings.tdms.types import StructureError
+
+MOST_METADATA: Final = 1 << 26
+"""Bytes of metadata that the whole file may hold, repetitions aside."""
+
+MOST_SEGMENTS: Final = 2_000_000
+
+
+def walk(file: BinaryIO) -> Structure:
+    """Return the structure of an open TDMS file.
+
+    Raises
+    ------
+    StructureError
+        If a header says what cannot be; a file that merely stops early is no error.
+    """
+    found = Structure(size=file.seek(0, os.SEEK_END))
+    if not found.size:
+        raise StructureError(0, "the file is empty (0 bytes)")
+    state = _State()
+    for lead in _leads(file, found):
+        _check_version(lead, state)
+        _read_metadata(file, lead, found, state)
+        _add_data(file, lead, found, state)
+    if not found.known and not found.cut:
+        raise StructureError(0, "the file lists no groups")
+    return found
+
+
+@dataclass(slots=True)
+class _State:
+    """What one segment inherits from the one before."""
+
+    version: int | None = None
+    metadata: bytes = b""
+    flags: int = -1
+    objects: tuple[Listed, ...] | None = None
+    layout: Layout = Layout(0, {})  # noqa: RUF009 frozen
+    interleaved: set[bool] = field(default_factory=set)
+
+
+def _leads(file: BinaryIO, found: Structure) -> Iterator[Lead]:
+    """Yield the head of each segment that has all its metadata.
+
+    Raises
+    ------
+    StructureError
+        If there are more segments than any recording has.
+    """
+    position = n_segments = 0
+    while position < found.size:
+        n_segments += 1
+        if n_segments > MOST_SEGMENTS:
+            raise StructureError(position, f"more than {MOST_SEGMENTS} segments")
+        file.seek(position)
+        head = file.read(LEAD)
+        check_tag(head, position)
+        if len(head) < LEAD:
+            found.cut = f"it stops at byte {found.size}, inside the head of a segment"
+            found.open_end = True
+            return
+        lead = unpack_lead(head, position)
+        if lead.data > found.size:
+            found.cut = f"it stops at byte {found.size}, inside the metadata of a segment"
+            found.open_end = True
+            return
+        yield lead
+        if lead.end is None or lead.end > found.size:
+            return
+        position = lead.end
+
+
+def _check_version(lead: Lead, state: _State) -> None:
+    if lead.version not in VERSIONS:
+        raise StructureError(
+            lead.position, f"version {lead.version} of the format; known are 4712 and 4713"
+        )
+    if state.version not in {None, lead.version}:
+        raise StructureError(
+            lead.position, f"the version changes from {state.version} to {lead.version}"
+        )
+    state.version = lead.version
+
+
+def _read_metadata(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+    size = lead.data - lead.position - LEAD
+    if len(found.index) + size > MOST_METADATA:
+        raise StructureError(
+            lead.position,
+            f"more than {MOST_METADATA >> 20} MB of metadata, which is no recording",
+        )
+    block = file.read(size)
+    if len(block) != size:
+        raise StructureError(lead.position, "the file shrinks while it is read")
+    flags = lead.flags & (HAS_METADATA | NEW_LIST | INTERLEAVED | BIG_ENDIAN)
+    if state.objects is not None and flags == state.flags and block == state.metadata:
+        return  # the same list again: nothing changes
+    if lead.flags & HAS_METADATA:
+        _new_objects(block, lead, found, state)
+    elif state.objects is None:
+        raise StructureError(lead.position, "the first segment lists no channels")
+    elif block.strip(b"\0"):
+        raise StructureError(lead.position, "metadata where the flags say there are none")
+    state.metadata, state.flags = block, flags
+    interleaved = bool(lead.flags & INTERLEAVED)
+    state.layout = chunk_layout(
+        state.objects or (), lead.endian, interleaved=interleaved, place=lead.position
+    )
+    if state.layout.odd:
+        found.odd_layout.add(state.layout.odd)
+    if lead.flags & HAS_METADATA:
+        _add_to_index(block, lead, found, state)
+
+
+def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+    fresh = bool(lead.flags & NEW_LIST)
+    before = () if fresh or state.objects is None else state.objects
+    cursor = Cursor(block, lead.position + LEAD, lead.endian)
+    state.objects = read_objects(cursor, before, found.known, found.properties)
+    for entry in state.objects:
+        found.known[entry.path] = entry
+
+
+def _add_to_index(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+    """Write the segment as npTDMS reads it from an index: with one chunk of data, or none."""
+    head = struct.pack(
+        lead.endian + "IQQ", lead.version, len(block) + state.layout.size, len(block)
+    )
+    found.index += b"TDSh" + struct.pack("<I", lead.flags) + head + block
+
+
+def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+    end = found.size if lead.end is None else min(lead.end, found.size)
+    there = end - lead.data
+    cut = lead.end is None or lead.end > found.size
+    promised = there if lead.end is None else lead.end - lead.data
+    if promised and not lead.flags & HAS_DATA:
+        raise StructureError(
+            lead.position, f"the segment holds {promised} bytes of data, its flags say none"
+        )
+    if promised and not state.layout.size:
+        raise StructureError(
+            lead.position, f"{promised} bytes of data belong to no channel of the segment"
+        )
+    if cut:
+        check_nothing_inside(file, lead, found.size)
+        found.cut = f"it stops at byte {found.size}, inside the data of a segment"
+        found.open_end = lead.end is None
+    if not state.layout.size:
+        return
+    if there:
+        found.mixed |= len(state.interleaved | {bool(lead.flags & INTERLEAVED)}) > 1
+        state.interleaved.add(bool(lead.flags & INTERLEAVED))
+    _add_extents(lead, there, found, state, cut=cut)
+    if cut:
+        found.missing = _missing(lead, there, found, state)
+
+
+def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut: bool) -> None:
+    full, rest = divmod(there, state.layout.size)
+    if full:
+        append_extent(found.extents, Extent(lead.data, full, state.layout, state.layout.size))
+    if rest:
+        tail = (
+            cut_layout(state.layout, state.objects or (), rest)
+            if cut
+            else short_layout(state.layout, rest, lead.position)
+        )
+        start = lead.data + full * state.layout.size
+        found.extents.append(Extent(start, 1, tail, tail.size))
+
+
+def _missing(lead: Lead, there: int, found: Structure, state: _State) -> dict[str, int]:
+    """Return how many values of each channel a cut segment lacks, as far as it says."""
+    if lead.end is None:
+        return {}
+    promised = lead.end - lead.data
+    layout = state.layout
+    tail = found.extents[-1].layout.places if there % layout.size else {}
+    held = {path: where.count for path, where in tail.items()}
+    return {
+        path: where.count * promised // layout.size
+        - there // layout.size * where.count
+        - held.get(path, 0)
+        for path, where in layout.places.items()
+    }

@@ -1,0 +1,141 @@
+"""Repeating blocks: a buffer of the measuring program that was handed out twice."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, rms
+
+WINDOW: Final = 32
+"""Samples that must be equal to the last bit for a place to be known again."""
+
+DISTINCT: Final = 24
+"""Different values among them at least: coarse steps repeat themselves by chance."""
+
+TOP_BITS: Final = 8
+"""Places are looked at where the top 8 bits of a mix of the sample are 0: one in 256."""
+
+MOST: Final = 1 << 16
+"""Places that are remembered."""
+
+FEWEST: Final = 4
+"""Places in a row, one behind the other at the same distance, that make a repetition."""
+
+SHORTEST: Final = 256
+"""Samples that a repetition must last."""
+
+ALIKE: Final = 0.2
+"""Difference between neighbouring periods of a periodic signal, relative to its rms."""
+
+_MIX: Final = np.uint64(0x9E3779B97F4A7C15)
+_LIMIT: Final = np.uint64(1 << (64 - TOP_BITS))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A place that was seen before: where, how far back, how often in all."""
+
+    at: int
+    distance: int
+    times: int
+
+
+@final
+class _Channel:
+    """Places of one channel that were seen, and those seen again."""
+
+    def __init__(self) -> None:
+        self.seen: OrderedDict[int, tuple[int, int]] = OrderedDict()
+        self.row: list[_Place] = []
+        self.rows: list[list[_Place]] = []
+
+    def add(self, first: int, samples: FloatArray) -> None:
+        """Look at the places in a block that the samples themselves choose."""
+        bits = samples.view(np.uint64)
+        mixed = bits[: bits.size - WINDOW] * _MIX
+        for i in np.flatnonzero(mixed < _LIMIT).tolist():
+            window = samples[i : i + WINDOW]
+            if len(set(window.tolist())) < DISTINCT:
+                continue
+            self._look(first + i, hash(window.tobytes()))
+
+    def _look(self, at: int, key: int) -> None:
+        before, times = self.seen.pop(key, (-1, 0))
+        if times:
+            place = _Place(at, at - before, times + 1)
+            if self.row and self.row[-1].distance != place.distance:
+                self._close_row()
+            self.row.append(place)
+        else:
+            self._close_row()
+        self.seen[key] = (at, times + 1)
+        if len(self.seen) > MOST:
+            self.seen.popitem(last=False)
+
+    def _close_row(self) -> None:
+        if len(self.row) >= FEWEST and self.row[-1].at - self.row[0].at >= SHORTEST:
+            self.rows.append(self.row)
+        self.row = []
+
+    def repetition(self, n_samples: int) -> tuple[int, int, int] | None:
+        """Return start, stop and distance of what is repeated.
+
+        None where the same stretch came again and again from early on: a periodic signal.
+        """
+        self._close_row()
+        if not self.rows:
+            return None
+        times = [place.times for row in self.rows for place in row]
+        first = self.rows[0][0]
+        if first.at < n_samples // 4 and float(np.median(times)) > 2:
+            return None
+        return first.at, self.rows[-1][-1].at + WINDOW, first.distance
+
+
+@final
+class Repeats(AbstractWatcher):
+    """Watches for stretches that are equal to an earlier one to the last bit."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._channels = [_Channel() for _ in recording.channels]
+
+    def add(self, first: int, block: FloatArray) -> None:
+        for channel, samples in zip(self._channels, block, strict=True):
+            if samples.size > WINDOW:
+                channel.add(first, np.ascontiguousarray(samples))
+
+    def flags(self) -> list[Flag]:
+        found = []
+        rate = self._recording.sample_rate
+        for row, places in enumerate(self._channels):
+            channel = self._recording.channels[row]
+            repeated = places.repetition(self._recording.n_samples)
+            if repeated is not None and not self._is_periodic(row, *repeated[::2]):
+                start, stop, distance = repeated
+                found.append(
+                    Flag(
+                        "repeating",
+                        channel.name,
+                        f"From {start / rate:.6g} s on the samples are those of "
+                        f"{distance / rate:.4g} s earlier, to the last bit: the measuring "
+                        "program handed out a buffer twice. Measure again.",
+                        start / rate,
+                        stop / rate,
+                    )
+                )
+        return found
+
+    def _is_periodic(self, row: int, start: int, distance: int) -> bool:
+        """Return whether the signal roughly repeated itself before that, as a sine does."""
+        if start < 2 * distance:
+            return False
+        length = min(distance, 1 << 16)
+        channel = self._recording.select([row])
+        earlier = channel.samples(start - 2 * distance, start - 2 * distance + length)
+        later = channel.samples(start - distance, start - distance + length)
+        return rms(later - earlier) < ALIKE * rms(later - later.mean())

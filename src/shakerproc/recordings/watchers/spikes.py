@@ -1,0 +1,149 @@
+"""Isolated spikes: one to three samples that belong to nothing around them."""
+
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+
+FACTOR: Final = 15.0
+"""How many times the usual departure from the neighbours a spike must depart.
+
+Departures of Gaussian noise exceed 15 standard deviations never, of Laplacian noise once in a
+billion samples.
+"""
+
+PART: Final = 4096
+"""Samples over which the usual departure is taken: a sweep changes it on the way."""
+
+WIDEST: Final = 3
+AROUND: Final = 32
+"""Samples on each side in which nothing else may happen."""
+
+ALONE: Final = 0.2
+"""Largest departure around a spike, relative to it: an impact rings, a spike does not."""
+
+MOST: Final = 200
+"""Departures in a block beyond which it is a rough block, without isolated spikes."""
+
+QUIET: Final = 0.25
+"""Time before and after an isolated spike without another [s]; impacts come in series."""
+
+
+@final
+class Spikes(AbstractWatcher):
+    """Watches for samples far from where their neighbours lie."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._tail: FloatArray | None = None
+        self._found: list[dict[int, float]] = [{} for _ in recording.channels]
+        self._rough: list[set[int]] = [set() for _ in recording.channels]
+
+    def add(self, first: int, block: FloatArray) -> None:
+        edge = 2 * AROUND
+        if self._tail is not None:
+            block = np.concatenate([self._tail, block], axis=1)
+            first -= self._tail.shape[1]
+        for row, samples in enumerate(block):
+            if samples.size > 2 * edge:
+                spikes, rough = _spikes(first, samples)
+                self._found[row] |= spikes
+                if len(self._rough[row]) < 1000 * MOST:
+                    self._rough[row] |= rough
+        self._tail = block[:, -edge:].copy()
+
+    def flags(self) -> list[Flag]:
+        found = []
+        rate = self._recording.sample_rate
+        for row, channel in enumerate(self._recording.channels):
+            distinct = self._isolated(row)
+            if distinct:
+                at, height = max(distinct.items(), key=lambda spike: abs(spike[1]))
+                more = (
+                    f"{len(distinct)} isolated spikes, the largest"
+                    if len(distinct) > 1
+                    else ("An isolated spike")
+                )
+                found.append(
+                    Flag(
+                        "spike",
+                        channel.name,
+                        f"{more} of {height:.4g} {channel.unit} at {at / rate:.6g} s. Keep it "
+                        "out of the crop (minimum hold), or check the cable.",
+                        min(distinct) / rate,
+                        max(distinct) / rate,
+                    )
+                )
+        return found
+
+    def _isolated(self, row: int) -> dict[int, float]:
+        """Return the spikes that have nothing rough within a quarter of a second."""
+        rough = np.array(sorted(self._rough[row]))
+        apart = max(QUIET * self._recording.sample_rate, AROUND)
+        isolated = {}
+        for at, height in self._found[row].items():
+            distance = np.abs(rough - at)
+            if not np.any((distance > WIDEST) & (distance < apart)):
+                isolated[at] = height
+        return isolated
+
+
+def _departure(samples: FloatArray) -> FloatArray:
+    """Return how far each sample lies from the mean of its neighbours."""
+    departure = samples[:-2] + samples[2:]
+    departure *= -0.5
+    departure += samples[1:-1]
+    return np.abs(departure, out=departure)
+
+
+def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], set[int]]:
+    """Return number and height of the spikes, and the number of everything that is rough."""
+    departure = _departure(samples)
+    limits = _limits(departure)
+    if np.all(np.maximum.reduceat(departure, np.arange(0, departure.size, PART)) <= limits):
+        return {}, set()
+    candidates = np.flatnonzero(departure > np.repeat(limits, PART)[: departure.size]) + 1
+    rough = set((first + candidates[:: 1 + candidates.size // MOST]).tolist())
+    if candidates.size > MOST:
+        return {}, rough
+    groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > WIDEST) + 1)
+    found = [_judge(samples, departure, group) for group in groups]
+    return {first + at: height for at, height in found if height}, rough
+
+
+def _limits(departure: FloatArray) -> FloatArray:
+    """Return the departure of a spike in each part: the larger of those of it and its sides."""
+    starts = range(0, departure.size, PART)
+    usual = np.zeros(len(starts) + 2)
+    for number, start in enumerate(starts):
+        some = departure[start : start + PART : 7]
+        usual[number + 1] = max(1.4826 * float(np.median(some)), float(np.mean(some)))
+    return FACTOR * np.maximum(np.maximum(usual[:-2], usual[2:]), usual[1:-1])
+
+
+def _judge(
+    samples: FloatArray, departure: FloatArray, group: NDArray[np.int64]
+) -> tuple[int, float]:
+    """Return place and height of a spike, or a height of 0 where it is none.
+
+    A spike of w samples makes w + 2 samples depart: one on each side of it as well.
+    """
+    low, high = int(group[0]), int(group[-1])
+    if low < AROUND + 2 or high >= samples.size - AROUND - 2 or high - low + 1 > WIDEST + 2:
+        return 0, 0.0
+    before, after = samples[low - AROUND : low - 1], samples[high + 2 : high + AROUND + 1]
+    level = 0.5 * (float(before[-3:].mean()) + float(after[:3].mean()))
+    inside = samples[low - 1 : high + 2] - level
+    peak = int(np.argmax(np.abs(inside)))
+    height = float(inside[peak])
+    around = max(
+        float(departure[low - 1 - AROUND : low - 3].max()),
+        float(departure[high + 2 : high + AROUND].max()),
+    )
+    step = abs(float(before[-3:].mean()) - float(after[:3].mean()))
+    if around > ALONE * abs(height) or step > ALONE * abs(height):
+        return 0, 0.0
+    return low - 1 + peak, height

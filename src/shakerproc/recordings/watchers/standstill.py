@@ -1,0 +1,207 @@
+"""Channels that stand still: zero tails, stuck channels, dropouts."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+
+SHORTEST: Final = 16
+"""Equal samples in a row that are looked at."""
+
+FACTOR: Final = 8
+"""How much longer than the usual runs of equal samples a run must be, with none between.
+
+A quantized signal repeats a value now and then, a slow one often, in runs of every length:
+those of noise are spread exponentially, and at the crest of a coarsely quantized sine the
+longest is 2.4 times the next. A cable that fails makes runs of another kind.
+"""
+
+SHORTEST_TAIL: Final = 5
+"""Zeros at the end that are looked at."""
+
+TAIL_FACTOR: Final = 4
+"""How much longer than the usual runs the zeros at the end must be: there is only one end."""
+
+HELD: Final = 0.5
+"""Share of samples in long runs from which on a channel is a slow one, its values held."""
+
+MOST_RUNS: Final = 1000
+
+
+@final
+@dataclass(slots=True)
+class _Run:
+    """Equal samples in a row."""
+
+    start: int
+    length: int
+    value: float
+
+    @property
+    def stop(self) -> int:
+        return self.start + self.length
+
+
+def _runs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return start and length of every run of at least two equal samples."""
+    same = np.flatnonzero(samples[1:] == samples[:-1])
+    breaks = np.flatnonzero(np.diff(same) > 1)
+    firsts = same[np.concatenate([[0], breaks + 1])] if same.size else same
+    lasts = same[np.concatenate([breaks, [same.size - 1]])] if same.size else same
+    return firsts, lasts - firsts + 2
+
+
+@final
+class _Channel:
+    """The runs of equal samples of one channel."""
+
+    def __init__(self) -> None:
+        self.lengths: Counter[int] = Counter()
+        self.long: list[_Run] = []
+        self.open: _Run | None = None
+        self.lead: _Run | None = None
+
+    def add(self, first: int, samples: FloatArray) -> None:
+        """Split a block into runs; the last one stays open for the next block."""
+        starts, lengths = _runs(samples)
+        n = samples.size
+        head = _Run(first, int(lengths[0]) if starts.size and starts[0] == 0 else 1, samples[0])
+        if self.open is not None and self.open.value == head.value:
+            joined = _Run(self.open.start, self.open.length + head.length, head.value)
+        else:
+            joined = head
+            self._close(self.open)
+        if head.length == n:
+            self.open = joined
+            return
+        self.lead = self.lead or joined
+        self._close(joined)
+        ends_long = bool(starts.size) and int(starts[-1] + lengths[-1]) == n
+        tail = int(starts[-1]) if ends_long else n - 1
+        inner = (starts > 0) & (starts < tail)
+        self.lengths[1] += n - head.length - int(lengths[inner].sum()) - (n - tail)
+        values, counts = np.unique(lengths[inner], return_counts=True)
+        self.lengths.update(dict(zip(values.tolist(), counts.tolist(), strict=True)))
+        for i in np.flatnonzero(inner & (lengths >= SHORTEST)):
+            at = int(starts[i])
+            self._keep(_Run(first + at, int(lengths[i]), samples[at]))
+        self.open = _Run(first + tail, n - tail, samples[tail])
+
+    def _close(self, run: _Run | None) -> None:
+        if run is None:
+            return
+        self.lengths[run.length] += 1
+        if run.length >= SHORTEST:
+            self._keep(run)
+
+    def _keep(self, run: _Run) -> None:
+        self.long.append(run)
+        if len(self.long) > 2 * MOST_RUNS:
+            self.long.sort(key=lambda one: -one.length)
+            del self.long[MOST_RUNS:]
+
+    def rests(self, limit: int) -> bool:
+        """Return whether it begins at exactly 0: a simulation, or a channel that waits."""
+        return self.lead is not None and self.lead.value == 0.0 and self.lead.length >= limit
+
+    def usual(self) -> int:
+        """Return the longest of the usual runs: beyond it there is none for a factor of 8."""
+        usual = 1
+        for length in sorted(self.lengths):
+            if length >= SHORTEST and length >= FACTOR * usual:
+                break
+            usual = max(usual, length)
+        return usual
+
+
+@final
+class Standstill(AbstractWatcher):
+    """Watches for samples that repeat themselves exactly."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._channels = [_Channel() for _ in recording.channels]
+
+    def add(self, first: int, block: FloatArray) -> None:
+        for channel, samples in zip(self._channels, block, strict=True):
+            channel.add(first, samples)
+
+    def flags(self) -> list[Flag]:
+        found = []
+        for channel, runs in zip(self._recording.channels, self._channels, strict=True):
+            found += self._judge(channel.name, runs)
+        return found
+
+    def _judge(self, name: str, runs: _Channel) -> list[Flag]:
+        n = self._recording.n_samples
+        tail = runs.open
+        if tail is None:
+            return []
+        if tail.length == n:
+            return [] if n < SHORTEST else [self._stuck(name, tail, "from the first sample on")]
+        usual = runs.usual()
+        limit = max(SHORTEST, FACTOR * usual)
+        often = {length: times for length, times in runs.lengths.items() if length >= limit}
+        if runs.rests(limit) or self._is_held(often):
+            return []
+        inside = [run for run in runs.long if run.length >= limit and run.start > 0]
+        return self._tail(name, runs, usual) + self._inside(name, inside, often)
+
+    def _is_held(self, often: Mapping[int, int]) -> bool:
+        """Return whether long runs are the rule: a slow channel whose values are held."""
+        held = sum(length * times for length, times in often.items())
+        return sum(often.values()) > 20 and held > HELD * self._recording.n_samples
+
+    def _tail(self, name: str, runs: _Channel, usual: int) -> list[Flag]:
+        """Return a flag if the channel stands still at the end."""
+        n, rate, tail = self._recording.n_samples, self._recording.sample_rate, runs.open
+        if tail is None or tail.length < SHORTEST_TAIL:
+            return []
+        if tail.value:
+            still = tail.length >= max(SHORTEST, FACTOR * usual)
+            return [self._stuck(name, tail, "to the end")] if still else []
+        zeros = max((run.length for run in runs.long if run.value == 0.0), default=0)
+        if tail.length < TAIL_FACTOR * usual or tail.length <= 2 * zeros:
+            return []
+        message = (
+            f"The last {tail.length} samples ({tail.length / rate:.3g} s) are exactly 0: the "
+            "file was allocated but not filled. Crop before them, or copy the file again."
+        )
+        return [Flag("zero tail", name, message, tail.start / rate, n / rate)]
+
+    def _stuck(self, name: str, run: _Run, when: str) -> Flag:
+        rate = self._recording.sample_rate
+        return Flag(
+            "stuck",
+            name,
+            f"Stands at {run.value:.6g} {when} ({run.length} samples). Check sensor and cable.",
+            run.start / rate,
+            run.stop / rate,
+        )
+
+    def _inside(self, name: str, runs: list[_Run], often: Mapping[int, int]) -> list[Flag]:
+        """Return a flag for all the times that a channel stood still between its ends."""
+        if not runs:
+            return []
+        rate = self._recording.sample_rate
+        longest = max(runs, key=lambda run: run.length)
+        first, last = min(r.start for r in runs), max(r.stop for r in runs)
+        zero = longest.value == 0.0
+        times = "once" if len(runs) == 1 else f"{sum(often.values())} times"
+        return [
+            Flag(
+                "dropout" if zero else "stuck",
+                name,
+                f"Stands exactly still at {longest.value:.6g} {times}, for {longest.length} "
+                f"samples ({longest.length / rate:.3g} s) at {longest.start / rate:.4g} s. "
+                "Check the cable, or keep the time out of the crop.",
+                first / rate,
+                last / rate,
+            )
+        ]

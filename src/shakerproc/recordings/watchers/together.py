@@ -1,0 +1,167 @@
+"""Channels against each other: mains hum alone, controls that differ, polarity."""
+
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, control_rows, listed
+
+LOOK: Final = 2.0
+"""Length of the pieces that are transformed [s]; one is taken from a block."""
+
+MOST: Final = 64
+"""Pieces at most."""
+
+HUM: Final = 0.9
+"""Share of the power at the mains frequency and its harmonics that makes an open input."""
+
+OTHERS: Final = 0.5
+"""Share from which on the other channels show that the mains frequency is the excitation."""
+
+DIFFER: Final = 0.1
+"""How far the rms of controls may part, relative."""
+
+COHERENT: Final = 0.95
+FEWEST_BINS: Final = 12
+OCTAVES: Final = 1.0
+OPPOSED: Final = 30.0
+"""How near 180 degrees the phase must be in the lower half of the band [degrees]."""
+
+
+@final
+class Together(AbstractWatcher):
+    """Watches power and phase of the channels in pieces of two seconds."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._controls = control_rows(recording)
+        rate, n = recording.sample_rate, recording.n_samples
+        self._size = min(1 << round(np.log2(LOOK * rate)), n) if n > 16 else 0
+        self._every = max(1, n // (MOST * max(self._size, 1)))
+        self._window = np.hanning(self._size)
+        count, bins = len(recording.channels), self._size // 2 + 1
+        self._power = np.zeros((count, bins))
+        self._cross = np.zeros((count, bins), dtype=np.complex128)
+        self._pieces = 0
+        self._squares = np.zeros(count)
+        self._sums = np.zeros(count)
+        self._rest = np.empty((count, 0))
+        self._passed = 0
+
+    def add(self, first: int, block: FloatArray) -> None:  # noqa: ARG002
+        self._squares += np.einsum("ij,ij->i", block, block)
+        self._sums += block.sum(axis=1)
+        if not self._size:
+            return
+        joined = np.concatenate([self._rest, block], axis=1) if self._rest.size else block
+        whole = joined.shape[1] // self._size
+        for piece in range(whole):
+            if self._passed % self._every == 0:
+                self._transform(joined[:, piece * self._size : (piece + 1) * self._size])
+            self._passed += 1
+        self._rest = joined[:, whole * self._size :].copy()
+
+    def _transform(self, piece: FloatArray) -> None:
+        level = piece - piece.mean(axis=1, keepdims=True)
+        spectrum = np.fft.rfft(level * self._window, axis=1)
+        self._power += np.abs(spectrum) ** 2
+        if self._controls:
+            self._cross += spectrum * np.conj(spectrum[self._controls[0]])
+        self._pieces += 1
+
+    def flags(self) -> list[Flag]:
+        return [*self._hum(), *self._differing(), *self._opposed()]
+
+    def _flag(self, kind: str, channel: str, message: str) -> Flag:
+        return Flag(kind, channel, message, 0.0, self._recording.duration)
+
+    def _hum(self) -> list[Flag]:
+        """Return the channels that hold the mains frequency where the others do not."""
+        channels = self._recording.channels
+        found = []
+        for mains in (50.0, 60.0):
+            share = self._share(mains)
+            for row, channel in enumerate(channels):
+                others = np.delete(share, row)
+                if share[row] > HUM and others.size and np.median(others) < OTHERS:
+                    found.append(
+                        self._flag(
+                            "open input",
+                            channel.name,
+                            f"{100 * share[row]:.0f} % of the power is mains hum ({mains:g} Hz "
+                            "and its multiples): nothing is connected, or a shield is broken.",
+                        )
+                    )
+        return found
+
+    def _share(self, mains: float) -> FloatArray:
+        """Return the share of each channel's power within 2 bins of multiples of the mains."""
+        rate = self._recording.sample_rate
+        width = rate / max(self._size, 1)
+        if self._pieces == 0 or width > mains / 8 or rate < 4 * mains:
+            return np.zeros(len(self._recording.channels))
+        frequency = np.arange(self._power.shape[1]) * width
+        order = np.rint(frequency / mains)
+        near = (np.abs(frequency - order * mains) <= 2.0 * width) & (order >= 1) & (order <= 7)
+        total = self._power.sum(axis=1)
+        share: FloatArray = np.zeros_like(total)
+        np.divide(self._power[:, near].sum(axis=1), total, out=share, where=total > 0)
+        return share
+
+    def _differing(self) -> list[Flag]:
+        """Return a flag if the controls do not move alike."""
+        if len(self._controls) < 2:
+            return []
+        n = self._recording.n_samples
+        mean = self._sums / n
+        level = np.sqrt(np.maximum(self._squares / n - mean**2, 0.0))[self._controls]
+        if level.max() <= (1.0 + DIFFER) * level.min():
+            return []
+        channels = self._recording.channels
+        names = listed([channels[i].name for i in self._controls])
+        values = listed([f"{value:.4g}" for value in level])
+        return [
+            self._flag(
+                "controls differ",
+                channels[self._controls[int(np.argmin(level))]].name,
+                f"The rms of {names} are {values} {channels[self._controls[0]].unit}, more "
+                f"than {100 * DIFFER:.0f} % apart. Check the sensitivities, or where they sit.",
+            )
+        ]
+
+    def _opposed(self) -> list[Flag]:
+        """Return the channels that move against the first control where they cannot."""
+        found = []
+        for row, channel in enumerate(self._recording.channels):
+            if not self._controls or row == self._controls[0]:
+                continue
+            if channel.unit == self._recording.channels[self._controls[0]].unit and (
+                self._is_opposed(row)
+            ):
+                control = self._recording.channels[self._controls[0]].name
+                found.append(
+                    self._flag(
+                        "polarity",
+                        channel.name,
+                        f"Moves against {control} at the lowest frequencies, where both should "
+                        "move together. Turn the sensor round, or its sign.",
+                    )
+                )
+        return found
+
+    def _is_opposed(self, row: int) -> bool:
+        reference = self._power[self._controls[0]]
+        if self._pieces < 4:
+            return False
+        product = reference * self._power[row]
+        strong = reference > 1e-6 * reference.max()
+        coherence = np.zeros_like(product)
+        np.divide(np.abs(self._cross[row]) ** 2, product, out=coherence, where=product > 0)
+        good = np.flatnonzero(strong & (coherence > COHERENT))
+        good = good[good > 1]
+        if good.size < FEWEST_BINS or good[-1] < 2.0**OCTAVES * good[0]:
+            return False
+        low = good[good <= np.sqrt(float(good[0]) * float(good[-1]))]
+        phase = np.abs(np.degrees(np.angle(self._cross[row][low])))
+        return bool(low.size >= FEWEST_BINS // 3 and np.all(phase > 180.0 - OPPOSED))

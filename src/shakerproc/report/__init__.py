@@ -1,0 +1,1 @@
+"""The only room that draws: figures, tables for people, the report page."""

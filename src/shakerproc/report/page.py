@@ -1,0 +1,331 @@
+"""The report: one HTML file that opens offline, prints whole and runs nobody's text."""
+
+import base64
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from shakerproc import __version__, files
+from shakerproc.report import style, svg, trend_view
+from shakerproc.report.methods import Methods, methods_of
+from shakerproc.report.run_view import Drawing, RunView, curves_of, number, run_view
+from shakerproc.runs import telling, trends
+from shakerproc.runs.summary import RunSummary
+from shakerproc.runs.trends import Trend
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of a further section: cells are text already."""
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A further section of the report, such as the evidence of a diagnosis."""
+
+    title: str
+    anchor: str
+    paragraphs: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    figures: Sequence[Drawing] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a report is made of.
+
+    Attributes
+    ----------
+    title : str
+        Of the campaign.
+    runs : sequence of RunSummary
+        Every test of the log, in its order.
+    trends : sequence of Trend
+        What moves with what.
+    channel : str
+        Response channel that trends and the table of runs show.
+    command : str
+        How it was made.
+    options : mapping
+        Options that differ from the defaults.
+    verdict : str
+        Sentence to put before the trend's own.
+    sections : sequence of Section
+        What comes between the trends and the runs.
+    """
+
+    title: str
+    runs: Sequence[RunSummary]
+    trends: Sequence[Trend] = ()
+    channel: str = ""
+    command: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    verdict: str = ""
+    sections: Sequence[Section] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Count:
+    number: int
+    label: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Attention:
+    test: str
+    anchor: str
+    kind: str
+    what: str
+    where: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    label: str
+    numeric: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    shown: str | Markup
+    css: str = ""
+    order: str | float | None = None
+    anchor: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Page:
+    title: str
+    made: str
+    verdict: str
+    counts: Sequence[_Count]
+    attention: Sequence[_Attention]
+    columns: Sequence[_Column]
+    rows: Sequence[Sequence[_Cell]]
+    table_note: str
+    trends: Sequence[Drawing]
+    sections: Sequence[Section]
+    runs: Sequence[RunView]
+    methods: Sequence[str]
+    references: Sequence[str]
+    provenance: Sequence[str]
+
+
+COLUMNS: Final = (
+    _Column("test", numeric=True),
+    _Column("status", numeric=False),
+    _Column("specimen", numeric=False),
+    _Column("clearance", numeric=True),
+    _Column("orientation", numeric=False),
+    _Column("excitation", numeric=False),
+    _Column("level", numeric=True),
+    _Column("measured", numeric=True),
+    _Column("ω_e [Hz]", numeric=True),
+    _Column("Q", numeric=True),
+    _Column("coherence", numeric=True),
+    _Column("flags", numeric=False),
+    _Column("PSD", numeric=False),
+)
+
+
+def write_report(path: Path, report: Report) -> None:
+    """Write a report, whole or not at all."""
+    files.write_text(path, html(report))
+
+
+def html(report: Report) -> str:
+    """Return a report as one HTML document that needs no other file and no network."""
+    environment = Environment(
+        loader=PackageLoader("shakerproc.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    css = Markup(  # noqa: S704 - ours
+        environment.get_template("page.css").render(colours=style.COLOURS, dashes=_dashes())
+    )
+    loader = environment.loader
+    assert loader is not None  # noqa: S101 - set above
+    script = Markup(loader.get_source(environment, "page.js")[0])  # noqa: S704 - ours
+    return environment.get_template("report.html.j2").render(
+        page=_page(report),
+        style=css,
+        script=script,
+        style_hash=_source_hash(css),
+        script_hash=_source_hash(script),
+    )
+
+
+def _dashes() -> list[str]:
+    """Return the dashes in steps of the drawings."""
+    return [" ".join(str(int(n) * svg.UNIT) for n in dash.split()) for dash in style.DASHES]
+
+
+def _source_hash(text: str) -> str:
+    """Return what a content-security policy calls this style or script."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+def _page(report: Report) -> _Page:
+    shown = [run for run in report.runs if run.status != "discarded"]
+    views = [run_view(run, i) for i, run in enumerate(shown, 1)]
+    methods = methods_of(shown)
+    return _Page(
+        title=report.title,
+        made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
+        verdict=" ".join(filter(None, (_tally(report.runs), report.verdict or _told(report)))),
+        counts=_counts(report.runs),
+        attention=_attention(shown, views),
+        columns=COLUMNS,
+        rows=_rows(shown, views, report.channel),
+        table_note=_table_note(report),
+        trends=[trend_view.drawing(trend) for trend in report.trends],
+        sections=report.sections,
+        runs=views,
+        methods=methods.paragraphs,
+        references=methods.references,
+        provenance=_provenance(report, methods),
+    )
+
+
+def _told(report: Report) -> str:
+    return telling.trend_sentence(report.runs, report.channel)
+
+
+def _tally(runs: Sequence[RunSummary]) -> str:
+    """Return how many runs there are and how they went, in one sentence."""
+    counts = {c.label: c.number for c in _counts(runs)}
+    wanted = len(runs) - counts.get("discarded", 0)
+    parts = [f"{counts['processed']} of {wanted} tests processed"]
+    parts += [
+        f"{counts[name]} {name}"
+        for name in ("failed", "incomplete", "flagged")
+        if counts.get(name)
+    ]
+    return ", ".join(parts) + "."
+
+
+def _counts(runs: Sequence[RunSummary]) -> list[_Count]:
+    done = [run for run in runs if run.status == "done"]
+    failed = sum(run.status == "failed" for run in runs)
+    incomplete = sum(run.incomplete for run in done)
+    flagged = sum(bool(run.flags) for run in done)
+    discarded = sum(run.status == "discarded" for run in runs)
+    return [
+        _Count(len(done), "processed", "done"),
+        _Count(failed, "failed", "failed" if failed else "none"),
+        _Count(incomplete, "incomplete", "odd" if incomplete else "none"),
+        _Count(flagged, "flagged", "odd" if flagged else "none"),
+        _Count(discarded, "discarded", "none"),
+    ]
+
+
+def _attention(runs: Sequence[RunSummary], views: Sequence[RunView]) -> list[_Attention]:
+    """Return failed runs, then incomplete ones, then other flags."""
+    failed: list[_Attention] = []
+    incomplete: list[_Attention] = []
+    flagged: list[_Attention] = []
+    for run, view in zip(runs, views, strict=True):
+        if run.status == "failed":
+            failed.append(
+                _Attention(run.test, view.anchor, "status-failed", "failed", "", run.error)
+            )
+        for flag in run.flags:
+            item = _Attention(
+                run.test, view.anchor, "flag", flag.kind, flag.channel, flag.message
+            )
+            (incomplete if flag.kind == "incomplete" else flagged).append(item)
+    return [*failed, *incomplete, *flagged]
+
+
+def _rows(
+    runs: Sequence[RunSummary], views: Sequence[RunView], channel: str
+) -> list[list[_Cell]]:
+    return [_row(run, view, channel) for run, view in zip(runs, views, strict=True)]
+
+
+def _row(run: RunSummary, view: RunView, channel: str) -> list[_Cell]:
+    peak = trends.omega_e(run, channel)
+    measured = next((c for c in run.channels if c.name == channel), None)
+    response = measured.response_peaks[0] if measured and measured.response_peaks else peak
+    level = run.facts.get("level_g") or run.facts.get("level_g2_per_hz")
+    clearance = run.facts.get("clearance_m")
+    return [
+        _Cell(run.test, "n", anchor=view.anchor),
+        _Cell("incomplete" if run.incomplete else run.status, f"status-{run.status}"),
+        _Cell(_told_or(run, "specimen") or _told_or(run, "joint")),
+        _Cell(trends.shown("clearance_m", clearance), "n", _order(clearance)),
+        _Cell(_told_or(run, "orientation")),
+        _Cell(_told_or(run, "excitation")),
+        _Cell(_told_or(run, "level"), "n", _order(level)),
+        _Cell(
+            f"{number(run.measured_level)} {run.level_unit}".strip(), "n", run.measured_level
+        ),
+        _number_cell(peak.frequency_hz if peak else None, ".1f"),
+        _number_cell(response.quality if response else None, ".3g"),
+        _number_cell(measured.coherence if measured else None, ".3f"),
+        _Cell(", ".join(dict.fromkeys(flag.kind for flag in run.flags)), "flag"),
+        _Cell(_thumbnail(run, channel)),
+    ]
+
+
+def _told_or(run: RunSummary, name: str) -> str:
+    return str(run.facts.get(name) or "")
+
+
+def _order(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _number_cell(value: float | None, form: str) -> _Cell:
+    return _Cell(number(value, form), "n", value)
+
+
+def _thumbnail(run: RunSummary, channel: str) -> Markup:
+    curve = next((c for c in curves_of(run, "psd") if c.channel == channel), None)
+    if curve is None:
+        return Markup("")
+    x = np.array(curve.x)
+    y = np.array([np.nan if v is None else v for v in curve.y])
+    good = y[np.isfinite(y) & (y > 0.0)]
+    if not good.size or x.size < 2:
+        return Markup("")
+    low, high = max(good.min(), 1e-6 * good.max()), good.max()
+    return svg.sparkline(
+        x,
+        y,
+        svg.Axis("", x[0], x[-1]),
+        svg.Axis("", low, max(high, 1.01 * low), logarithmic=True),
+    )
+
+
+def _table_note(report: Report) -> str:
+    if not report.channel:
+        return "Click a heading to sort."
+    return (
+        f"ω_e, Q, coherence and the drawing are those of channel {report.channel}; every "
+        "channel is in peaks.csv. Click a heading to sort."
+    )
+
+
+def _provenance(report: Report, methods: Methods) -> list[str]:
+    options = ", ".join(f"{name} = {value}" for name, value in report.options.items())
+    return [
+        f"shakerproc {__version__}; {methods.packages}.",
+        f"Command: {report.command}" if report.command else "",
+        f"Options: {options}" if options else "Options: the defaults and what the log says.",
+        "Every number of this page is in report.json and the tables beside it.",
+    ]

@@ -1,0 +1,364 @@
+"""The figures of one run as files: time with crop, densities, responses, coherence, notch."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from shakerproc import files
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.report import style
+from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.summing_up import shown_part
+from shakerproc.testlog import ThresholdCrop
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DOTS_PER_INCH: Final = 130
+LEFT: Final = 0.8  # margin [in]
+
+
+def draw_run(result: RunResult, title: str, folder: Path) -> list[Path]:
+    """Draw every figure that a run has, and return the files."""
+    written = []
+    for name, draw in FIGURES.items():
+        with style.look():
+            figure = draw(result, title)
+        if figure is not None:
+            written.append(save(figure, folder / f"{name}.png"))
+    return written
+
+
+def save(figure: "Figure", path: Path) -> Path:
+    """Write a figure as PNG, whole or not at all, the same bytes for the same figure."""
+    with files.atomic_path(path) as temporary:
+        figure.savefig(
+            temporary,
+            format="png",
+            dpi=DOTS_PER_INCH,
+            metadata={"Software": "shakerproc"},
+            pil_kwargs={"compress_level": 4},
+        )
+    return path
+
+
+def _styles(result: RunResult) -> list[int]:
+    return style.styles([c.role or "response" for c in result.channels])
+
+
+def time_series(result: RunResult, title: str) -> "Figure":
+    """Return every channel over the whole recording, what was cropped away shaded."""
+    n = len(result.channels)
+    figure, axes = style.figure(7.0, 0.7 + 0.85 * n, n, sharex=True, left=LEFT)
+    e, chosen = result.envelope, _styles(result)
+    start = result.crop.start / result.sample_rate
+    stop = result.crop.stop / result.sample_rate
+    for i, axis in enumerate(axes):
+        unit, factor = shown_unit(result.channels[i].unit)
+        axis.fill_between(
+            e.time,
+            e.low[i] * factor,
+            e.high[i] * factor,
+            color=style.COLOURS[chosen[i]],
+            lw=0.3,
+        )
+        axis.axvspan(0.0, start, color="#888888", alpha=0.25, lw=0.0)
+        axis.axvspan(stop, result.promised_duration, color="#888888", alpha=0.25, lw=0.0)
+        _name(axis, result.channels[i].name, unit)
+    _threshold(axes, result)
+    if result.incomplete:
+        for axis in axes:
+            axis.axvline(result.duration, color="#a62b00", lw=1.2)
+    axes[0].set_title(_titled(title, f"processed {start:.2f} to {stop:.2f} s", result))
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(0.0, result.promised_duration)
+    return figure
+
+
+def _name(axis: "Axes", name: str, unit: str) -> None:
+    """Write the name of a channel into its axes, where it has room whatever its length."""
+    axis.set_ylabel(f"[{unit}]")
+    axis.annotate(
+        name,
+        (0.006, 0.93),
+        xycoords="axes fraction",
+        va="top",
+        fontsize=8.0,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+    )
+
+
+def _threshold(axes: Sequence["Axes"], result: RunResult) -> None:
+    crop = result.test.processing.crop
+    if not isinstance(crop, ThresholdCrop) or not result.controls:
+        return
+    row = result.controls[-1]
+    level = crop.threshold * shown_unit(result.channels[row].unit)[1]
+    axes[row].axhline(level, color="#d55e00", lw=0.8, ls=(0, (4, 2)))
+
+
+def _titled(title: str, more: str, result: RunResult) -> str:
+    note = ""
+    if result.incomplete:
+        note = f", INCOMPLETE: {result.duration:.4g} of {result.promised_duration:.4g} s"
+    return f"{title}{note}: {more}" if more else f"{title}{note}"
+
+
+def _frequency_axis(axis: "Axes", result: RunResult) -> None:
+    shown = result.spectra.frequency[shown_part(result)]
+    axis.set_xlim(0.0, shown[-1])
+    if result.test.excitation != "sine":
+        for low, high in ((0.0, result.band[0]), (result.band[1], shown[-1])):
+            axis.axvspan(low, high, color="#888888", alpha=0.13, lw=0.0)
+    axis.set_xlabel("frequency [Hz]")
+
+
+def psd(result: RunResult, title: str) -> "Figure":
+    """Return the density of every channel, with bounds for the tallest response."""
+    figure, (axis,) = style.figure(7.0, 3.8, left=LEFT)
+    _draw_psd(axis, result)
+    axis.set_title(_titled(title, _worth(result), result))
+    return figure
+
+
+def _worth(result: RunResult) -> str:
+    cross = result.spectra
+    return f"bins {cross.bin_width:.3g} Hz, {cross.degrees_of_freedom:.0f} DOF"
+
+
+def _draw_psd(axis: "Axes", result: RunResult) -> None:
+    shown, chosen = shown_part(result), _styles(result)
+    x = result.spectra.frequency[shown]
+    units = {shown_unit(c.unit) for c in result.channels}
+    for i, channel in enumerate(result.channels):
+        factor = shown_unit(channel.unit)[1] ** 2
+        density = _positive(result.psd[i, shown] * factor)
+        axis.plot(x, density, label=channel.name, **style.line(chosen[i]))
+        if i in result.responses:
+            low, high = (
+                _positive(b[i, shown] * factor) for b in (result.bounds.low, result.bounds.high)
+            )
+            axis.fill_between(x, low, high, color=style.COLOURS[chosen[i]], alpha=0.18, lw=0.0)
+    unit = units.pop()[0] if len(units) == 1 else "unit"
+    axis.set_ylabel(f"PSD [{unit}²/Hz]")
+    _decades(
+        axis,
+        [
+            result.psd[i, shown] * shown_unit(c.unit)[1] ** 2
+            for i, c in enumerate(result.channels)
+        ],
+    )
+    _mark_peak(axis, result)
+    _frequency_axis(axis, result)
+    axis.legend(ncols=3, loc="upper right")
+
+
+def _mark_peak(axis: "Axes", result: RunResult) -> None:
+    """Mark omega_e: the tallest peak of any response."""
+    if result.test.excitation == "sine":
+        return
+    rows = [i for i in result.responses if result.psd_peaks[i]]
+    if not rows:
+        return
+    i = max(rows, key=lambda row: result.psd_peaks[row][0].peak.value)
+    peak = result.psd_peaks[i][0].peak
+    height = peak.value * shown_unit(result.channels[i].unit)[1] ** 2
+    axis.annotate(
+        f"{peak.frequency:.1f} Hz",
+        (peak.frequency, height),
+        xytext=(8, -2),
+        textcoords="offset points",
+        fontweight="bold",
+    )
+    axis.plot([peak.frequency], [height], "o", ms=4, color="black")
+
+
+def _decades(axis: "Axes", rows: Sequence[FloatArray], most: int = 9) -> None:
+    """Make the vertical axis logarithmic, whole decades around the values."""
+    values = np.concatenate([row[np.isfinite(row) & (row > 0.0)] for row in rows])
+    if values.size:
+        high = np.ceil(np.log10(values.max()) + 0.5)  # room for the legend
+        low = max(np.floor(np.log10(values.min()) - 0.05), high - most)
+        style.logarithmic(axis, 10.0**low, 10.0**high)
+
+
+def unbroken_phase(response: ComplexArray) -> FloatArray:
+    """Return the phase from -270 to 90 degrees, with the line broken where it wraps."""
+    phase = np.degrees(np.angle(response))
+    phase = np.where(phase > 90.0, phase - 360.0, phase)
+    jump = np.abs(np.diff(phase, prepend=phase[:1])) > 180.0
+    return np.where(jump, np.nan, phase)
+
+
+def _positive(values: FloatArray) -> FloatArray:
+    return np.where(values > 0.0, values, np.nan)
+
+
+def response(result: RunResult, title: str) -> "Figure | None":
+    """Return gain and phase of H1 and the square root of the PSD ratio."""
+    if result.against is None:
+        return None
+    figure, (gain, phase) = style.figure(7.0, 5.2, 2, sharex=True, left=LEFT)
+    shown, chosen, against = shown_part(result), _styles(result), result.against
+    x = result.spectra.frequency[shown]
+    for row, i in enumerate(result.responses):
+        h1 = np.where(against.valid, against.h1[row], np.nan)[shown]
+        name = result.channels[i].name
+        gain.plot(x, _positive(np.abs(h1)), label=f"{name} |H1|", **style.line(chosen[i]))
+        ratio = np.where(against.valid, against.psd_ratio[row], np.nan)[shown]
+        gain.plot(x, _positive(np.sqrt(ratio)), color=style.COLOURS[chosen[i]], lw=0.6)
+        phase.plot(x, unbroken_phase(h1), **style.line(chosen[i]))
+    _decades(gain, [np.abs(h[shown][against.valid[shown]]) for h in against.h1])
+    gain.set_ylabel("response over control [-]")
+    gain.set_title(_titled(title, "H1 (thin: root of the PSD ratio)", result))
+    gain.legend(ncols=3, loc="upper right")
+    phase.set_ylabel("phase of H1 [°]")
+    phase.set_ylim(-275.0, 95.0)
+    phase.set_yticks([-270, -180, -90, 0, 90])
+    _frequency_axis(phase, result)
+    return figure
+
+
+def coherence(result: RunResult, title: str) -> "Figure | None":
+    """Return the coherence of every response, multiple coherence thin where it differs."""
+    if result.against is None:
+        return None
+    figure, (axis,) = style.figure(7.0, 3.2, left=LEFT)
+    _draw_coherence(axis, result)
+    axis.set_title(_titled(title, "coherence with the mean control", result))
+    return figure
+
+
+def _draw_coherence(axis: "Axes", result: RunResult) -> None:
+    against = result.against
+    assert against is not None  # noqa: S101 - the callers return before
+    shown, chosen = shown_part(result), _styles(result)
+    x = result.spectra.frequency[shown]
+    for row, i in enumerate(result.responses):
+        ordinary = np.where(against.valid, against.coherence[row], np.nan)[shown]
+        axis.plot(x, ordinary, label=result.channels[i].name, **style.line(chosen[i]))
+        if len(result.controls) > 1:
+            multiple = np.where(against.valid, against.multiple_coherence[row], np.nan)[shown]
+            axis.plot(x, multiple, color=style.COLOURS[chosen[i]], lw=0.6)
+    axis.set_ylim(0.0, 1.05)
+    axis.set_ylabel("coherence [-]")
+    axis.legend(ncols=3, loc="lower left")
+    _frequency_axis(axis, result)
+
+
+def psd_and_response(result: RunResult, title: str) -> "Figure | None":
+    """Return the thesis' two-in-one figure: densities above, PSD ratio below."""
+    if result.against is None:
+        return None
+    figure, (above, below) = style.figure(7.0, 6.2, 2, sharex=True, left=LEFT)
+    _draw_psd(above, result)
+    above.set_xlabel("")
+    above.set_title(_titled(title, _worth(result), result))
+    shown, chosen, against = shown_part(result), _styles(result), result.against
+    x = result.spectra.frequency[shown]
+    for row, i in enumerate(result.responses):
+        ratio = np.where(against.valid, against.psd_ratio[row], np.nan)[shown]
+        name = result.channels[i].name
+        below.plot(x, _positive(ratio), label=name, **style.line(chosen[i]))
+    _decades(below, [r[shown][against.valid[shown]] for r in against.psd_ratio])
+    below.set_ylabel("PSD ratio [-]")
+    _frequency_axis(below, result)
+    return figure
+
+
+def notched(result: RunResult, title: str) -> "Figure | None":
+    """Return two periods before and after the tone was taken out (figures 5.41 to 5.44)."""
+    notch = result.notch
+    if notch is None:
+        return None
+    n = len(result.responses)
+    figure, axes = style.figure(7.0, 0.9 + 1.1 * n, n, sharex=True, left=LEFT)
+    chosen = _styles(result)
+    for row, (axis, i) in enumerate(zip(axes, result.responses, strict=True)):
+        unit, factor = shown_unit(result.channels[i].unit)
+        axis.plot(
+            notch.time, notch.before[row] * factor, color="#767676", lw=1.0, label="before"
+        )
+        axis.plot(notch.time, notch.after[row] * factor, label="after", **style.line(chosen[i]))
+        _name(axis, result.channels[i].name, unit)
+    axes[0].set_title(_titled(title, f"two periods, {notch.frequency:g} Hz taken out", result))
+    axes[0].legend(ncols=2, loc="upper right")
+    axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def sweep(result: RunResult, title: str) -> "Figure | None":
+    """Return the fundamental along each sweep, and the harmonics of the loudest response."""
+    sweeps, loudest = result.tracking.sweeps, result.loudest
+    if not sweeps or loudest not in result.responses:
+        return None
+    figure, (above, below) = style.figure(7.0, 5.6, 2, sharex=True, left=LEFT)
+    chosen = _styles(result)
+    for one in sweeps:
+        for i in result.responses:
+            label = f"{result.channels[i].name} {one.direction}"
+            above.plot(one.frequency, np.abs(one.gain[i]), label=label, **style.line(chosen[i]))
+        for k in range(1, one.harmonics.shape[1]):
+            ratio = np.abs(one.harmonics[loudest, k]) / np.abs(one.harmonics[loudest, 0])
+            below.plot(one.frequency, ratio, label=f"harmonic {k + 1}", **style.line(k - 1))
+    _decades(above, [np.abs(s.gain[i]) for s in sweeps for i in result.responses], 5)
+    style.logarithmic(below, 1e-4, 1e1)
+    above.set_ylabel("fundamental over control [-]")
+    above.set_title(_titled(title, "swept response", result))
+    above.legend(ncols=3, loc="upper left")
+    below.set_ylabel(f"harmonics of {result.channels[loudest].name}\nover its fundamental [-]")
+    below.legend(ncols=4, loc="upper right")
+    below.set_xlim(0.0, 1.02 * max(float(s.frequency.max()) for s in sweeps))
+    below.set_xlabel("frequency [Hz]")
+    return figure
+
+
+def spectrogram(result: RunResult, title: str) -> "Figure | None":
+    """Return the density of the loudest response against time and frequency."""
+    found = result.spectrogram
+    if found is None or found.time.size < 2:
+        return None
+    figure, (axis,) = style.figure(7.0, 3.8, left=LEFT)
+    unit, factor = shown_unit(result.channels[result.loudest].unit)
+    decibel = 10.0 * np.log10(np.maximum(found.density[0] * factor**2, 1e-30))
+    start = result.crop.start / result.sample_rate
+    image = axis.imshow(
+        decibel,
+        origin="lower",
+        aspect="auto",
+        extent=(
+            start + found.time[0],
+            start + found.time[-1],
+            found.frequency[0],
+            found.frequency[-1],
+        ),
+        vmin=float(decibel.max()) - 80.0,
+        vmax=float(decibel.max()),
+        cmap="viridis",
+        interpolation="nearest",
+    )
+    axis.grid(visible=False)
+    shown = result.spectra.frequency[shown_part(result)]
+    axis.set_ylim(0.0, shown[-1])
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("frequency [Hz]")
+    bar = figure.colorbar(image, ax=axis, pad=0.02)
+    bar.set_label(f"dB re 1 {unit}²/Hz")
+    axis.set_title(_titled(title, result.channels[result.loudest].name, result))
+    return figure
+
+
+FIGURES: Mapping[str, Callable[[RunResult, str], "Figure | None"]] = MappingProxyType({
+    "time": time_series,
+    "psd": psd,
+    "response": response,
+    "coherence": coherence,
+    "psd_and_response": psd_and_response,
+    "notch": notched,
+    "sweep": sweep,
+    "spectrogram": spectrogram,
+})

@@ -1,0 +1,372 @@
+"""One run as the report shows it: a line of facts, flags, four drawings, a table."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from markupsafe import Markup
+
+from shakerproc.data import FloatArray
+from shakerproc.report import style, svg
+from shakerproc.runs import trends
+from shakerproc.runs.summary import (
+    ChannelSummary,
+    CurveSummary,
+    FlagSummary,
+    PeakSummary,
+    RunSummary,
+)
+
+DECADES: Final = 7
+"""Decades below the largest value that a logarithmic axis shows at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A figure with its caption."""
+
+    title: str
+    caption: str
+    drawing: Markup
+
+
+@dataclass(frozen=True, slots=True)
+class RunView:
+    """One run, ready for the page."""
+
+    test: str
+    anchor: str
+    status: str
+    title: str
+    facts: str
+    error: str
+    detail: str
+    flags: Sequence[FlagSummary]
+    figures: Sequence[Drawing]
+    channel_columns: Sequence[str]
+    channels: Sequence[Sequence[str]]
+    spectrum: str
+    withheld: str
+    recording: str
+    sha256: str
+
+
+CHANNEL_COLUMNS: Final = (
+    "channel", "role", "rms in band", "largest", "crest factor", "kurtosis", "coherence",
+    "ω_e [Hz]", "f_n of H1 [Hz]", "Q", "ζ [%]",
+)  # fmt: skip
+
+
+def run_view(run: RunSummary, number: int) -> RunView:
+    """Return a run as the page shows it; `number` makes its anchor."""
+    return RunView(
+        test=run.test,
+        anchor=f"run-{number}",
+        status=run.status,
+        title=_title(run),
+        facts=_facts(run),
+        error=run.error,
+        detail=run.detail,
+        flags=run.flags,
+        figures=figures(run),
+        channel_columns=CHANNEL_COLUMNS,
+        channels=[_channel_row(c, run) for c in run.channels],
+        spectrum=_spectrum_note(run),
+        withheld=_withheld(run),
+        recording=run.recording,
+        sha256=run.sha256,
+    )
+
+
+def _title(run: RunSummary) -> str:
+    names = ("specimen", "joint", "clearance_m", "orientation", "excitation", "level")
+    told = (trends.shown(name, run.facts.get(name)) for name in names)
+    return ", ".join((f"Test {run.test}", *filter(None, told)))
+
+
+def _facts(run: RunSummary) -> str:
+    parts = []
+    if run.duration_s is not None:
+        length = f"{run.duration_s:.6g} s"
+        if run.promised_s is not None:
+            length = f"INCOMPLETE: {run.duration_s:.4g} of {run.promised_s:.4g} s"
+        parts.append(f"{length} at {run.sample_rate_hz:.6g} Hz")
+    if run.crop_s is not None:
+        parts.append(f"processed {run.crop_s[0]:.3f} to {run.crop_s[1]:.3f} s")
+    if run.measured_level is not None:
+        parts.append(f"measured level {run.measured_level:.4g} {run.level_unit}")
+    actual = run.facts.get("actual_clearance_m")
+    if actual is not None:
+        parts.append(f"actual clearance {trends.shown('actual_clearance_m', actual)}")
+    if run.start_time:
+        parts.append(f"started {run.start_time}")
+    comment = run.facts.get("comment")
+    return "; ".join((*parts, *([str(comment)] if comment else [])))
+
+
+def _spectrum_note(run: RunSummary) -> str:
+    s = run.spectrum
+    if s is None:
+        return ""
+    return (
+        f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, "
+        f"{s.n_segments} segments, "
+        f"bins {s.bin_width_hz:.4g} Hz apart (noise bandwidth {s.resolution_hz:.4g} Hz), "
+        f"{s.degrees_of_freedom:.0f} degrees of freedom: 95 % bounds of a PSD value "
+        f"× {s.low_factor:.2f} to × {s.high_factor:.2f}. "
+        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz."
+    )
+
+
+def number(value: float | None, form: str = ".4g") -> str:
+    """Return a number for people, nothing for None."""
+    return "" if value is None else format(value, form)
+
+
+def _channel_row(channel: ChannelSummary, run: RunSummary) -> list[str]:
+    is_control = channel.role == "control"
+    peak = None if is_control else trends.omega_e(run, channel.name)
+    response = channel.response_peaks[0] if channel.response_peaks else None
+    damping = response or peak
+    ratio = damping.damping_ratio if damping else None
+    largest = max(
+        (abs(v) for v in (channel.minimum, channel.maximum) if v is not None), default=None
+    )
+    return [
+        channel.name,
+        channel.role,
+        f"{number(channel.band_rms)} {channel.unit}",
+        f"{number(largest)} {channel.unit}",
+        number(channel.crest_factor, ".3g"),
+        number(channel.kurtosis, ".3g"),
+        number(channel.coherence, ".3f"),
+        number(peak.frequency_hz, ".1f") if peak else "",
+        number(_natural_frequency(response), ".1f"),
+        number(damping.quality if damping else None, ".3g"),
+        "" if ratio is None else f"{100.0 * ratio:.2f}",
+    ]
+
+
+def _natural_frequency(peak: PeakSummary | None) -> float | None:
+    return None if peak is None else peak.natural_frequency_hz or peak.frequency_hz
+
+
+def _withheld(run: RunSummary) -> str:
+    """Return why damping is withheld, for each response where it is."""
+    told: dict[str, list[str]] = {}
+    for channel in run.channels:
+        peak = channel.response_peaks[0] if channel.response_peaks else None
+        if peak is not None and peak.why_not:
+            told.setdefault(peak.why_not, []).append(channel.name)
+    return "; ".join(f"{', '.join(names)}: {why}" for why, names in told.items())
+
+
+def curves_of(run: RunSummary, kind: str) -> list[CurveSummary]:
+    """Return the curves of one figure."""
+    return [curve for curve in run.curves if curve.kind == kind]
+
+
+def _array(values: Sequence[float | None]) -> FloatArray:
+    return np.array([np.nan if v is None else v for v in values], dtype=float)
+
+
+def figures(run: RunSummary) -> list[Drawing]:
+    """Return the drawings of a run: time with crop, densities, response, coherence."""
+    if not run.channels:
+        return []
+    roles = [c.role for c in run.channels]
+    chosen = dict(zip((c.name for c in run.channels), style.styles(roles), strict=True))
+    drawn = [draw(run, chosen) for draw in (_time, _psd, _gain, _sweep, _coherence, _notch)]
+    return [drawing for drawing in drawn if drawing is not None]
+
+
+def _time(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "time")
+    if not curves or run.duration_s is None:
+        return None
+    fills = [
+        svg.Filling(c.channel, _array(c.x), _array(c.low), _array(c.y), chosen[c.channel])
+        for c in reversed(curves)
+    ]
+    largest = max(float(np.nanmax(np.abs([f.low, f.high]))) for f in fills) or 1.0
+    end = run.promised_s or run.duration_s
+    spans, marks = [], []
+    if run.crop_s is not None:
+        spans = [svg.Span(0.0, run.crop_s[0]), svg.Span(run.crop_s[1], end)]
+    if run.incomplete:
+        marks = [svg.Mark(run.duration_s, f"cut off at {run.duration_s:.3g} s")]
+    unit = next(c.unit for c in run.channels if c.name == curves[0].channel)
+    return Drawing(
+        "Time.",
+        "Extremes of each slice. Grey is cropped away: the run should fill what is white.",
+        svg.plot(
+            fills,
+            svg.Axis("time [s]", 0.0, end),
+            svg.Axis(f"[{unit}]", -1.05 * largest, 1.05 * largest),
+            title=f"Time series of test {run.test}",
+            marks=marks,
+            spans=spans,
+        ),
+    )
+
+
+def _frequency_axis(curves: Sequence[CurveSummary]) -> svg.Axis:
+    return svg.Axis("frequency [Hz]", 0.0, max(max(c.x) for c in curves))
+
+
+def _outside(run: RunSummary, axis: svg.Axis) -> list[svg.Span]:
+    if run.spectrum is None or run.facts.get("excitation") in trends.SINGLE_FREQUENCY:
+        return []
+    low, high = run.spectrum.band_hz
+    return [svg.Span(axis.low, low), svg.Span(min(high, axis.high), axis.high)]
+
+
+def _lines(curves: Sequence[CurveSummary], chosen: Mapping[str, int]) -> list[svg.Curve]:
+    return [
+        svg.Curve(f"{c.channel} {c.part}".strip(), _array(c.x), _array(c.y), chosen[c.channel])
+        for c in curves
+    ]
+
+
+def logarithmic_axis(
+    label: str, curves: Sequence[svg.Curve], decades: int = DECADES
+) -> svg.Axis:
+    """Return a logarithmic axis of whole decades around the curves."""
+    values = np.concatenate([c.y for c in curves])
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if not values.size:
+        return svg.Axis(label, 0.1, 1.0, logarithmic=True)
+    high = np.ceil(np.log10(values.max()) + 1e-9)
+    low = max(np.floor(np.log10(values.min()) - 1e-9), high - decades)
+    return svg.Axis(label, 10.0**low, 10.0 ** max(high, low + 1.0), logarithmic=True)
+
+
+def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "psd")
+    if not curves:
+        return None
+    lines, axis = _lines(curves, chosen), _frequency_axis(curves)
+    units = {c.unit for c in run.channels}
+    unit = units.pop() if len(units) == 1 else "unit"
+    best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
+    marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
+    caption = "The tallest peak of a response inside the excited band is ω_e."
+    if run.alarm is not None:
+        caption += " The controls should stay between the thin lines."
+    return Drawing(
+        "Power spectral density.",
+        caption,
+        svg.plot(
+            [*lines, *_alarm_lines(run)],
+            axis,
+            logarithmic_axis(f"[{unit}²/Hz]", lines),
+            title=f"Power spectral densities of test {run.test}",
+            marks=marks,
+            spans=_outside(run, axis),
+        ),
+    )
+
+
+def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
+    return [trends.omega_e(run, c.name) for c in run.channels if c.role == "response"]
+
+
+def _alarm_lines(run: RunSummary) -> list[svg.Curve]:
+    """Return the limits of the control density as lines over the band."""
+    if run.alarm is None or run.spectrum is None:
+        return []
+    band = np.array(run.spectrum.band_hz)
+    return [
+        svg.Curve(label, band, np.full(2, limit), style.CONTROL_STYLES[0], thin=True)
+        for label, limit in zip(("alarm limits", ""), run.alarm, strict=True)
+    ]
+
+
+def _logarithmic(
+    run: RunSummary, chosen: Mapping[str, int], kind: str, told: tuple[str, str]
+) -> Markup | None:
+    curves = curves_of(run, kind)
+    if not curves:
+        return None
+    lines, axis = _lines(curves, chosen), _frequency_axis(curves)
+    label, title = told
+    return svg.plot(
+        lines,
+        axis,
+        logarithmic_axis(label, lines, 5),
+        title=f"{title} of test {run.test}",
+        spans=_outside(run, axis),
+    )
+
+
+def _gain(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    drawing = _logarithmic(run, chosen, "gain", ("|H1| [-]", "Response functions"))
+    if drawing is None:
+        return None
+    return Drawing(
+        "Response over control, |H1|.",
+        "1 at low frequency if sensor and table move together; a peak is a resonance.",
+        drawing,
+    )
+
+
+def _sweep(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    told = ("fundamental over control [-]", "Swept response")
+    drawing = _logarithmic(run, chosen, "sweep", told)
+    if drawing is None:
+        return None
+    peaks = "; ".join(
+        f"{channel.name} {peak.direction} {peak.gain:.3g} at {peak.frequency_hz:.1f} Hz"
+        for channel in run.channels
+        for peak in channel.swept_peaks
+    )
+    return Drawing(
+        "Swept response.",
+        "The fundamental alone; a sudden drop is a jump of a nonlinear joint. "
+        f"Tallest: {peaks}.",
+        drawing,
+    )
+
+
+def _coherence(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "coherence")
+    if not curves:
+        return None
+    axis = _frequency_axis(curves)
+    return Drawing(
+        "Coherence with the control.",
+        "Near 1 where the response follows linearly; a drop means nonlinearity or noise.",
+        svg.plot(
+            _lines(curves, chosen),
+            axis,
+            svg.Axis("coherence [-]", 0.0, 1.0),
+            title=f"Coherence of test {run.test}",
+            spans=_outside(run, axis),
+        ),
+    )
+
+
+def _notch(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    del chosen  # before in grey, after in colour
+    curves = curves_of(run, "notch")
+    if not curves:
+        return None
+    lines = [
+        svg.Curve(c.part, _array(c.x), _array(c.y), style.CONTROL_STYLES[1] if i == 0 else 0)
+        for i, c in enumerate(curves)
+    ]
+    largest = 1.05 * max(float(np.nanmax(np.abs(line.y))) for line in lines) or 1.0
+    channel = curves[0].channel
+    unit = next(c.unit for c in run.channels if c.name == channel)
+    tone = trends.shown("notch_hz", run.facts.get("notch_hz"))
+    return Drawing(
+        f"Two periods of {channel}, {tone} taken out.",
+        "What is left is what the joint adds to the tone: nothing in a linear one.",
+        svg.plot(
+            lines,
+            svg.Axis("time [s]", min(curves[0].x), max(curves[0].x)),
+            svg.Axis(f"[{unit}]", -largest, largest),
+            title=f"Two periods of test {run.test}, before and after",
+        ),
+    )

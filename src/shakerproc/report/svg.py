@@ -1,0 +1,335 @@
+"""Curves as static SVG, written by hand so that a page of a hundred runs stays small."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from shakerproc.data import FloatArray
+
+UNIT: Final = 4
+"""Steps of the drawing in one pixel: paths are whole numbers of quarter pixels."""
+
+_MARKERS: Final = (
+    "m-14 0a14 14 0 1 0 28 0a14 14 0 1 0-28 0",
+    "m-12-12h24v24h-24z",
+    "m0-16l15 27h-30z",
+    "m0-17l17 17-17 17-17-17z",
+    "m0 16l15-27h-30z",
+    "m-6-16h12v10h10v12h-10v10h-12v-10h-10v-12h10z",
+)
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 58, 18, 8, 34  # room for the labels [px]
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis of a plot.
+
+    Attributes
+    ----------
+    label : str
+        Quantity and unit.
+    low, high : float
+        Ends, in the unit of the label.
+    logarithmic : bool
+        Whether steps are powers of ten.
+    """
+
+    label: str
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def share(self, values: FloatArray) -> FloatArray:
+        """Return where values lie on the axis, from 0 at the low end to 1 at the high end."""
+        low, high = self.low, self.high
+        if self.logarithmic:
+            values = np.log10(np.maximum(values, 1e-300))
+            low, high = math.log10(low), math.log10(high)
+        return np.asarray(np.clip((values - low) / (high - low), -0.02, 1.02), dtype=float)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """One line of a plot.
+
+    Attributes
+    ----------
+    label : str
+        Name in the legend.
+    x, y : (n,) array
+        Points, in the units of the axes; NaN breaks the line.
+    style : int
+        Which colour and dash; the same channel has the same one everywhere.
+    points : bool
+        Whether to draw a mark at each point, and the line thin.
+    hollow : sequence of bool
+        Which of the marks are hollow.
+    thin : bool
+        Whether the line is a limit and no result.
+    """
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+    style: int
+    points: bool = False
+    hollow: Sequence[bool] = ()
+    thin: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Filling:
+    """An area between two lines, such as the envelope of a time series."""
+
+    label: str
+    x: FloatArray
+    low: FloatArray
+    high: FloatArray
+    style: int
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A vertical line with a word to it, such as a peak or the end of the crop."""
+
+    x: float
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A part of the horizontal axis that is shaded because it does not count."""
+
+    low: float
+    high: float
+
+
+def plot(
+    items: Sequence[Curve | Filling],
+    x_axis: Axis,
+    y_axis: Axis,
+    *,
+    title: str,
+    marks: Sequence[Mark] = (),
+    spans: Sequence[Span] = (),
+    names: Mapping[float, str] | None = None,
+    width: int = 560,
+    height: int = 230,
+) -> Markup:
+    """Return a figure: axes with ticks, lines, marks and a legend of its own.
+
+    `names` are what to write along the horizontal axis where its values are categories.
+    """
+    box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
+    parts = [
+        Markup('<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>').format(
+            width * UNIT, height * UNIT, title
+        ),
+        *(_span(span, x_axis, box) for span in spans),
+        _grid(x_axis, y_axis, box, height, names or {}),
+        *(_drawn(item, x_axis, y_axis, box) for item in items),
+        *(_mark(mark, x_axis, box) for mark in marks),
+        Markup("</svg>"),
+    ]
+    return Markup("").join(parts) + legend(items)
+
+
+def legend(items: Sequence[Curve | Filling]) -> Markup:
+    """Return the names of the lines with a sample of each."""
+    return Markup('<p class="legend">{}</p>').format(
+        Markup(" ").join(
+            Markup('<span><svg viewBox="0 0 96 40" class="key">{}</svg> {}</span>').format(
+                _key(item), item.label
+            )
+            for item in items
+            if item.label
+        )
+    )
+
+
+def _key(item: Curve | Filling) -> Markup:
+    style = item.style % 8
+    if isinstance(item, Curve) and item.points:
+        return Markup('<path class="p{}" d="M48 20{}"/>').format(style, _marker(style))
+    return Markup('<path class="c{}" d="M0 20h96"/>').format(style)
+
+
+def _marker(style: int) -> str:
+    return _MARKERS[style % len(_MARKERS)]
+
+
+def sparkline(
+    x: FloatArray,
+    y: FloatArray,
+    x_axis: Axis,
+    y_axis: Axis,
+    *,
+    width: int = 120,
+    height: int = 28,
+) -> Markup:
+    """Return a thumbnail: one line without axes."""
+    box = _Box(0, 1, width, height - 2)
+    path = _path(x_axis.share(x), y_axis.share(y), box)
+    return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(
+        width * UNIT, height * UNIT, path
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    """The part of a figure inside the axes [px]."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+def _steps(
+    share_x: FloatArray, share_y: FloatArray, box: _Box
+) -> tuple[FloatArray, FloatArray]:
+    """Return points in steps of the drawing; rows that fall together are merged."""
+    x = (box.left + share_x * box.width) * UNIT
+    y = (box.top + (1.0 - share_y) * box.height) * UNIT
+    return np.rint(x), np.rint(y)
+
+
+def _path(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
+    """Return the shortest path through points, in relative whole steps."""
+    pieces = []
+    for start, stop in _unbroken(np.isfinite(share_x) & np.isfinite(share_y)):
+        x, y = _steps(share_x[start:stop], share_y[start:stop], box)
+        pieces.append(f"M{x[0]:.0f} {y[0]:.0f}")
+        moves = zip(
+            np.diff(x).astype(int).tolist(), np.diff(y).astype(int).tolist(), strict=True
+        )
+        body = "".join(f" {a}{b}" if b < 0 else f" {a} {b}" for a, b in moves if a or b)
+        pieces.append(f"l{body.lstrip()}" if body else "h0")
+    return "".join(pieces).replace(" -", "-")
+
+
+def _unbroken(good: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """Return where runs of True start and stop."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Markup:
+    x = x_axis.share(item.x)
+    style = item.style % 8
+    if isinstance(item, Filling):
+        there = np.concatenate((x, x[::-1]))
+        back = np.concatenate((y_axis.share(item.high), y_axis.share(item.low)[::-1]))
+        return Markup('<path class="f{}" d="{}z"/>').format(style, _path(there, back, box))
+    line = _path(x, y_axis.share(item.y), box)
+    if not item.points:
+        weight = " thin" if item.thin else ""
+        return Markup('<path class="c{}{}" d="{}"/>').format(style, weight, line)
+    steps = list(zip(*_steps(x, y_axis.share(item.y), box), strict=True))
+    hollow = [*item.hollow, *([False] * len(steps))]
+    solid = "".join(
+        f"M{a:.0f} {b:.0f}{_marker(style)}"
+        for (a, b), h in zip(steps, hollow, strict=False)
+        if not h
+    )
+    empty = "".join(
+        f"M{a:.0f} {b:.0f}{_marker(style)}"
+        for (a, b), h in zip(steps, hollow, strict=False)
+        if h
+    )
+    return Markup('<path class="p{0}" d="{1}"/><path class="h{0}" d="{2}"/>').format(
+        style, solid, empty
+    )
+
+
+def _span(span: Span, axis: Axis, box: _Box) -> Markup:
+    low, high = np.clip(axis.share(np.array([span.low, span.high])), 0.0, 1.0)
+    return Markup('<rect class="span" x="{:.0f}" y="{}" width="{:.0f}" height="{}"/>').format(
+        (box.left + low * box.width) * UNIT,
+        box.top * UNIT,
+        (high - low) * box.width * UNIT,
+        box.height * UNIT,
+    )
+
+
+def _mark(mark: Mark, axis: Axis, box: _Box) -> Markup:
+    x = (box.left + float(axis.share(np.array([mark.x]))[0]) * box.width) * UNIT
+    side = "end" if x > (box.left + 0.8 * box.width) * UNIT else "start"
+    return Markup(
+        '<path class="mark" d="M{:.0f} {}v{}"/>'
+        '<text class="marked {}" x="{:.0f}" y="{}">{}</text>'
+    ).format(
+        x,
+        box.top * UNIT,
+        box.height * UNIT,
+        side,
+        x + (-16 if side == "end" else 16),
+        (box.top + 11) * UNIT,
+        mark.label,
+    )
+
+
+def _grid(
+    x_axis: Axis, y_axis: Axis, box: _Box, height: int, names: Mapping[float, str]
+) -> Markup:
+    lines, texts = [], []
+    for value in names or ticks(x_axis):
+        x = (box.left + float(x_axis.share(np.array([value]))[0]) * box.width) * UNIT
+        lines.append(f"M{x:.0f} {box.top * UNIT}v{box.height * UNIT}")
+        below = (box.top + box.height + 14) * UNIT
+        texts.append(
+            Markup('<text x="{:.0f}" y="{}">{}</text>').format(
+                x, below, names.get(value) or _tick(value)
+            )
+        )
+    for value in ticks(y_axis):
+        y = (box.top + (1.0 - float(y_axis.share(np.array([value]))[0])) * box.height) * UNIT
+        lines.append(f"M{box.left * UNIT} {y:.0f}h{box.width * UNIT}")
+        shown = _power(value) if y_axis.logarithmic else _tick(value)
+        texts.append(
+            Markup('<text class="end" x="{}" y="{:.0f}">{}</text>').format(
+                (box.left - 5) * UNIT, y + 14, shown
+            )
+        )
+    x_middle, y_middle = (box.left + box.width / 2) * UNIT, (box.top + box.height / 2) * UNIT
+    return (
+        Markup('<path class="grid" d="{}"/>').format("".join(lines))
+        + Markup("").join(texts)
+        + Markup('<text x="{:.0f}" y="{}">{}</text>').format(
+            x_middle, (height - 4) * UNIT, x_axis.label
+        )
+        + Markup('<text transform="translate(48 {:.0f})rotate(-90)">{}</text>').format(
+            y_middle, y_axis.label
+        )
+    )
+
+
+def ticks(axis: Axis) -> list[float]:
+    """Return round numbers along an axis, at most about seven."""
+    if axis.logarithmic:
+        low, high = math.ceil(math.log10(axis.low)), math.floor(math.log10(axis.high))
+        every = max(1, math.ceil((high - low + 1) / 7))
+        return [10.0**power for power in range(low, high + 1) if power % every == 0]
+    raw = (axis.high - axis.low) / 6
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw)
+    first, last = math.ceil(axis.low / step - 1e-9), math.floor(axis.high / step + 1e-9)
+    return [i * step for i in range(first, last + 1)]
+
+
+def _tick(value: float) -> str:
+    return f"{value:.10g}" if abs(value) < 1e5 else f"{value:.3g}"
+
+
+def _power(value: float) -> Markup:
+    power = round(math.log10(value))
+    if 0 <= power <= 3:
+        return escape(f"{value:g}")
+    return Markup('10<tspan class="up" dy="-20">{}</tspan>').format(
+        f"{power}".replace("-", "−")
+    )

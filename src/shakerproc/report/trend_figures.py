@@ -1,0 +1,55 @@
+"""Trends as figures in files."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from shakerproc.report import style, trend_view
+from shakerproc.report.run_figures import LEFT, save
+from shakerproc.runs.trends import Point, Trend
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MARKERS: Final = ("o", "s", "^", "D", "v", "P")
+
+
+def draw_trend(trend: Trend, path: Path) -> Path:
+    """Draw a trend, and return the file."""
+    places, x_axis, names = trend_view.positions(trend)
+    with style.look():
+        figure, (axis,) = style.figure(7.0, 4.0, left=LEFT)
+        for i, (name, points) in enumerate(trend.series.items()):
+            _draw_series(axis, places[name], points, i, name)
+            if trend.connected(name):
+                y = [p.frequency_hz for p in points]
+                axis.plot(places[name], y, lw=0.7, color=style.COLOURS[i % 6])
+        axis.set_xlim(x_axis.low, x_axis.high)
+        if names:
+            axis.set_xticks(list(names), list(names.values()))
+        axis.set_xlabel(trend.x_label)
+        axis.set_ylabel("ω_e [Hz]")
+        axis.set_title(trend.title.rstrip("."))
+        axis.legend(ncols=2)
+        return save(figure, path)
+
+
+def _draw_series(
+    axis: "Axes", x: Sequence[float], points: Sequence[Point], number: int, name: str
+) -> None:
+    """Draw one series: a bar of one bin at each point, incomplete runs hollow."""
+    y = [p.frequency_hz for p in points]
+    half = [p.bin_width_hz / 2.0 for p in points]
+    colour, marker = style.COLOURS[number % 6], MARKERS[number % 6]
+    axis.errorbar(x, y, half, color=colour, fmt="none", elinewidth=0.8, capsize=2.0)
+    axis.plot(x, y, marker=marker, ms=5.5, lw=0.0, color=colour, label=name)
+    cut = [i for i, p in enumerate(points) if p.incomplete]
+    axis.plot(
+        [x[i] for i in cut],
+        [y[i] for i in cut],
+        marker=marker,
+        ms=5.5,
+        lw=0.0,
+        mfc="white",
+        mec=colour,
+    )

@@ -1,0 +1,55 @@
+"""Trends as drawings of points."""
+
+import numpy as np
+
+from shakerproc.report import svg
+from shakerproc.report.run_view import Drawing
+from shakerproc.runs.trends import Trend
+
+
+def drawing(trend: Trend) -> Drawing:
+    """Return a trend as a drawing: a line of points for each series."""
+    places, x_axis, names = positions(trend)
+    frequencies = [p.frequency_hz for points in trend.series.values() for p in points]
+    margin = 0.12 * max(max(frequencies) - min(frequencies), 0.1 * max(frequencies))
+    y_axis = svg.Axis(
+        "ω_e [Hz]", max(0.0, min(frequencies) - margin), max(frequencies) + margin
+    )
+    curves: list[svg.Curve] = []
+    for i, (name, points) in enumerate(trend.series.items()):
+        x = np.array(places[name])
+        y = np.array([p.frequency_hz for p in points])
+        if trend.connected(name):
+            curves.append(svg.Curve("", x, y, i % 6, thin=True))
+        curves.append(
+            svg.Curve(name, x, y, i % 6, points=True, hollow=[p.incomplete for p in points])
+        )
+    caption = trend.caption
+    if any(p.incomplete for points in trend.series.values() for p in points):
+        caption += " Hollow: incomplete recording."
+    return Drawing(
+        trend.title,
+        caption,
+        svg.plot(curves, x_axis, y_axis, title=trend.title, names=names, height=260),
+    )
+
+
+def positions(trend: Trend) -> tuple[dict[str, list[float]], svg.Axis, dict[float, str]]:
+    """Return where the points of each series stand, the axis, and the names of categories."""
+    if trend.numeric:
+        places = {name: [float(p.x) for p in points] for name, points in trend.series.items()}
+        everything = [x for row in places.values() for x in row]
+        margin = 0.08 * (max(everything) - min(everything))
+        return (
+            places,
+            svg.Axis(trend.x_label, min(everything) - margin, max(everything) + margin),
+            {},
+        )
+    categories = sorted({str(p.x) for points in trend.series.values() for p in points})
+    n_series = len(trend.series)
+    places = {
+        name: [categories.index(str(p.x)) + 0.5 * ((i + 0.5) / n_series - 0.5) for p in points]
+        for i, (name, points) in enumerate(trend.series.items())
+    }
+    axis = svg.Axis(trend.x_label, -0.5, len(categories) - 0.5)
+    return places, axis, {float(i): name for i, name in enumerate(categories)}

@@ -1,0 +1,122 @@
+"""What is odd about a run: its recording, and what the log led one to expect."""
+
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import Recording
+from shakerproc.recordings.health import health
+from shakerproc.runs import levels
+from shakerproc.runs.result import Flag, RunResult
+from shakerproc.testlog import ThresholdCrop, nominal_duration
+
+DURATION_TOLERANCE: Final = 0.05
+"""How far a sweep may miss the time that its rate asks for [-]."""
+
+
+EDGE_BINS: Final = 3
+"""Bins at each end of the band where a window smears what the controller did."""
+
+BEYOND_ALARM: Final = 0.05
+"""Share of the band that may lie beyond the alarm limit by chance [-]."""
+
+
+def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
+    """Return all that is odd: what is wrong with the samples first, then with the test."""
+    seen = [Flag(f.kind, f.channel, f.message) for f in health(recording)]
+    found = [
+        _crop(result),
+        _controls(result),
+        _level(result),
+        _control_density(result),
+        _sweep_duration(result),
+        _nyquist(result),
+        _problem("sweep", result.tracking.problem),
+        _problem("notch", result.notch_problem),
+    ]
+    known = {flag.kind for flag in seen}
+    return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
+
+
+def _crop(result: RunResult) -> Flag | None:
+    if result.crop.warning is None:
+        return None
+    crop = result.test.processing.crop
+    channel = str(crop.channel) if isinstance(crop, ThresholdCrop) else ""
+    return Flag("crop", channel, result.crop.warning)
+
+
+def _controls(result: RunResult) -> Flag | None:
+    if result.imbalance is None or result.imbalance.warning is None:
+        return None
+    return Flag("controls differ", "", result.imbalance.warning)
+
+
+def _level(result: RunResult) -> Flag | None:
+    """Return whether the table did what the log demands."""
+    message = levels.mismatch(result.test, result.measured_level)
+    return Flag("level", "", message) if message else None
+
+
+def _control_density(result: RunResult) -> Flag | None:
+    """Return whether the density of the mean control keeps its limits at every frequency."""
+    wanted = levels.demanded(result.test)
+    if wanted is None or wanted.kind != "density" or not result.controls:
+        return None
+    frequency, width = result.spectra.frequency, EDGE_BINS * result.spectra.bin_width
+    inside = (frequency > result.band[0] + width) & (frequency < result.band[1] - width)
+    density = result.psd[list(result.controls)].mean(axis=0)[inside]
+    if not density.size or not (density > 0.0).all():
+        return None
+    off = 10.0 * np.log10(density / wanted.value)
+    tolerance = result.test.processing.tolerance
+    sure = np.maximum(np.abs(off) - _chance(result), 0.0)
+    beyond = float(np.mean(sure > tolerance.alarm))
+    worst = int(np.argmax(np.abs(off)))
+    if sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM:
+        return None
+    return Flag(
+        "control density",
+        "",
+        f"the controls are beyond the alarm limit of ±{tolerance.alarm:g} dB in {beyond:.0%} "
+        f"of the band, at worst by {off[worst]:+.1f} dB at {frequency[inside][worst]:.4g} Hz",
+    )
+
+
+def _chance(result: RunResult) -> float:
+    """Return how far chance alone may carry a density, 95 % of the time [dB]."""
+    middle = result.spectra.frequency.size // 2
+    density = result.psd[result.controls[0], middle]
+    if not density > 0.0:
+        return 0.0
+    high = result.bounds.high[result.controls[0], middle]
+    return float(10.0 * np.log10(high / density))
+
+
+def _sweep_duration(result: RunResult) -> Flag | None:
+    wanted = nominal_duration(result.test)
+    there = result.crop.n_samples / result.sample_rate
+    if not wanted or abs(there / wanted - 1.0) <= DURATION_TOLERANCE:
+        return None
+    return Flag(
+        "duration",
+        "",
+        f"the sweep takes {wanted:.4g} s at the rate of the log, the crop holds {there:.4g} s",
+    )
+
+
+def _problem(kind: str, message: str) -> Flag | None:
+    """Return a flag for something that the log asks for and the samples do not give."""
+    return Flag(kind, "", message) if message else None
+
+
+def _nyquist(result: RunResult) -> Flag | None:
+    band, nyquist = result.test.band, result.sample_rate / 2.0
+    if band is None or band[1] <= nyquist:
+        return None
+    return Flag(
+        "sample rate",
+        "",
+        f"the excitation reaches {band[1]:g} Hz, half the sample rate is {nyquist:g} Hz: what "
+        "lies above is folded down",
+    )

@@ -1,0 +1,135 @@
+"""The level of a test: what the log demands and what the controls saw."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias, final
+
+import numpy as np
+
+from shakerproc import spectra
+from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.spectra import CrossSpectra
+from shakerproc.testlog import Test
+
+Kind: TypeAlias = Literal["amplitude", "density", "rms"]
+
+AMPLITUDE_TOLERANCE: Final = 0.15
+"""How far a sine may miss its amplitude [-] (IEC 60068-2-6); an rms value likewise."""
+
+_KINDS: Final[dict[str, Kind]] = {
+    "m/s^2": "amplitude",
+    "N": "amplitude",
+    "(m/s^2)^2/Hz": "density",
+    "N^2/Hz": "density",
+    "m/s^2 rms": "rms",
+    "N rms": "rms",
+}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Level:
+    """A level, demanded or measured.
+
+    Attributes
+    ----------
+    kind : Kind
+        Amplitude of a sine, mean density or rms within the excited band.
+    value : float
+        In SI.
+    unit : str
+        SI unit of the signal: ``m/s^2`` or ``N``.
+    """
+
+    kind: Kind
+    value: float
+    unit: str
+
+    @property
+    def shown(self) -> tuple[float, str]:
+        """Value and unit for people."""
+        name, factor = (
+            ("g", 1.0 / STANDARD_GRAVITY) if self.unit == "m/s^2" else (self.unit, 1.0)
+        )
+        if self.kind == "density":
+            return self.value * factor**2, f"{name}²/Hz"
+        return self.value * factor, f"{name} rms" if self.kind == "rms" else name
+
+    def __str__(self) -> str:
+        value, unit = self.shown
+        return f"{value:.3g} {unit}"
+
+
+def demanded(test: Test) -> Level | None:
+    """Return the level that the log demands."""
+    if test.level is None or test.level_unit is None:
+        return None
+    unit = "N" if test.level_unit.startswith("N") else "m/s^2"
+    return Level(_KINDS[test.level_unit], test.level, unit)
+
+
+def measured(
+    test: Test,
+    cross: CrossSpectra,
+    controls: Sequence[int],
+    unit: str,
+    band: tuple[float, float],
+) -> Level | None:
+    """Return what the controls saw in the mean, as the log or the kind of excitation puts it.
+
+    Parameters
+    ----------
+    test : Test
+        What the log says.
+    cross : CrossSpectra
+        Of the crop.
+    controls : sequence of int
+        Rows of the controls, from 0.
+    unit : str
+        SI unit of the controls.
+    band : (float, float)
+        Excited band [Hz].
+
+    Returns
+    -------
+    Level or None
+        None without controls, or where no kind of level is known.
+    """
+    wanted = demanded(test)
+    by_excitation: dict[str | None, Kind] = {"random": "density", "sine sweep": "amplitude"}
+    kind = wanted.kind if wanted else by_excitation.get(test.excitation)
+    if test.excitation == "sine" and not wanted:
+        kind = "amplitude"
+    if kind is None or not controls:
+        return None
+    each = spectra.rms_in_band(cross, band)[list(controls)]
+    power = float(np.mean(each**2))
+    values = {
+        "amplitude": math.sqrt(2.0 * power),
+        "density": power / (band[1] - band[0]),
+        "rms": math.sqrt(power),
+    }
+    return Level(kind, values[kind], unit)
+
+
+def mismatch(test: Test, seen: Level | None) -> str:
+    """Return what to say of a level outside its tolerance; empty where it is inside."""
+    wanted = demanded(test)
+    if wanted is None or seen is None or not (wanted.value > 0.0 and seen.value > 0.0):
+        return ""
+    if wanted.kind == "density":
+        off = 10.0 * math.log10(seen.value / wanted.value)
+        alarm = test.processing.tolerance.alarm
+        inside = abs(off) <= alarm
+        told, tolerance = f"{off:+.1f} dB", f"{alarm:g} dB"
+    else:
+        off = seen.value / wanted.value - 1.0
+        inside = abs(off) <= AMPLITUDE_TOLERANCE
+        told, tolerance = f"{off:+.0%}", f"{AMPLITUDE_TOLERANCE:.0%}"
+    if inside:
+        return ""
+    return (
+        f"the controls saw a mean {wanted.kind} of {seen}, {told} from the {wanted} of the log "
+        f"(tolerance {tolerance})"
+    )

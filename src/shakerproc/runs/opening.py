@@ -1,0 +1,92 @@
+"""A test of the log, opened: its recording with roles, names and units."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from shakerproc.data import ChannelUse, Recording, Role
+from shakerproc.recordings import open_recording
+from shakerproc.testlog import Test, TestLog, check_expectation
+
+USUAL: Final[tuple[Role, ...]] = ("control", "control", "response", "response", "response")
+"""Roles of the first five channels where nobody says otherwise; MATLAB's columns 3 to 7."""
+
+_CONTROL_WORDS: Final = ("control", "ctrl", "drive", "table", "base", "shaker")
+
+
+def open_test(log: TestLog, test: Test) -> Recording:
+    """Return the recording of a test, open, its channels as the log wants them.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    test : Test
+        One of its tests.
+
+    Returns
+    -------
+    Recording
+        Open: close it, or use it in a ``with`` statement.
+
+    Raises
+    ------
+    LogError
+        If the test has no recording that may be read, or it is not what the log expects.
+    RecordingError
+        If the recording cannot be used as the log wants it.
+    """
+    del log  # the test knows its place in it
+    return open_path(test.require_recording(), test)
+
+
+def open_path(path: Path, test: Test, *, group: str | None = None) -> Recording:
+    """Return a recording, open, its channels as a test wants them or with the usual roles.
+
+    Raises
+    ------
+    LogError
+        If it is not what the log expects.
+    RecordingError
+        If the recording cannot be used so.
+    """
+    run = path.name if test.recording is None else f"test {test.id} ({path.name})"
+    rate = test.processing.sample_rate
+    uses = test.channels
+    if not uses:
+        with open_recording(path, sample_rate=rate, group=group, run=run) as found:
+            uses = usual_uses([channel.source_name for channel in found.channels])
+    recording = open_recording(path, uses=uses, sample_rate=rate, group=group, run=run)
+    try:
+        check_expectation(_without_length(test) if recording.incomplete else test, recording)
+    except BaseException:
+        recording.source.close()
+        raise
+    return recording
+
+
+def _without_length(test: Test) -> Test:
+    """Return a test that expects no duration: that a recording is cut short is flagged."""
+    return replace(test, expect=replace(test.expect, duration=None))
+
+
+def usual_uses(names: Sequence[str]) -> tuple[ChannelUse, ...]:
+    """Return roles for channels of which the log says nothing.
+
+    Channels whose name speaks of control are controls and all others responses; where none
+    does, the first two of the first five are controls. Responses keep the numbers ch3, ch4,
+    ... of the thesis where they are called nothing better.
+    """
+    spoken = [any(word in name.lower() for word in _CONTROL_WORDS) for name in names]
+    if any(spoken):
+        return tuple(
+            ChannelUse(i, "control" if is_control else "response")
+            for i, is_control in enumerate(spoken, 1)
+        )
+    if len(names) < 2:
+        return tuple(ChannelUse(i, "response") for i in range(1, len(names) + 1))
+    return tuple(
+        ChannelUse(i, role, name=None if role == "control" else f"ch{i}")
+        for i, (role, _) in enumerate(zip(USUAL, names, strict=False), 1)
+    )

@@ -1,0 +1,406 @@
+"""From an open recording to everything that is known of the run."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, TypeAlias, final
+
+import numpy as np
+
+from shakerproc import spectra
+from shakerproc.data import ArraySource, Channel, FloatArray, Recording
+from shakerproc.errors import LogError, SpectrumError
+from shakerproc.runs import flags as flagging
+from shakerproc.runs import levels
+from shakerproc.runs.envelope import envelope
+from shakerproc.runs.opening import open_test
+from shakerproc.runs.result import (
+    BoolArray,
+    NotchResult,
+    ResonancePeak,
+    Responses,
+    RunResult,
+)
+from shakerproc.runs.tracking import density_against_time, tracked
+from shakerproc.spectra import Crop, CrossSpectra, Damping, Peak, masks
+from shakerproc.testlog import Test, TestLog, TimeCrop
+
+IN_MEMORY: Final = 1.0e8
+"""Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
+
+SINGLE_FREQUENCY: Final = ("sine",)
+"""Kinds of excitation that reach one frequency only."""
+
+AUDIBLE: Final = 1e-4
+"""Share of the largest control density in the band below which a bin is not excited [-]."""
+
+DAMPED: Final = 3
+"""Peaks of each channel, tallest first, whose damping is read."""
+
+_DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
+
+
+def process_test(log: TestLog, test: Test) -> RunResult:
+    """Return everything that is known of one test of a log.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    test : Test
+        One of its tests, changed with `dataclasses.replace` where something is to differ.
+
+    Returns
+    -------
+    RunResult
+        Arrays and numbers in SI.
+
+    Raises
+    ------
+    ShakerprocError
+        If the log or the recording does not allow it.
+    """
+    with open_test(log, test) as recording:
+        return process_recording(recording, test)
+
+
+def process_recording(recording: Recording, test: Test) -> RunResult:
+    """Return everything that is known of a run.
+
+    Parameters
+    ----------
+    recording : Recording
+        Open, its channels with roles.
+    test : Test
+        What the log says of it, and how to work it through.
+
+    Returns
+    -------
+    RunResult
+        Arrays and numbers in SI.
+
+    Raises
+    ------
+    SpectrumError
+        If the recording does not allow it; the message opens with the name of the run.
+    """
+    try:
+        return _process(held(recording), test)
+    except SpectrumError as error:
+        raise SpectrumError(f"{recording.run}: {error}") from error
+
+
+def held(recording: Recording) -> Recording:
+    """Return the recording with its samples in memory, where they are few enough."""
+    if recording.n_samples * len(recording.channels) * 8 > IN_MEMORY:
+        return recording
+    rows = tuple(range(len(recording.channels)))
+    return replace(recording, source=ArraySource(recording.samples()), rows=rows)
+
+
+def _process(recording: Recording, test: Test) -> RunResult:
+    channels = recording.channels
+    controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
+    responses = tuple(i for i, c in enumerate(channels) if c.role != "control")
+    crop = find_crop(recording, test)
+    cross = welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test)
+    band = excited_band(test, cross)
+    search = _Search(cross, test, band)
+    against = _against(search, controls, responses)
+    density = spectra.psd(cross)
+    notch, problem = _notch(recording, crop, test)
+    described = spectra.statistics(recording.blocks(crop.start, crop.stop))
+    loudest = max(responses or controls, key=lambda i: float(described.rms[i]))
+    result = RunResult(
+        run=recording.run,
+        test=test,
+        channels=channels,
+        controls=controls,
+        responses=responses,
+        sample_rate=recording.sample_rate,
+        n_samples=recording.n_samples,
+        expected_samples=recording.expected_samples if recording.incomplete else None,
+        start_time=recording.start_time,
+        notes=recording.notes,
+        crop=crop,
+        band=band,
+        spectra=cross,
+        psd=density,
+        bounds=spectra.psd_bounds(cross),
+        band_rms=spectra.rms_in_band(cross, band),
+        statistics=described,
+        against=against,
+        psd_peaks=_psd_peaks(search, density, against, responses),
+        response_peaks=_response_peaks(search, against, controls, responses),
+        imbalance=spectra.control_imbalance(cross, controls, search.judged),
+        measured_level=levels.measured(test, cross, controls, _unit(channels, controls), band),
+        tracking=tracked(recording, crop, test, controls, band),
+        spectrogram=density_against_time(recording, crop, loudest, cross.segment),
+        loudest=loudest,
+        notch=notch,
+        notch_problem=problem,
+        envelope=envelope(recording.blocks(), recording.n_samples, recording.sample_rate),
+        flags=(),
+    )
+    return replace(result, flags=flagging.flags_of(recording, result))
+
+
+def _unit(channels: Sequence[Channel], controls: Sequence[int]) -> str:
+    return channels[controls[0]].unit if controls else ""
+
+
+def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
+    """Return the cross-spectral matrix as the log wants it."""
+    averaging = test.processing.welch
+    return spectra.cross_spectra(
+        blocks,
+        sample_rate,
+        segment=averaging.segment,
+        overlap=averaging.overlap,
+        n_fft=averaging.n_fft,
+        window=averaging.window,
+        detrend=test.processing.detrend,
+    )
+
+
+def find_crop(recording: Recording, test: Test) -> Crop:
+    """Return the part of a recording that is the run."""
+    crop = test.processing.crop
+    if crop is None:
+        return Crop(0, recording.n_samples)
+    if isinstance(crop, TimeCrop):
+        return spectra.crop_by_time(
+            recording.n_samples, recording.sample_rate, crop.start, crop.stop
+        )
+    only = recording.select([crop_row(recording, test, crop.channel)])
+    return spectra.crop_by_threshold(
+        list(_first(only)) if crop.remove_offset else _first(only),
+        crop.threshold,
+        recording.sample_rate,
+        absolute=crop.absolute,
+        hold=crop.hold,
+        skip=crop.skip,
+        remove_offset=crop.remove_offset,
+        unit=only.channels[0].unit,
+    )
+
+
+def _first(recording: Recording) -> Iterator[FloatArray]:
+    return (block[0] for block in recording.blocks())
+
+
+def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
+    """Return the row of the channel that the crop looks at.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    test : Test
+        Its channels, by their keys in the log.
+    wanted : str or int
+        Name of the channel, its key in the log, or ``control 2`` for the second control.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
+    used = [use.key for use in test.channels if use.role != "ignore"]
+    if wanted in used:
+        return used.index(wanted)
+    for i, channel in enumerate(recording.channels):
+        if wanted in {channel.name, channel.source_name}:
+            return i
+    controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
+    word, _, number = str(wanted).partition(" ")
+    if word == "control" and controls:
+        return controls[min(int(number), len(controls)) - 1 if number.isdigit() else -1]
+    there = ", ".join(c.name for c in recording.channels)
+    raise LogError(
+        f"{recording.run}: no channel {wanted!r} to crop by. The recording has {there}. Name "
+        "one of them in crop: {channel: ...}, give a channel the role control, or use "
+        "crop: none."
+    )
+
+
+def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
+    """Return the excited band [Hz]: the log's, or nearly everything.
+
+    Raises
+    ------
+    SpectrumError
+        If nothing of it lies below half the sample rate.
+    """
+    nyquist = cross.sample_rate / 2.0
+    low = _DEFAULT_BAND[0] * cross.bin_width
+    high = _DEFAULT_BAND[1] * cross.sample_rate
+    wanted = test.processing.band or test.band
+    if wanted is not None:
+        low, high = wanted[0], min(wanted[1], nyquist)
+    if not low < high:
+        raise SpectrumError(
+            f"the excited band from {low:g} to {high:g} Hz does not lie below half the sample "
+            f"rate of {cross.sample_rate:g} Hz; correct from and to in the log"
+        )
+    return low, high
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """Where peaks are looked for."""
+
+    spectra: CrossSpectra
+    test: Test
+    band: tuple[float, float]
+
+    @property
+    def one_frequency(self) -> bool:
+        return self.test.excitation in SINGLE_FREQUENCY
+
+    def valid(self, control: FloatArray) -> BoolArray:
+        """Return which frequencies are excited, given the density of the mean control."""
+        frequency, (low, high) = self.spectra.frequency, self.judged
+        inside: BoolArray = (frequency >= low) & (frequency <= high)
+        if not (control[inside] > 0.0).any():
+            return inside
+        return np.array(inside & (control > AUDIBLE * control[inside].max()))
+
+    @property
+    def judged(self) -> tuple[float, float]:
+        """Where controls and responses can be compared [Hz]: the band, or near the tone."""
+        if self.one_frequency and self.test.frequency_hz is not None:
+            reach = masks.NOTCH_BINS * self.spectra.bin_width
+            return max(0.0, self.test.frequency_hz - reach), self.test.frequency_hz + reach
+        return self.band
+
+    def peaks(self, values: FloatArray) -> tuple[Peak, ...]:
+        """Return the tallest peaks of a spectrum."""
+        return spectra.find_peaks(
+            self.spectra.frequency,
+            values,
+            self.band,
+            distance=self.test.processing.peaks.distance,
+            count=self.test.processing.peaks.count,
+        )
+
+
+def _against(
+    search: _Search, controls: Sequence[int], responses: Sequence[int]
+) -> Responses | None:
+    if not controls or not responses:
+        return None
+    cross = search.spectra
+    return Responses(
+        h1=spectra.h1(cross, controls, responses),
+        h2=spectra.h2(cross, controls, responses),
+        hv=spectra.hv(cross, controls, responses),
+        psd_ratio=spectra.psd_ratio(cross, controls, responses),
+        coherence=spectra.coherence(cross, controls, responses),
+        multiple_coherence=spectra.multiple_coherence(cross, controls, responses),
+        valid=search.valid(spectra.psd(cross)[list(controls)].mean(axis=0)),
+    )
+
+
+def _psd_peaks(
+    search: _Search, density: FloatArray, against: Responses | None, responses: Sequence[int]
+) -> tuple[tuple[ResonancePeak, ...], ...]:
+    """Return the peaks of the density of every channel; damping only without a control."""
+    row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
+    found = []
+    for i, values in enumerate(density):
+        coherence = against.coherence[row_of[i]] if against and i in row_of else None
+        read = None if against or search.one_frequency else _reader_of_density(search, i)
+        found.append(_read(search.peaks(values), coherence, read))
+    return tuple(found)
+
+
+def _response_peaks(
+    search: _Search,
+    against: Responses | None,
+    controls: Sequence[int],
+    responses: Sequence[int],
+) -> tuple[tuple[ResonancePeak, ...], ...]:
+    """Return the peaks of |H1| of every response, none for the controls."""
+    found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
+    if against is not None and not search.one_frequency:
+        for row, channel in enumerate(responses):
+            gain = spectra.masked(np.abs(against.h1[row]), against.valid)
+            read = _reader_of_response(search, controls, channel)
+            found[channel] = _read(search.peaks(gain), against.coherence[row], read)
+    return tuple(found)
+
+
+Reader: TypeAlias = Callable[[float], Damping]
+
+
+def _reader_of_density(search: _Search, channel: int) -> Reader:
+    return lambda frequency: spectra.damping_of_density(
+        search.spectra, channel, frequency, search.band
+    )
+
+
+def _reader_of_response(search: _Search, controls: Sequence[int], channel: int) -> Reader:
+    return lambda frequency: spectra.damping_of_response(
+        search.spectra, controls, channel, frequency, search.band
+    )
+
+
+def _read(
+    peaks: Sequence[Peak], coherence: FloatArray | None, read: Reader | None
+) -> tuple[ResonancePeak, ...]:
+    """Return peaks with the coherence there and, of the tallest, the damping."""
+    return tuple(
+        ResonancePeak(
+            peak,
+            None if read is None or rank >= DAMPED else read(peak.frequency),
+            None if coherence is None else float(coherence[peak.index]),
+        )
+        for rank, peak in enumerate(peaks)
+    )
+
+
+def _notch(recording: Recording, crop: Crop, test: Test) -> tuple[NotchResult | None, str]:
+    """Return the second look that the log asks for, or why it cannot be had."""
+    if test.notch_hz is None:
+        return None, ""
+    longest = int(IN_MEMORY / 8.0 / len(recording.channels))
+    part, problem = crop, ""
+    if crop.n_samples > longest:
+        first = crop.start + (crop.n_samples - longest) // 2
+        part = Crop(first, first + longest)
+        problem = f"only {longest / recording.sample_rate:.4g} s from the middle were filtered"
+    try:
+        return _without_tone(recording, part, test, test.notch_hz), problem
+    except SpectrumError as error:
+        return None, str(error)
+
+
+def _without_tone(
+    recording: Recording, crop: Crop, test: Test, frequency: float
+) -> NotchResult:
+    """Return the responses without the tone: two periods from the middle, and spectra."""
+    notch = test.processing.notch
+    samples = recording.samples(crop.start, crop.stop)
+    rows = [i for i, c in enumerate(recording.channels) if c.role != "control"]
+    result = spectra.notch(
+        samples[rows],
+        recording.sample_rate,
+        frequency,
+        width=notch.width,
+        harmonics=notch.harmonics,
+        trim=notch.trim,
+    )
+    filtered = samples[:, result.start : result.stop].copy()
+    filtered[rows] = result.samples
+    size = round(2.0 * recording.sample_rate / frequency) + 1
+    first = max(0, (filtered.shape[1] - size) // 2)
+    part = slice(first, min(first + size, filtered.shape[1]))
+    start = crop.start + result.start
+    return NotchResult(
+        frequency=frequency,
+        time=(start + np.arange(part.start, part.stop)) / recording.sample_rate,
+        before=samples[rows, result.start : result.stop][:, part].copy(),
+        after=filtered[rows, part].copy(),
+        spectra=welch(iter((filtered,)), recording.sample_rate, test),
+    )

@@ -1,0 +1,239 @@
+"""What one recording comes to: arrays and numbers, all in SI."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray
+from shakerproc.runs.envelope import Envelope
+from shakerproc.runs.levels import Level
+from shakerproc.runs.tracking import Tracking
+from shakerproc.spectra import (
+    Bounds,
+    Crop,
+    CrossSpectra,
+    Damping,
+    Imbalance,
+    Peak,
+    Spectrogram,
+    Statistics,
+)
+from shakerproc.testlog import Test
+
+BoolArray = NDArray[np.bool_]
+
+SHOWN: Final = {"m/s^2": ("g", 1.0 / STANDARD_GRAVITY)}
+"""Units that people want to see instead of SI, and how many of them are one SI unit."""
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that tables and figures have for an SI unit, and the factor to it."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """Something odd about a run.
+
+    Attributes
+    ----------
+    kind : str
+        What kind of thing, such as ``clipping``.
+    channel : str
+        Channel it concerns; empty for the run as a whole.
+    message : str
+        What was seen and what it may mean.
+    """
+
+    kind: str
+    channel: str
+    message: str
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ResonancePeak:
+    """A peak with what can be read from it.
+
+    Attributes
+    ----------
+    peak : Peak
+        Where it is and how tall.
+    damping : Damping, optional
+        What the shape of the peak says; of the tallest only.
+    coherence : float, optional
+        With the control, in the bin of the peak [-].
+    """
+
+    peak: Peak
+    damping: Damping | None = None
+    coherence: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Responses:
+    """Every response against the controls, (n_responses, n_frequencies) arrays.
+
+    Attributes
+    ----------
+    h1, h2, hv : complex arrays
+        Response functions against the mean control [response unit/control unit].
+    psd_ratio : array
+        Response density over the mean control density; what the thesis calls FRF.
+    coherence, multiple_coherence : arrays
+        With the mean control, and with all controls together [-].
+    valid : (n_frequencies,) array of bool
+        Where the excitation reaches and no notch has emptied the band.
+    """
+
+    h1: ComplexArray
+    h2: ComplexArray
+    hv: ComplexArray
+    psd_ratio: FloatArray
+    coherence: FloatArray
+    multiple_coherence: FloatArray
+    valid: BoolArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class NotchResult:
+    """Two periods before and after the tone was taken out of the responses.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the tone [Hz].
+    time : (n,) array
+        From the start of the recording [s].
+    before, after : (n_responses, n) arrays
+        Samples [unit of the channel].
+    spectra : CrossSpectra
+        Of all channels, the responses filtered.
+    """
+
+    frequency: float
+    time: FloatArray
+    before: FloatArray
+    after: FloatArray
+    spectra: CrossSpectra
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class RunResult:
+    """One recording worked through.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run.
+    test : Test
+        What the log says of it, and how it was worked through.
+    channels : tuple of Channel
+        Rows of every array.
+    controls, responses : tuple of int
+        Which rows are controls, and which are set against them.
+    sample_rate : float
+        Samples per second [Hz].
+    n_samples : int
+        Complete rows in the recording.
+    expected_samples : int, optional
+        How many it promised, where it holds fewer.
+    start_time : datetime, optional
+        Of the first sample.
+    notes : tuple of str
+        What the reader had to decide.
+    crop : Crop
+        The part that was worked through.
+    band : (float, float)
+        Excited band [Hz].
+    spectra : CrossSpectra
+        Of the crop.
+    psd : (n_channels, n_frequencies) array
+        Densities [unit²/Hz].
+    bounds : Bounds
+        Their 95 % limits.
+    band_rms : (n_channels,) array
+        Rms within the band [unit].
+    statistics : Statistics
+        Of the crop.
+    against : Responses, optional
+        Responses against controls; None without a control.
+    psd_peaks, response_peaks : tuple of tuple of ResonancePeak
+        For each channel, tallest first; of the density and of |H1|.
+    imbalance : Imbalance, optional
+        How far the controls differ.
+    measured_level : Level, optional
+        What the controls saw in the mean.
+    tracking : Tracking
+        The response along a sweep or at a tone.
+    spectrogram : Spectrogram, optional
+        Density against time of channel `loudest`.
+    loudest : int
+        Row of the response that moves most.
+    notch : NotchResult, optional
+        The responses without the tone.
+    notch_problem : str
+        Why there is none although the log asks for it.
+    envelope : Envelope
+        Extremes over the whole recording.
+    flags : tuple of Flag
+        What is odd.
+    """
+
+    run: str
+    test: Test
+    channels: tuple[Channel, ...]
+    controls: tuple[int, ...]
+    responses: tuple[int, ...]
+    sample_rate: float
+    n_samples: int
+    expected_samples: int | None
+    start_time: datetime | None
+    notes: tuple[str, ...]
+    crop: Crop
+    band: tuple[float, float]
+    spectra: CrossSpectra
+    psd: FloatArray
+    bounds: Bounds
+    band_rms: FloatArray
+    statistics: Statistics
+    against: Responses | None
+    psd_peaks: tuple[tuple[ResonancePeak, ...], ...]
+    response_peaks: tuple[tuple[ResonancePeak, ...], ...]
+    imbalance: Imbalance | None
+    measured_level: Level | None
+    tracking: Tracking
+    spectrogram: Spectrogram | None
+    loudest: int
+    notch: NotchResult | None
+    notch_problem: str
+    envelope: Envelope
+    flags: tuple[Flag, ...]
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether the recording was cut short."""
+        return self.expected_samples is not None
+
+    @property
+    def duration(self) -> float:
+        """Length of the recording [s]."""
+        return self.n_samples / self.sample_rate
+
+    @property
+    def promised_duration(self) -> float:
+        """Length that the recording should have [s]."""
+        return (self.expected_samples or self.n_samples) / self.sample_rate
+
+
+def names(channels: Sequence[Channel], rows: Sequence[int]) -> list[str]:
+    """Return the names of some of the channels."""
+    return [channels[i].name for i in rows]

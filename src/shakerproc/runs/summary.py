@@ -1,0 +1,249 @@
+"""What is kept of one run: every number that a table, a trend or the report shows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Literal, TypeAlias
+
+from pydantic import TypeAdapter
+
+from shakerproc import files
+
+Status: TypeAlias = Literal["done", "failed", "discarded"]
+Value: TypeAlias = str | float | int | bool | None
+CurveKind: TypeAlias = Literal["time", "psd", "gain", "coherence", "sweep", "notch"]
+
+
+@dataclass(frozen=True, slots=True)
+class FlagSummary:
+    """Something odd about a run.
+
+    Attributes
+    ----------
+    kind : str
+        What kind of thing, such as ``clipping`` or ``incomplete``.
+    channel : str
+        Channel it concerns; empty for the run.
+    message : str
+        A sentence: what was seen and what it may mean.
+    """
+
+    kind: str
+    channel: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class PeakSummary:
+    """One peak of a spectrum.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Interpolated between bins [Hz].
+    bin_hz : float
+        Middle of the tallest bin [Hz].
+    height : float
+        Value in that bin.
+    natural_frequency_hz : float or None
+        Natural frequency of the mode that makes the peak [Hz].
+    damping_ratio, damping_low, damping_high : float or None
+        Damping ratio and its 95 % interval [-]; None where it is withheld.
+    quality : float or None
+        Quality factor [-].
+    why_not : str
+        Why the damping is withheld.
+    coherence : float or None
+        Coherence with the control in that bin [-].
+    """
+
+    frequency_hz: float
+    bin_hz: float
+    height: float
+    natural_frequency_hz: float | None
+    damping_ratio: float | None
+    damping_low: float | None
+    damping_high: float | None
+    quality: float | None
+    why_not: str
+    coherence: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class SweptPeak:
+    """The tallest point of a swept response.
+
+    Attributes
+    ----------
+    direction : str
+        ``up`` or ``down``.
+    frequency_hz, gain : float
+        Where it is [Hz], and fundamental over control there [-].
+    """
+
+    direction: str
+    frequency_hz: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelSummary:
+    """One channel of a run.
+
+    Attributes
+    ----------
+    name, role, unit, at : str
+        What it is; the unit is that of tables and figures.
+    mean, rms, minimum, maximum, crest_factor, kurtosis : float or None
+        Statistics of the crop.
+    band_rms : float or None
+        Rms within the excited band, from the spectrum.
+    coherence : float or None
+        Mean coherence with the control within the excited band [-].
+    psd_peaks, response_peaks : tuple of PeakSummary
+        Tallest first: of the density, and of the response function.
+    swept_peaks : tuple of SweptPeak
+        Of a sweep, one for each way.
+    """
+
+    name: str
+    role: str
+    unit: str
+    at: str
+    mean: float | None
+    rms: float | None
+    minimum: float | None
+    maximum: float | None
+    crest_factor: float | None
+    kurtosis: float | None
+    band_rms: float | None
+    coherence: float | None
+    psd_peaks: tuple[PeakSummary, ...] = ()
+    response_peaks: tuple[PeakSummary, ...] = ()
+    swept_peaks: tuple[SweptPeak, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CurveSummary:
+    """A curve thinned for the screen, its extremes kept.
+
+    Attributes
+    ----------
+    kind : CurveKind
+        Which figure it belongs to.
+    channel : str
+        Whose it is.
+    x, y : tuple of float
+        Points; None breaks the line.
+    low : tuple of float
+        Lower edge, where the curve is an envelope and `y` its upper edge.
+    part : str
+        Which of several of one channel: ``up``, ``down``, ``before``, ``after``.
+    """
+
+    kind: CurveKind
+    channel: str
+    x: tuple[float, ...]
+    y: tuple[float | None, ...]
+    low: tuple[float | None, ...] = ()
+    part: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpectrumSummary:
+    """How the spectra of a run were made and what they are worth.
+
+    Attributes
+    ----------
+    segment, overlap, n_segments : int
+        Samples of a segment, samples shared with the next, number of segments.
+    window, detrend : str
+        Window, and what mean was removed.
+    bin_width_hz, resolution_hz : float
+        Distance of the bins and their noise bandwidth [Hz].
+    degrees_of_freedom : float
+        Of each PSD value.
+    low_factor, high_factor : float
+        The 95 % bounds of a PSD value, as multiples of it.
+    band_hz : tuple of float
+        Excited band [Hz].
+    """
+
+    segment: int
+    overlap: int
+    n_segments: int
+    window: str
+    detrend: str
+    bin_width_hz: float
+    resolution_hz: float
+    degrees_of_freedom: float
+    low_factor: float
+    high_factor: float
+    band_hz: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RunSummary:
+    """One test of the log and what came of it.
+
+    Attributes
+    ----------
+    test : str
+        Its id in the log.
+    status : Status
+        Whether it was processed.
+    facts : mapping
+        What the log says of it, the columns of every table: joint, specimen, clearance_m, ...
+    recording, sha256 : str
+        The file, as the log names it, and its hash.
+    error, detail : str
+        Why it failed, and the traceback where there is one.
+    sample_rate_hz, duration_s, promised_s : float or None
+        Of the recording; `promised_s` only where it is incomplete.
+    crop_s : tuple of float or None
+        Start and stop of what was processed [s].
+    measured_level : float or None
+        What the control channels saw, in the unit of the demanded level.
+    level_unit : str
+        That unit.
+    alarm : tuple of float or None
+        Limits that the density of the control should keep, in that unit.
+    """
+
+    test: str
+    status: Status
+    facts: Mapping[str, Value] = field(default_factory=dict)
+    recording: str = ""
+    sha256: str = ""
+    error: str = ""
+    detail: str = ""
+    sample_rate_hz: float | None = None
+    duration_s: float | None = None
+    promised_s: float | None = None
+    start_time: str = ""
+    crop_s: tuple[float, float] | None = None
+    measured_level: float | None = None
+    level_unit: str = ""
+    alarm: tuple[float, float] | None = None
+    spectrum: SpectrumSummary | None = None
+    channels: tuple[ChannelSummary, ...] = ()
+    flags: tuple[FlagSummary, ...] = ()
+    curves: tuple[CurveSummary, ...] = ()
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether the recording was cut short."""
+        return self.promised_s is not None
+
+
+_FORM: Final = TypeAdapter(RunSummary)
+
+
+def write_summary(path: Path, summary: RunSummary) -> None:
+    """Write a summary as JSON, whole or not at all."""
+    files.write_bytes(path, _FORM.dump_json(summary))
+
+
+def read_summary(path: Path) -> RunSummary:
+    """Return a summary that `write_summary` wrote."""
+    return _FORM.validate_json(path.read_bytes())

@@ -1,0 +1,251 @@
+"""From the arrays of a run to what is kept of it: numbers in shown units, thinned curves."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.runs import levels
+from shakerproc.runs.result import ResonancePeak, RunResult, shown_unit
+from shakerproc.runs.summary import (
+    ChannelSummary,
+    CurveKind,
+    CurveSummary,
+    FlagSummary,
+    PeakSummary,
+    RunSummary,
+    SpectrumSummary,
+    SweptPeak,
+    Value,
+)
+from shakerproc.runs.tracking import swept_peak
+
+MOST_POINTS: Final = 360
+"""Points of a curve on the page; of a longer one the extremes of each slice stay."""
+
+TIME_SLICES: Final = 240
+
+BEYOND: Final = 1.25
+"""How far above the excited band the curves go, as a multiple of its upper end."""
+
+
+def summary_of(
+    result: RunResult, test: str, facts: Mapping[str, Value], recording: str, sha256: str
+) -> RunSummary:
+    """Return what is kept of a run."""
+    level, level_unit = result.measured_level.shown if result.measured_level else (None, "")
+    return RunSummary(
+        test=test,
+        status="done",
+        facts=dict(facts),
+        recording=recording,
+        sha256=sha256,
+        sample_rate_hz=result.sample_rate,
+        duration_s=result.duration,
+        promised_s=result.promised_duration if result.incomplete else None,
+        start_time=""
+        if result.start_time is None
+        else f"{result.start_time:%Y-%m-%d %H:%M:%S}",
+        crop_s=(result.crop.start / result.sample_rate, result.crop.stop / result.sample_rate),
+        measured_level=level,
+        level_unit=level_unit,
+        alarm=_alarm(result),
+        spectrum=_spectrum(result),
+        channels=tuple(_channel(result, i) for i in range(len(result.channels))),
+        flags=tuple(FlagSummary(f.kind, f.channel, f.message) for f in result.flags),
+        curves=curves_of(result),
+    )
+
+
+def _alarm(result: RunResult) -> tuple[float, float] | None:
+    """Return the alarm limits of the control density, in the shown unit."""
+    level = levels.demanded(result.test)
+    if level is None or level.kind != "density":
+        return None
+    factor = 10.0 ** (result.test.processing.tolerance.alarm / 10.0)
+    return level.shown[0] / factor, level.shown[0] * factor
+
+
+def _spectrum(result: RunResult) -> SpectrumSummary:
+    cross = result.spectra
+    middle = len(cross.frequency) // 2
+    density = result.psd[0, middle]
+    low, high = result.bounds.low[0, middle], result.bounds.high[0, middle]
+    factors = (low / density, high / density) if density > 0.0 else (math.nan, math.nan)
+    return SpectrumSummary(
+        segment=cross.segment,
+        overlap=cross.overlap,
+        n_segments=cross.n_segments,
+        window=cross.window_name,
+        detrend=cross.detrend,
+        bin_width_hz=cross.bin_width,
+        resolution_hz=cross.resolution,
+        degrees_of_freedom=cross.degrees_of_freedom,
+        low_factor=float(factors[0]),
+        high_factor=float(factors[1]),
+        band_hz=result.band,
+    )
+
+
+def finite(value: float, factor: float = 1.0) -> float | None:
+    """Return a number in a shown unit, None where there is none."""
+    return float(value) * factor if math.isfinite(value) else None
+
+
+def _channel(result: RunResult, i: int) -> ChannelSummary:
+    channel, s = result.channels[i], result.statistics
+    unit, factor = shown_unit(channel.unit)
+    return ChannelSummary(
+        name=channel.name,
+        role=channel.role or "response",
+        unit=unit,
+        at=channel.at or "",
+        mean=finite(s.mean[i], factor),
+        rms=finite(s.rms[i], factor),
+        minimum=finite(s.minimum[i], factor),
+        maximum=finite(s.maximum[i], factor),
+        crest_factor=finite(s.crest_factor[i]),
+        kurtosis=finite(s.kurtosis[i]),
+        band_rms=finite(result.band_rms[i], factor),
+        coherence=_mean_coherence(result, i),
+        psd_peaks=tuple(_peak(p, factor**2) for p in result.psd_peaks[i]),
+        response_peaks=tuple(_peak(p, 1.0) for p in result.response_peaks[i]),
+        swept_peaks=_swept_peaks(result, i),
+    )
+
+
+def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
+    if i in result.controls:
+        return ()
+    return tuple(
+        SweptPeak(sweep.direction, *swept_peak(sweep.frequency, np.abs(sweep.gain[i])))
+        for sweep in result.tracking.sweeps
+    )
+
+
+def _mean_coherence(result: RunResult, i: int) -> float | None:
+    if result.against is None or i not in result.responses:
+        return None
+    values = result.against.coherence[result.responses.index(i), result.against.valid]
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if values.size else None
+
+
+def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
+    damping = found.damping
+    return PeakSummary(
+        frequency_hz=found.peak.frequency,
+        bin_hz=found.peak.bin_frequency,
+        height=found.peak.value * factor,
+        natural_frequency_hz=damping.frequency if damping else None,
+        damping_ratio=damping.ratio if damping else None,
+        damping_low=damping.ratio_low if damping else None,
+        damping_high=damping.ratio_high if damping else None,
+        quality=damping.quality_factor if damping else None,
+        why_not=(damping.reason or "") if damping else "",
+        coherence=found.coherence,
+    )
+
+
+def curves_of(result: RunResult) -> tuple[CurveSummary, ...]:
+    """Return the curves of a run, thinned."""
+    shown = shown_part(result)
+    frequency = result.spectra.frequency[shown]
+    curves = [_time_curve(result, i) for i in _drawn_in_time(result)]
+    for i, channel in enumerate(result.channels):
+        factor = shown_unit(channel.unit)[1] ** 2
+        density = result.psd[i, shown] * factor
+        curves.append(_curve("psd", channel.name, frequency, density))
+    curves += [*_sweep_curves(result), *_notch_curves(result)]
+    if result.against is not None and result.test.excitation != "sine":
+        against = result.against
+        for row, i in enumerate(result.responses):
+            name = result.channels[i].name
+            gain = np.where(against.valid, np.abs(against.h1[row]), np.nan)[shown]
+            coherence = np.where(against.valid, against.coherence[row], np.nan)[shown]
+            curves.append(_curve("gain", name, frequency, gain))
+            curves.append(_curve("coherence", name, frequency, coherence))
+    return tuple(curves)
+
+
+def _sweep_curves(result: RunResult) -> list[CurveSummary]:
+    return [
+        _curve("sweep", result.channels[i].name, s.frequency, np.abs(s.gain[i]), s.direction)
+        for s in result.tracking.sweeps
+        for i in result.responses
+    ]
+
+
+def _notch_curves(result: RunResult) -> list[CurveSummary]:
+    """Return two periods of the loudest response, before and after."""
+    notch = result.notch
+    if notch is None or result.loudest not in result.responses:
+        return []
+    row, channel = result.responses.index(result.loudest), result.channels[result.loudest]
+    factor = shown_unit(channel.unit)[1]
+    return [
+        _curve("notch", channel.name, notch.time, samples[row] * factor, part)
+        for part, samples in (("before", notch.before), ("after", notch.after))
+    ]
+
+
+def shown_part(result: RunResult) -> slice:
+    """Return which frequencies are drawn: from the first bin to a little above the band."""
+    cross = result.spectra
+    single = result.test.excitation == "sine"
+    high = cross.sample_rate / 2.0 if single else BEYOND * result.band[1]
+    return slice(1, max(3, int(np.searchsorted(cross.frequency, high, side="right"))))
+
+
+def _drawn_in_time(result: RunResult) -> list[int]:
+    """Return one control and the response that moves most."""
+    chosen = list(result.controls[-1:])
+    return [*chosen, result.loudest] if result.responses else chosen
+
+
+def _time_curve(result: RunResult, i: int) -> CurveSummary:
+    factor = shown_unit(result.channels[i].unit)[1]
+    e = result.envelope
+    every = max(1, math.ceil(e.time.size / TIME_SLICES))
+    starts = np.arange(0, e.time.size, every)
+    return CurveSummary(
+        "time",
+        result.channels[i].name,
+        _rounded(e.time[starts], 6),
+        _rounded(np.maximum.reduceat(e.high[i], starts) * factor, 4),
+        _rounded(np.minimum.reduceat(e.low[i], starts) * factor, 4),
+    )
+
+
+def _curve(
+    kind: CurveKind, channel: str, x: FloatArray, y: FloatArray, part: str = ""
+) -> CurveSummary:
+    x, y = thinned(x, y, MOST_POINTS)
+    digits = 4 if kind != "coherence" else 3
+    values = tuple(finite(v) for v in _rounded(y, digits))
+    return CurveSummary(kind, channel, _rounded(x, 6), values, part=part)
+
+
+def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return a curve with at most so many points: the extremes of each slice, in order."""
+    if x.size <= most:
+        return x, y
+    kept = []
+    for part in np.array_split(np.arange(x.size), most // 2):
+        values = y[part]
+        good = np.flatnonzero(np.isfinite(values))
+        if not good.size:
+            kept.append(int(part[0]))
+            continue
+        ends = {
+            int(part[good[np.argmin(values[good])]]),
+            int(part[good[np.argmax(values[good])]]),
+        }
+        kept.extend(sorted(ends))
+    return x[kept], y[kept]
+
+
+def _rounded(values: Sequence[float] | FloatArray, digits: int) -> tuple[float, ...]:
+    return tuple(float(f"{v:.{digits}g}") for v in values)

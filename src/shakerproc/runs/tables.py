@@ -1,0 +1,277 @@
+"""The tables of runs, tidy and with units in their headers."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from shakerproc import files
+from shakerproc.data import FloatArray
+from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
+from shakerproc.runs.trends import Trend
+from shakerproc.spectra import Table, ThesisTables, cumulative_rms
+
+Columns: TypeAlias = dict[str, Any]
+"""Columns of equal length by header: arrays and sequences."""
+
+_SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s"}
+
+
+def spelled(unit: str, *, power: int = 1) -> str:
+    """Return how a header ends for a unit: ``_g``, ``_g2_per_hz`` for a density."""
+    name = _SPELLED.get(unit, unit)
+    if power == 2:
+        return f"_{name}2_per_hz" if name else "_per_hz"
+    return f"_{name}" if name else ""
+
+
+def spectra_columns(result: RunResult) -> Columns:
+    """Return densities, response functions and coherences against frequency."""
+    columns: Columns = {"frequency_hz": result.spectra.frequency}
+    running = cumulative_rms(result.spectra, result.band)
+    for i, channel in enumerate(result.channels):
+        unit, factor = shown_unit(channel.unit)
+        ending = spelled(unit, power=2)
+        columns[f"psd_{channel.name}{ending}"] = result.psd[i] * factor**2
+        columns[f"psd_low_{channel.name}{ending}"] = result.bounds.low[i] * factor**2
+        columns[f"psd_high_{channel.name}{ending}"] = result.bounds.high[i] * factor**2
+        columns[f"cumulative_rms_{channel.name}{spelled(unit)}"] = running[i] * factor
+    if result.against is not None:
+        columns |= _response_columns(result)
+    return columns
+
+
+def _response_columns(result: RunResult) -> Columns:
+    against = result.against
+    assert against is not None  # noqa: S101 - asked by the caller
+    columns: Columns = {"excited": against.valid}
+    for row, i in enumerate(result.responses):
+        name = result.channels[i].name
+        for kind, values in (("h1", against.h1), ("h2", against.h2), ("hv", against.hv)):
+            columns[f"{kind}_{name}_magnitude"] = np.abs(values[row])
+            columns[f"{kind}_{name}_phase_deg"] = np.degrees(np.angle(values[row]))
+        columns[f"psd_ratio_{name}"] = against.psd_ratio[row]
+        columns[f"coherence_{name}"] = against.coherence[row]
+        columns[f"multiple_coherence_{name}"] = against.multiple_coherence[row]
+    return columns
+
+
+def notch_columns(result: RunResult) -> Columns:
+    """Return two periods before and after the tone was taken out; empty without a notch."""
+    if result.notch is None:
+        return {}
+    columns: Columns = {"time_s": result.notch.time}
+    for row, i in enumerate(result.responses):
+        unit, factor = shown_unit(result.channels[i].unit)
+        name = f"{result.channels[i].name}{spelled(unit)}"
+        columns[f"before_{name}"] = result.notch.before[row] * factor
+        columns[f"after_{name}"] = result.notch.after[row] * factor
+    return columns
+
+
+def sweep_columns(result: RunResult) -> Columns:
+    """Return the fundamental and harmonics along the sweeps; empty without a sweep."""
+    sweeps = result.tracking.sweeps
+    if not sweeps:
+        return {}
+    factor = shown_unit(result.channels[result.controls[0]].unit)[1]
+    columns: Columns = {
+        "direction": [sweep.direction for sweep in sweeps for _ in sweep.frequency],
+        "time_s": _joined([sweep.time for sweep in sweeps]),
+        "frequency_hz": _joined([sweep.frequency for sweep in sweeps]),
+        f"control{spelled(shown_unit(result.channels[result.controls[0]].unit)[0])}": _joined([
+            sweep.control * factor for sweep in sweeps
+        ]),
+        "purity": _joined([sweep.purity for sweep in sweeps]),
+    }
+    for i in result.responses:
+        name = result.channels[i].name
+        gains = [sweep.gain[i] for sweep in sweeps]
+        columns[f"gain_{name}_magnitude"] = _joined([np.abs(g) for g in gains])
+        columns[f"gain_{name}_phase_deg"] = _joined([np.degrees(np.angle(g)) for g in gains])
+        for k in range(1, sweeps[0].harmonics.shape[1]):
+            columns[f"harmonic_{k + 1}_{name}_ratio"] = _joined([
+                np.abs(s.harmonics[i, k]) / np.abs(s.harmonics[i, 0]) for s in sweeps
+            ])
+    return columns
+
+
+def _joined(parts: Sequence[FloatArray]) -> FloatArray:
+    return np.concatenate(parts)
+
+
+def tone_columns(result: RunResult) -> Columns:
+    """Return one row for each tone, channel and harmonic; empty without a tone."""
+    rows: list[Mapping[str, Value]] = []
+    for tone in result.tracking.tones:
+        for i, channel in enumerate(result.channels):
+            unit, factor = shown_unit(channel.unit)
+            for k, value in enumerate(tone.harmonics[i], 1):
+                rows.append({
+                    "frequency_hz": tone.frequency,
+                    "channel": channel.name,
+                    "harmonic": k,
+                    f"amplitude{spelled(unit)}": float(np.abs(value)) * factor,
+                    "phase_deg": float(np.degrees(np.angle(value))),
+                    f"residual_rms{spelled(unit)}": float(tone.residual[i]) * factor,
+                })
+    return _columns(rows)
+
+
+def _columns(rows: Sequence[Mapping[str, Value]]) -> Columns:
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    return {name: [row.get(name) for row in rows] for name in names}
+
+
+def _run_cells(run: RunSummary) -> dict[str, Value]:
+    return {
+        "test": run.test,
+        **run.facts,
+        "incomplete": run.incomplete,
+        "present_s": run.duration_s,
+        "promised_s": run.promised_s or run.duration_s,
+        "flags": "; ".join(dict.fromkeys(flag.kind for flag in run.flags)),
+    }
+
+
+def peak_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each peak: of the density and of |H1|, rank 1 is omega_e."""
+    rows = [
+        {**_run_cells(run), **_channel_cells(channel), **_peak_cells(run, quantity, rank, peak)}
+        for run in runs
+        for channel in run.channels
+        for quantity, peaks in (("psd", channel.psd_peaks), ("h1", channel.response_peaks))
+        for rank, peak in enumerate(peaks, 1)
+    ]
+    rows += [
+        {
+            **_run_cells(run),
+            **_channel_cells(channel),
+            "quantity": f"sweep {peak.direction}",
+            "rank": 1,
+            "frequency_hz": peak.frequency_hz,
+            "height": peak.gain,
+        }
+        for run in runs
+        for channel in run.channels
+        for peak in channel.swept_peaks
+    ]
+    return _columns(rows)
+
+
+def _channel_cells(channel: ChannelSummary) -> dict[str, Value]:
+    return {"channel": channel.name, "role": channel.role, "at": channel.at}
+
+
+def _peak_cells(
+    run: RunSummary, quantity: str, rank: int, peak: PeakSummary
+) -> dict[str, Value]:
+    return {
+        "quantity": quantity,
+        "rank": rank,
+        "frequency_hz": peak.frequency_hz,
+        "bin_hz": peak.bin_hz,
+        "bin_width_hz": run.spectrum.bin_width_hz if run.spectrum else None,
+        "height": peak.height,
+        "natural_frequency_hz": peak.natural_frequency_hz,
+        "damping_ratio": peak.damping_ratio,
+        "damping_low": peak.damping_low,
+        "damping_high": peak.damping_high,
+        "quality": peak.quality,
+        "damping_withheld": peak.why_not,
+        "coherence": peak.coherence,
+    }
+
+
+def statistics_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each channel of each run."""
+    return _columns([
+        {
+            **_run_cells(run),
+            **_channel_cells(c),
+            "unit": c.unit,
+            "mean": c.mean,
+            "rms": c.rms,
+            "minimum": c.minimum,
+            "maximum": c.maximum,
+            "crest_factor": c.crest_factor,
+            "kurtosis": c.kurtosis,
+            "band_low_hz": run.spectrum.band_hz[0] if run.spectrum else None,
+            "band_high_hz": run.spectrum.band_hz[1] if run.spectrum else None,
+            "band_rms": c.band_rms,
+            "mean_coherence": c.coherence,
+        }
+        for run in runs
+        for c in run.channels
+    ])
+
+
+def run_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each test: what the log says, how it went, what was measured."""
+    return _columns([
+        {
+            "test": run.test,
+            "status": run.status,
+            **run.facts,
+            "measured_level": run.measured_level,
+            "measured_level_unit": run.level_unit,
+            "sample_rate_hz": run.sample_rate_hz,
+            "crop_start_s": run.crop_s[0] if run.crop_s else None,
+            "crop_stop_s": run.crop_s[1] if run.crop_s else None,
+            **{k: v for k, v in _run_cells(run).items() if k not in {"test", *run.facts}},
+            "error": run.error,
+            "recording": run.recording,
+            "sha256": run.sha256,
+        }
+        for run in runs
+    ])
+
+
+def trend_columns(trend: Trend, channel: str) -> Columns:
+    """Return one row for each point of a trend."""
+    return _columns([
+        {
+            "series": name,
+            trend.x_label: point.x,
+            "test": point.test,
+            "channel": channel,
+            "omega_e_hz": point.frequency_hz,
+            "bin_width_hz": point.bin_width_hz,
+            "incomplete": point.incomplete,
+        }
+        for name, points in trend.series.items()
+        for point in points
+    ])
+
+
+def write_thesis_tables(tables: ThesisTables, folder: Path) -> list[Path]:
+    """Write the tables of the thesis' scripts, and return the files."""
+    written = []
+    for name, table in tables.tables.items():
+        written.append(folder / f"{name}.csv")
+        files.write_csv(written[-1], _thesis_columns(table))
+    written.append(folder / "peaks.csv")
+    files.write_csv(
+        written[-1],
+        _columns([
+            {
+                "quantity": p.quantity,
+                "channel": p.channel,
+                "used_by_thesis": p.used_by_thesis,
+                "rank_by_location": p.rank_by_location,
+                "frequency_hz": p.frequency,
+                "value": p.value,
+                "deleted": p.deleted,
+            }
+            for p in tables.peaks
+        ]),
+    )
+    written.append(folder / "crop.json")
+    files.write_json(written[-1], {**tables.crop, "mode": tables.mode})
+    return written
+
+
+def _thesis_columns(table: Table) -> Columns:
+    return {table.index_name: table.index, **table.columns}

@@ -1,0 +1,142 @@
+"""What follows the excitation: swept, stepped and steady sines, and density against time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.spectra import Crop, Spectrogram, Sweep, Tone
+from shakerproc.testlog import Test
+
+N_HARMONICS: Final = 5
+
+LONGEST_TONE: Final = 300.0
+"""How much of a steady or stepped sine is looked at, from its start [s]."""
+
+MOST_TIMES: Final = 400
+"""Columns of a spectrogram."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracking:
+    """The response along the excitation, as far as it has a frequency.
+
+    Attributes
+    ----------
+    sweeps : tuple of Sweep
+        Of a sweep, one for each way.
+    tones : tuple of Tone
+        Of a steady sine, or of each dwell of a stepped one.
+    problem : str
+        Why there is neither although there should be.
+    """
+
+    sweeps: tuple[Sweep, ...] = ()
+    tones: tuple[Tone, ...] = ()
+    problem: str = ""
+
+
+def tracked(
+    recording: Recording,
+    crop: Crop,
+    test: Test,
+    controls: Sequence[int],
+    band: tuple[float, float],
+) -> Tracking:
+    """Return the response along the excitation of a sine test, nothing for other tests.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    crop : Crop
+        The run in it.
+    test : Test
+        What the log says of its excitation.
+    controls : sequence of int
+        Rows of the controls, from 0.
+    band : (float, float)
+        Excited band [Hz].
+
+    Returns
+    -------
+    Tracking
+        Sweeps or tones, or why there are none.
+    """
+    kind, rate = test.excitation, recording.sample_rate
+    if not controls or kind not in {"sine sweep", "sine", "stepped sine"}:
+        return Tracking()
+    try:
+        if kind == "sine sweep":
+
+            def read(start: int, stop: int) -> FloatArray:
+                return recording.samples(crop.start + start, crop.start + stop)
+
+            sweeps = spectra.swept_response(
+                read, rate, controls, band, n_samples=crop.n_samples, n_harmonics=N_HARMONICS
+            )
+            return Tracking(sweeps=sweeps)
+        stop = min(crop.stop, crop.start + round(LONGEST_TONE * rate))
+        samples = recording.samples(crop.start, stop)
+        if kind == "sine" and test.frequency_hz is not None:
+            tone = spectra.tone_response(
+                samples, rate, controls, frequency=test.frequency_hz, n_harmonics=N_HARMONICS
+            )
+            return Tracking(tones=(tone,))
+        return Tracking(
+            tones=spectra.stepped_response(
+                samples, rate, controls, band, n_harmonics=N_HARMONICS
+            )
+        )
+    except SpectrumError as error:
+        return Tracking(problem=str(error))
+
+
+def swept_peak(frequency: FloatArray, gain: FloatArray) -> tuple[float, float]:
+    """Return frequency and height of the tallest point of a swept gain, between points.
+
+    Parameters
+    ----------
+    frequency : (n,) array
+        Frequencies, rising or falling [Hz].
+    gain : (n,) array
+        Fundamental over control [-].
+
+    Returns
+    -------
+    float, float
+        Place and height of the parabola through the three points about the tallest.
+    """
+    k = int(np.nanargmax(gain))
+    if not 0 < k < gain.size - 1 or not np.isfinite(gain[k - 1 : k + 2]).all():
+        return float(frequency[k]), float(gain[k])
+    curve = np.polyfit(frequency[k - 1 : k + 2] - frequency[k], gain[k - 1 : k + 2], 2)
+    if not curve[0] < 0.0:
+        return float(frequency[k]), float(gain[k])
+    place = -curve[1] / (2.0 * curve[0])
+    return float(frequency[k] + place), float(np.polyval(curve, place))
+
+
+def density_against_time(
+    recording: Recording, crop: Crop, row: int, segment: int
+) -> Spectrogram | None:
+    """Return the spectrogram of one channel over the crop; None where it is too short."""
+    only = recording.select([row])
+    if crop.n_samples < 2 * segment:
+        return None
+
+    def read(start: int, stop: int) -> FloatArray:
+        return only.samples(crop.start + start, crop.start + stop)
+
+    return spectra.spectrogram(
+        read,
+        recording.sample_rate,
+        n_samples=crop.n_samples,
+        segment=segment,
+        most_times=MOST_TIMES,
+    )

@@ -1,0 +1,265 @@
+"""omega_e across the runs of a log: against clearance, level, joint and the rest."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from shakerproc.errors import LogError
+from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
+
+SINGLE_FREQUENCY: Final = ("sine",)
+"""Kinds of excitation whose tallest peak is the excitation and no resonance."""
+
+_UNITS: Final = {
+    "_g2_per_hz": ("g²/Hz", 1.0),
+    "_m": ("mm", 1e3),
+    "_hz": ("Hz", 1.0),
+    "_g": ("g", 1.0),
+    "_s": ("s", 1.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One run in a trend.
+
+    Attributes
+    ----------
+    test : str
+        Its id.
+    x : float or str
+        Where it stands: a number, or a category.
+    frequency_hz : float
+        omega_e, interpolated [Hz].
+    bin_width_hz : float
+        Distance of the bins it was read from [Hz].
+    incomplete : bool
+        Whether its recording was cut short.
+    """
+
+    test: str
+    x: float | str
+    frequency_hz: float
+    bin_width_hz: float
+    incomplete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """omega_e against one quantity, in series.
+
+    Attributes
+    ----------
+    name : str
+        Name of its files.
+    title, caption, x_label : str
+        What it shows, and what to look for.
+    series : mapping
+        Points by the name of the series, in order of x.
+    """
+
+    name: str
+    title: str
+    caption: str
+    x_label: str
+    series: Mapping[str, tuple[Point, ...]]
+
+    def connected(self, name: str) -> bool:
+        """Return whether a line through a series says something: one point for each number."""
+        places = [p.x for p in self.series[name]]
+        return self.numeric and len(places) > 1 and len(set(places)) == len(places)
+
+    @property
+    def numeric(self) -> bool:
+        """Whether x is a number."""
+        return all(isinstance(p.x, float) for points in self.series.values() for p in points)
+
+
+@dataclass(frozen=True, slots=True)
+class TrendRequest:
+    """What to set against what.
+
+    Attributes
+    ----------
+    name, title, caption : str
+        Name of its files, headline, what to look for.
+    x : str
+        Column along the axis.
+    by : tuple of str
+        Columns whose values make the series.
+    where : tuple of (str, str)
+        Columns and the value a run must have there to take part.
+    """
+
+    name: str
+    title: str
+    caption: str
+    x: str
+    by: tuple[str, ...]
+    where: tuple[tuple[str, str], ...] = ()
+
+
+def omega_e(run: RunSummary, channel: str) -> PeakSummary | None:
+    """Return the tallest peak of a channel's PSD; None where there is none that means it."""
+    if run.facts.get("excitation") in SINGLE_FREQUENCY:
+        return None
+    found = next((c for c in run.channels if c.name == channel), None)
+    return found.psd_peaks[0] if found is not None and found.psd_peaks else None
+
+
+def trend_channel(runs: Sequence[RunSummary]) -> str:
+    """Return the response channel that moves most: the largest sum of ranks over the runs."""
+    score: dict[str, float] = {}
+    for run in runs:
+        responses = [c for c in run.channels if c.role == "response" and c.psd_peaks]
+        largest = max((_height(c) for c in responses), default=0.0)
+        for channel in responses:
+            share = _height(channel) / largest if largest > 0.0 else 0.0
+            score[channel.name] = score.get(channel.name, 0.0) + share
+    return max(score, key=lambda name: score[name], default="")
+
+
+def _height(channel: ChannelSummary) -> float:
+    return channel.psd_peaks[0].height
+
+
+def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
+    """Return the thesis' trends (figures 5.45 to 5.49) and the further groupings."""
+    joints = list(dict.fromkeys(str(r.facts["joint"]) for r in runs if r.facts.get("joint")))
+    numbers = {"radial": ("5.46", "5.48"), "slot": ("5.47", "5.49")}
+    requests = [
+        TrendRequest(
+            "omega_e_against_clearance_random",
+            "ω_e against clearance, random excitation (thesis figure 5.45).",
+            "Look for a fall from zero clearance to the first gap.",
+            "clearance_m",
+            ("joint", "orientation", "level"),
+            (("excitation", "random"),),
+        )
+    ]
+    for joint in joints:
+        level, clearance = numbers.get(joint, ("5.46", "5.48"))
+        requests += [
+            TrendRequest(
+                f"omega_e_against_level_{joint}",
+                f"ω_e against level, {joint} joint, sweeps (thesis figure {level}).",
+                "A frequency that moves with level is the mark of a nonlinear joint.",
+                "level_g",
+                ("clearance_m", "orientation"),
+                (("joint", joint), ("excitation", "sine sweep")),
+            ),
+            TrendRequest(
+                f"omega_e_against_clearance_{joint}",
+                f"ω_e against clearance, every {joint} out-of-plane test "
+                f"(thesis figure {clearance}).",
+                "All levels and kinds of excitation together: look whether they agree.",
+                "clearance_m",
+                ("excitation", "level"),
+                (("joint", joint), ("orientation", "out of plane")),
+            ),
+        ]
+    return requests + [
+        TrendRequest(
+            f"omega_e_against_{x}",
+            f"ω_e against {_word(x)}.",
+            "Each point is a test.",
+            x,
+            by,
+        )
+        for x, by in (
+            ("level_g2_per_hz", ("joint", "clearance_m", "orientation")),
+            ("joint", ("clearance_m", "excitation")),
+            ("orientation", ("joint", "clearance_m")),
+            ("excitation", ("joint", "clearance_m")),
+        )
+    ]
+
+
+def _word(column: str) -> str:
+    return label_of(column).partition(" [")[0]
+
+
+def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> TrendRequest:
+    """Return the trend that a person asked for by the names of columns.
+
+    Raises
+    ------
+    LogError
+        If the runs have no such column.
+    """
+    known = list(dict.fromkeys(name for run in runs for name in run.facts))
+    columns = [_column(name, known) for name in (x, *by)]
+    grouping = f" by {', '.join(by)}" if by else ""
+    name = "_".join(("omega_e_against", columns[0], *(("by", *columns[1:]) if by else ())))
+    return TrendRequest(
+        name, f"ω_e against {x}{grouping}.", "Asked for.", columns[0], tuple(columns[1:])
+    )
+
+
+def _column(name: str, known: Sequence[str]) -> str:
+    plain = name.strip().replace(" ", "_")
+    for candidate in (name, plain, *(plain + ending for ending in _UNITS)):
+        if candidate in known:
+            return candidate
+    raise LogError(f"no column {name!r} in the log. It has {', '.join(known)}.")
+
+
+def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Trend | None:
+    """Return a trend; None where fewer than two values of x have a run."""
+    series: dict[str, list[Point]] = {}
+    for run in runs:
+        peak, x = omega_e(run, channel), run.facts.get(request.x)
+        if peak is None or x is None or x == "" or not _takes_part(run, request, runs):
+            continue
+        label = ", ".join(filter(None, (shown(c, run.facts.get(c)) for c in request.by)))
+        width = run.spectrum.bin_width_hz if run.spectrum else math.nan
+        place = float(x) * _scale(request.x) if _is_number(x) else str(x)
+        point = Point(run.test, place, peak.frequency_hz, width, run.incomplete)
+        series.setdefault(label or "all runs", []).append(point)
+    if len({p.x for points in series.values() for p in points}) < 2:
+        return None
+    key: Callable[[Point], tuple[bool, float, str]] = lambda p: (  # noqa: E731
+        isinstance(p.x, str),
+        p.x if isinstance(p.x, float) else 0.0,
+        str(p.x),
+    )
+    ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
+    caption = f"{request.caption} Channel {channel}, tallest peak of the PSD in the band."
+    return Trend(request.name, request.title, caption, label_of(request.x), ordered)
+
+
+def _takes_part(run: RunSummary, request: TrendRequest, runs: Sequence[RunSummary]) -> bool:
+    """Return whether a run has the values asked for, where any run has a value there."""
+    return all(
+        run.facts.get(column) == value
+        for column, value in request.where
+        if any(r.facts.get(column) for r in runs)
+    )
+
+
+def _is_number(value: Value) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
+def _scale(column: str) -> float:
+    return next((s for ending, (_, s) in _UNITS.items() if column.endswith(ending)), 1.0)
+
+
+def label_of(column: str) -> str:
+    """Return the name of a column for an axis: ``clearance [mm]`` for ``clearance_m``."""
+    for ending, (unit, _) in _UNITS.items():
+        if column.endswith(ending):
+            return f"{column.removesuffix(ending).replace('_', ' ')} [{unit}]"
+    return column.replace("_", " ")
+
+
+def shown(column: str, value: Value) -> str:
+    """Return a value of a column for people: ``0.05 mm`` for a clearance_m of 5e-5."""
+    if value is None or value == "":
+        return ""
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        unit = next((u for ending, (u, _) in _UNITS.items() if column.endswith(ending)), "")
+        places = ".2f" if unit == "mm" else ".4g"
+        return f"{format(float(value) * _scale(column), places)} {unit}".strip()
+    return str(value)

@@ -1,0 +1,7 @@
+"""A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
+
+from shakerproc.simulate.inputs import Input, prepare
+from shakerproc.simulate.response import simulate, simulate_many
+from shakerproc.simulate.simulation import CHAOTIC_GROWTH, Simulation
+
+__all__ = ["CHAOTIC_GROWTH", "Input", "Simulation", "prepare", "simulate", "simulate_many"]

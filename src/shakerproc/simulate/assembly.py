@@ -1,0 +1,176 @@
+"""A model in the numbers that the steppers walk: matrices and a table of laws."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import ModelError
+from shakerproc.models.laws import Law, Row
+from shakerproc.models.model import BASE, Element, Model
+from shakerproc.models.surroundings import resolved
+from shakerproc.simulate.kernels.table import LAW, MEMORY, STACK, Machine
+
+_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.BOUC_WEN})
+_POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
+_HIGHEST_POWER = 63.0
+
+Line = tuple[Row, int, int]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """A model, assembled.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The masses of the model, then ``attached 1``, ... for the modes attached to them.
+    machine : Machine
+        Its numbers.
+    """
+
+    names: tuple[str, ...]
+    machine: Machine
+
+    @property
+    def n_states(self) -> int:
+        """How many laws carry a state."""
+        return int(np.sum(self.machine.lines[:, MEMORY] >= 0))
+
+    @property
+    def n_motions(self) -> int:
+        """Number of displacements, velocities and states together."""
+        return 2 * len(self.names) + self.n_states
+
+    @property
+    def analytic(self) -> bool:
+        """Whether every branch of every law has a Taylor series everywhere."""
+        return all(
+            Law(line[LAW]) not in _POWERS or _whole(float(values[2]))
+            for line, values in zip(self.machine.lines, self.machine.values, strict=True)
+        )
+
+
+def assemble(model: Model) -> System:
+    """Return the numbers of a model.
+
+    Raises
+    ------
+    ModelError
+        If two frictions between the same places cannot be told apart where both stick.
+    """
+    elements = resolved(model)
+    names = list(model.masses)
+    masses = [model.masses[name] for name in names]
+    linear: list[tuple[int, int, float, float]] = []
+    lines: list[Line] = []
+    for element in elements:
+        first, second = (_index(names, place) for place in element.between)
+        for row in element.effect.rows():
+            if row.law is Law.LINEAR:
+                linear.append((first, second, *row.values))  # type: ignore[arg-type]
+            elif row.law is Law.ATTACHED:
+                mass, stiffness, damping = row.values
+                names.append(f"attached {len(names) - len(model.masses) + 1}")
+                masses.append(mass)
+                linear.append((second, len(names) - 1, stiffness, damping))
+            else:
+                lines.append((row, first, second))
+    matrix = _matrix(model, masses, linear)
+    machine = _machine(np.array(masses, float), matrix, _merged_friction(model, lines))
+    return System(tuple(names), machine)
+
+
+def _index(names: Sequence[str], place: str) -> int:
+    return -1 if place == BASE else names.index(place)
+
+
+def _matrix(
+    model: Model, masses: Sequence[float], linear: Sequence[tuple[int, int, float, float]]
+) -> FloatArray:
+    """Return the accelerations by springs, dampers and input, (n, 2 n + 1) array."""
+    n = len(masses)
+    forces = np.zeros((n, 2 * n + 1))
+    for first, second, stiffness, damping in linear:
+        direction = np.zeros(n)
+        if second >= 0:
+            direction[second] = 1.0
+        if first >= 0:
+            direction[first] = -1.0
+        forces[:, :n] -= stiffness * np.outer(direction, direction)
+        forces[:, n : 2 * n] -= damping * np.outer(direction, direction)
+    if model.excitation.on is None:
+        forces[:, 2 * n] = -np.array(masses)
+    else:
+        forces[list(model.masses).index(model.excitation.on), 2 * n] = 1.0
+    accelerations: FloatArray = forces / np.array(masses)[:, None]
+    return accelerations
+
+
+def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Machine:
+    """Return the numbers of a model whose laws start with no memory."""
+    values = np.zeros((len(lines), 6))
+    table = np.full((len(lines), 4), -1)
+    n_states = 0
+    for i, (row, first, second) in enumerate(lines):
+        values[i, : len(row.values)] = row.values
+        table[i, :3] = row.law, second, first
+        if row.law in _WITH_STATE:
+            table[i, MEMORY] = n_states
+            n_states += 1
+    with_stack = any(row.law is Law.IWAN for row, _, _ in lines)
+    stack = np.zeros((len(lines), 2, STACK if with_stack else 0))
+    mode = np.zeros((len(lines), 2), np.int64)
+    return Machine(mass, matrix, table, values, mode, np.zeros((len(lines), 4)), stack)
+
+
+def _merged_friction(model: Model, lines: Sequence[Line]) -> list[Line]:
+    """Return the lines with one friction at most between two places.
+
+    Where two stick in parallel, how they share the load is not determined.
+    """
+    kept: list[Line] = []
+    for line in lines:
+        row, first, second = line
+        twins = [
+            i
+            for i, (other, *ends) in enumerate(kept)
+            if row.law is other.law is Law.FRICTION and set(ends) == {first, second}
+        ]
+        if not twins:
+            kept.append(line)
+            continue
+        kept[twins[0]] = (_sum_of_frictions(model, row, kept[twins[0]][0]), first, second)
+    return kept
+
+
+def _sum_of_frictions(model: Model, one: Row, other: Row) -> Row:
+    """Return two frictions in parallel as one.
+
+    Raises
+    ------
+    ModelError
+        If both fall from breaking away to sliding, each over its own velocity.
+    """
+    scales = {row.values[2] for row in (one, other) if row.values[0] != row.values[1]}
+    if len(scales) > 1:
+        raise ModelError(
+            f"{model.title}: two Stribeck frictions between the same places, with different "
+            f"Stribeck velocities. Keep one of them."
+        )
+    sliding, breakaway = (one.values[i] + other.values[i] for i in range(2))
+    return Row(Law.FRICTION, (sliding, breakaway, *(scales or {1.0})))
+
+
+def _whole(exponent: float) -> bool:
+    return exponent == round(exponent) and exponent <= _HIGHEST_POWER
+
+
+def element_indices(system: System, element: Element) -> tuple[int, int]:
+    """Return which masses an element stands between, first and second; -1 is the base."""
+    first, second = (_index(system.names, place) for place in element.between)
+    return first, second

@@ -1,0 +1,51 @@
+"""Periodic motion of a model: response curves, stability, backbones, by harmonic balance."""
+
+from shakerproc.simulate.harmonic_balance.backbone import Backbone, backbone
+from shakerproc.simulate.harmonic_balance.branch import (
+    Branch,
+    Mark,
+    samples_of_branch,
+    sharpened,
+)
+from shakerproc.simulate.harmonic_balance.outputs import (
+    UNITS,
+    Notable,
+    couplings,
+    gap_severity,
+    notable_points,
+    peaks,
+    response_columns,
+    sensor_harmonics,
+    sensors_of_model,
+)
+from shakerproc.simulate.harmonic_balance.response import (
+    Response,
+    frequency_response,
+    natural_frequencies,
+)
+from shakerproc.simulate.harmonic_balance.subharmonic import subharmonic_branches
+from shakerproc.simulate.harmonic_balance.switching import branch_off, branches_off
+
+__all__ = [
+    "UNITS",
+    "Backbone",
+    "Branch",
+    "Mark",
+    "Notable",
+    "Response",
+    "backbone",
+    "branch_off",
+    "branches_off",
+    "couplings",
+    "frequency_response",
+    "gap_severity",
+    "natural_frequencies",
+    "notable_points",
+    "peaks",
+    "response_columns",
+    "samples_of_branch",
+    "sensor_harmonics",
+    "sensors_of_model",
+    "sharpened",
+    "subharmonic_branches",
+]

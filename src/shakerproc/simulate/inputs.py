@@ -1,0 +1,111 @@
+"""What shakes a model, prepared for the steppers."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc import checks
+from shakerproc.data import FloatArray
+from shakerproc.simulate.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Input:
+    """What shakes the model, prepared once for any number of simulations.
+
+    Attributes
+    ----------
+    pieces : (n_pieces, degree + 1) array
+        The input over each part of a sample, in powers of the share of it that has passed.
+    stride : int
+        Parts of a sample.
+    sample_rate : float
+        Samples per second of the response [Hz].
+    """
+
+    pieces: FloatArray
+    stride: int
+    sample_rate: float
+
+    @property
+    def part(self) -> float:
+        """Length of a part of a sample [s]."""
+        return 1.0 / (self.sample_rate * self.stride)
+
+    @property
+    def samples(self) -> FloatArray:
+        """The input at the samples, (n,) array."""
+        return np.append(self.pieces[:: self.stride, 0], np.sum(self.pieces[-1]))
+
+
+def prepare(
+    excitation: FloatArray | Signal,
+    sample_rate: float,
+    *,
+    duration: float | None = None,
+    upsample: int = 1,
+    hold: Hold = "band-limited",
+) -> Input:
+    """Return the input of simulations, from samples or from a function of time.
+
+    Parameters
+    ----------
+    excitation : (n,) array or function
+        Samples of the input, or the input as a function of time, in its SI unit.
+    sample_rate : float
+        Samples per second, of the input and of the response [Hz].
+    duration : float, optional
+        Length of a response to a function of time [s].
+    upsample : int
+        Into how many parts to cut each sample first; see `pieces.pieces_of_samples`.
+    hold : {"band-limited", "linear"}
+        What the input does between its samples.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples, or a function comes without a duration.
+    """
+    checks.positive("sample_rate", sample_rate, "Hz")
+    if callable(excitation):
+        if duration is None:
+            raise ValueError("a function of time needs a duration")
+        checks.positive("duration", duration, "s")
+        n_intervals = max(1, round(duration * sample_rate))
+        pieces = pieces_of_signal(excitation, n_intervals * upsample, sample_rate * upsample)
+        return Input(pieces, upsample, sample_rate)
+    samples = np.asarray(excitation, dtype=float)
+    if samples.ndim != 1 or samples.size < 2:
+        raise ValueError(f"excitation must be (n,) samples, at least 2, not {samples.shape}")
+    if not np.all(np.isfinite(samples)):
+        at = int(np.flatnonzero(~np.isfinite(samples))[0])
+        raise ValueError(f"excitation must be finite; sample {at} is {samples[at]}")
+    return Input(
+        pieces_of_samples(samples, upsample=upsample, hold=hold), upsample, sample_rate
+    )
+
+
+def as_input(
+    excitation: FloatArray | Signal | Input,
+    sample_rate: float | None,
+    *,
+    duration: float | None,
+    upsample: int,
+    hold: Hold,
+) -> Input:
+    """Return an input as it is, or made by `prepare`.
+
+    Raises
+    ------
+    ValueError
+        If an input comes with a sample rate, or anything else without one.
+    """
+    if isinstance(excitation, Input):
+        if sample_rate is not None:
+            raise ValueError("an Input has a sample rate of its own")
+        return excitation
+    if sample_rate is None:
+        raise ValueError("the excitation needs a sample rate")
+    return prepare(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)

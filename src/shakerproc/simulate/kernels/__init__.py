@@ -1,0 +1,1 @@
+"""The compiled part: a table of laws, their modes and switchings, and the steppers."""

@@ -1,0 +1,227 @@
+"""The driver: exact propagators where nothing switches, Taylor series around switchings."""
+
+from typing import Final
+
+from shakerproc.data import FloatArray
+from shakerproc.models.compiled import compiled, inlined
+from shakerproc.simulate.kernels.modes import wall
+from shakerproc.simulate.kernels.motion import accelerate, begin
+from shakerproc.simulate.kernels.table import LAW, Machine, Series, Store
+from shakerproc.simulate.kernels.taylor import careful, shift, slot_of
+
+DONE: Final = 0
+STUCK: Final = 1
+DIVERGED: Final = 2
+
+
+@inlined
+def _fast(
+    machine: Machine,
+    store: Store,
+    pieces: FloatArray,
+    j: int,
+    stride: int,
+    scales: FloatArray,
+    series: Series,
+    x: FloatArray,
+    over: FloatArray,
+    motion: FloatArray,
+    accelerations: FloatArray,
+) -> tuple[int, float]:
+    """Carry the motion on until an event is near; return the sample and the share of it.
+
+    A part of a sample is taken if every event is still ahead at its end, and, where it was
+    first approached and then left again, the tangents at both ends meet before it. A wall that
+    is further away than any mass has ever gone in four parts needs no such care.
+    """
+    n, n_y, n_c = machine.mass.size, series.y.shape[0], pieces.shape[1]
+    slot = slot_of(machine, store)
+    parts, n_events = store.parts[slot], store.n_events[slot]
+    step, accelerate_by, which = store.step[slot], store.accelerate[slot], store.which[slot]
+    ends, starts = store.ends[slot], store.starts[slot]
+    n_x = n_y + n_c + 1
+    for i in range(n_y):
+        x[i] = series.y[i, 0]
+    x[n_x - 1] = 1.0
+    part = 0
+    k_out = j // stride  # counted on, since a division takes as long as all the rest
+    wait = stride - j % stride
+    fastest = 0.0
+    for i in range(n, 2 * n):
+        if scales[i] > fastest:
+            fastest = scales[i]
+    while j < pieces.shape[0]:
+        if parts > 1:
+            shift(pieces, j, part / parts, 1.0 / parts, series.w)
+            for k in range(n_c):
+                x[n_y + k] = series.w[k]
+        else:
+            for k in range(n_c):
+                x[n_y + k] = pieces[j, k]
+        free = True
+        for e in range(n_events):
+            ahead = 0.0
+            for k in range(n_x):
+                ahead += ends[2 * e, k] * x[k]
+            if ahead >= 0.0:
+                free = False
+                break
+            if (
+                wall(machine.lines[which[e, 0], LAW])
+                and ahead < -4.0 * fastest * store.part[slot]
+            ):
+                continue
+            down = 0.0
+            for k in range(n_x):
+                down -= ends[2 * e + 1, k] * x[k]
+            if down > 0.0:
+                up, before = 0.0, 0.0
+                for k in range(n_x):
+                    before += starts[2 * e, k] * x[k]
+                    up += starts[2 * e + 1, k] * x[k]
+                if up > 0.0:
+                    highest = ahead if ahead > before else before
+                    if highest + up * down / (up + down) >= 0.0:
+                        free = False
+                        break
+        if not free:
+            break
+        for i in range(n_y):
+            total = 0.0
+            for k in range(n_x):
+                total += step[i, k] * x[k]
+            over[i] = total
+        part += 1
+        if part == parts:
+            part = 0
+            j += 1
+            wait -= 1
+            if wait == 0:
+                wait = stride
+                k_out += 1
+                for i in range(n_y):
+                    motion[k_out, i] = x[i] + over[i]
+                for i in range(n):
+                    total = 0.0
+                    for k in range(n_x):
+                        total += accelerate_by[i, k] * x[k]
+                    accelerations[k_out, i] = total
+        for i in range(n_y):
+            x[i] += over[i]
+            size = abs(x[i])
+            if size > scales[i]:
+                scales[i] = size
+                if i >= n and i < 2 * n and size > fastest:
+                    fastest = size
+    for i in range(n_y):
+        series.y[i, 0] = x[i]
+    return j, part / parts
+
+
+@inlined
+def _record(
+    machine: Machine,
+    time: float,
+    series: Series,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    k: int,
+) -> None:
+    """Write down the motion in order 0, the input being in order 0 of `w`."""
+    accelerate(machine, time, 0.0, 0, series)
+    for i in range(series.y.shape[0]):
+        motion[k, i] = series.y[i, 0]
+    for i in range(series.a.shape[0]):
+        accelerations[k, i] = series.a[i, 0]
+
+
+@compiled
+def integrate(
+    machine: Machine,
+    store: Store,
+    pieces: FloatArray,
+    sample: float,
+    stride: int,
+    tolerance: float,
+    series: Series,
+    room: FloatArray,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    stats: FloatArray,
+) -> None:
+    """Fill in the motion at the ends of the samples.
+
+    Parameters
+    ----------
+    machine : Machine
+        The model; its branches are set first.
+    store : Store
+        Propagators, or one without slots where some law is not piecewise linear.
+    pieces : (n_pieces, degree + 1) array
+        Input over each sample, in powers of the share of it that has passed; degree >= 1.
+    sample : float
+        Length of a sample [s].
+    stride : int
+        How many samples lie between the rows of the results.
+    tolerance : float
+        Truncation of a series, as a share of the largest motion so far [-].
+    series : Series
+        Order 0 of `y` holds the motion at the start; the rest is room.
+    room : (4, any) array
+        Room for as many numbers in a row as there are orders, motions or events; the last row
+        holds the least size of each motion that errors are held against.
+    motion : (n_pieces // stride + 1, n_y) array
+        Set: displacements [m], velocities [m/s] and states, relative to the base.
+    accelerations : (n_pieces // stride + 1, n) array
+        Set: relative to the base [m/s^2].
+    stats : (7,) array
+        Zeros; set to status, number of switchings, sum of truncation errors of displacement
+        [m], number of series, steps forced past events, time reached [s], and sum of
+        truncation errors of velocity [m/s].
+    """
+    scales = room[3]
+    linear = store.parts.size > 0
+    for i in range(series.y.shape[0]):
+        if abs(series.y[i, 0]) > scales[i]:
+            scales[i] = abs(series.y[i, 0])
+    series.w[0] = pieces[0, 0]
+    begin(machine, series)
+    _record(machine, 0.0, series, motion, accelerations, 0)
+    j = 0
+    passed = 0.0
+    while j < pieces.shape[0]:
+        if linear:
+            j, passed = _fast(
+                machine, store, pieces, j, stride, scales, series, room[0], room[1],
+                motion, accelerations,
+            )  # fmt: skip
+            if j == pieces.shape[0]:
+                break
+        reached = careful(
+            machine,
+            store,
+            pieces,
+            j,
+            passed,
+            sample,
+            scales,
+            tolerance,
+            series,
+            room[2],
+            room[1],
+            stats,
+        )
+        if reached < 1.0:
+            stats[0] = STUCK if abs(series.y[0, 0]) < 1e100 else DIVERGED
+            stats[5] = (j + reached) * sample
+            return
+        j += 1
+        passed = 0.0
+        if j % stride == 0:
+            series.w[0] = 0.0
+            for k in range(pieces.shape[1]):
+                series.w[0] += pieces[j - 1, k]
+            _record(machine, j * sample, series, motion, accelerations, j // stride)
+    stats[5] = j * sample
+    if not abs(series.y[0, 0]) < 1e100:
+        stats[0] = DIVERGED

@@ -1,0 +1,158 @@
+"""What the compiled steppers walk: the linear part, the table of laws, and their branches.
+
+Everything is kept in a few plain arrays that are indexed and never sliced: numba compiles
+that several times faster than it does array expressions, and it runs faster too.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.models.laws import Law
+
+DRIFT: Final = int(Law.DRIFT)
+STOP: Final = int(Law.STOP)
+JUMP: Final = int(Law.JUMP)
+CONTACT_DAMPING: Final = int(Law.CONTACT_DAMPING)
+ODD_POWER: Final = int(Law.ODD_POWER)
+EVEN_POWER: Final = int(Law.EVEN_POWER)
+POWER_DAMPING: Final = int(Law.POWER_DAMPING)
+QUADRATIC_DAMPING: Final = int(Law.QUADRATIC_DAMPING)
+FRICTION: Final = int(Law.FRICTION)
+LUGRE: Final = int(Law.LUGRE)
+JENKINS: Final = int(Law.JENKINS)
+IWAN: Final = int(Law.IWAN)
+BOUC_WEN: Final = int(Law.BOUC_WEN)
+
+LAW: Final = 0  # columns of `lines`
+SECOND: Final = 1
+FIRST: Final = 2
+MEMORY: Final = 3
+
+STACK: Final = 512
+"""Turning points that an Iwan line remembers before it forgets the smallest loop."""
+
+
+class Machine(NamedTuple):
+    """A model, and the branch that each of its laws is on.
+
+    Attributes
+    ----------
+    mass : (n,) array
+        Masses [kg].
+    matrix : (n, 2 n + 1) array
+        Accelerations for unit displacements, velocities and input, linear part alone.
+    lines : (r, 4) array of int
+        Law of each line, its second and first place (-1 is the base), and the index of its
+        state among all states, or -1.
+    values : (r, 6) array
+        Numbers of each law.
+    mode : (r, 2) array of int
+        Branch of each line: 0 open or sticking, 1 closed, or a direction (see
+        `modes.event`); and how many turning points an Iwan line remembers. Written to.
+    anchor : (r, 4) array
+        Where the branch of an Iwan line starts (displacement, force), where it ends, and its
+        scale. Written to.
+    stack : (r, 2, STACK) array
+        Displacement and force of its turning points. Written to.
+    """
+
+    mass: FloatArray
+    matrix: FloatArray
+    lines: NDArray[np.int64]
+    values: FloatArray
+    mode: NDArray[np.int64]
+    anchor: FloatArray
+    stack: FloatArray
+
+
+class Store(NamedTuple):
+    """Propagators and events of every combination of branches of a piecewise-linear model.
+
+    Here y is the (n_y,) motion, w the input, and x stands for (y, c, 1) at the start of a part
+    of a sample, c being the (degree + 1,) coefficients of the input over that part.
+
+    Attributes
+    ----------
+    slot_of : (3^r,) array of int
+        Where a combination stands, by its code (a base-3 number of the branches plus 1).
+    parts, part : (s,) array of int, and of float
+        Into how many parts a sample is cut, and their length [s].
+    n_events : (s,) array of int
+        How many events can end the combination.
+    which : (s, 2 r, 2) array of int
+        Line and number of each event.
+    system : (s, n_y, n_y + 2) array
+        Rates of y, by (y, w, 1).
+    events : (s, 2 r, n_y + 2) array
+        Events, by (y, w, 1): above 0 once they have happened.
+    step : (s, n_y, n_y + degree + 2) array
+        By x: what a part adds to y.
+    accelerate : (s, n, n_y + degree + 2) array
+        By x: accelerations after the part.
+    starts, ends : (s, 4 r, n_y + degree + 2) array
+        By x: each event and its slope, in turns, at the start and at the end of the part.
+    """
+
+    slot_of: NDArray[np.int64]
+    parts: NDArray[np.int64]
+    part: FloatArray
+    n_events: NDArray[np.int64]
+    which: NDArray[np.int64]
+    system: FloatArray
+    events: FloatArray
+    step: FloatArray
+    accelerate: FloatArray
+    starts: FloatArray
+    ends: FloatArray
+
+
+HIGHEST: Final = 24
+"""Highest order of a Taylor series."""
+
+DISPLACEMENT: Final = 0  # planes of `lines` in Series, and quantities that events watch
+VELOCITY: Final = 1
+HOLDING: Final = 2  # the force that keeps a sticking line at rest
+STATE: Final = 3
+BASE: Final = 4  # the first of the planes that a law may use as it likes
+PLANES: Final = 20
+
+
+class Series(NamedTuple):
+    """Taylor coefficients over a step, in powers of the share of it that has passed.
+
+    Attributes
+    ----------
+    y : (2 n + n_states, orders) array
+        Displacements, velocities and states.
+    a : (n, orders) array
+        Accelerations.
+    w : (orders,) array
+        Input.
+    lines : (r, PLANES, orders) array
+        Displacement, velocity, holding force and state of each line, and room for its law.
+    system, stuck : (r, r + 1) array and (r,) array of int
+        Room for the joints that stick.
+    """
+
+    y: FloatArray
+    a: FloatArray
+    w: FloatArray
+    lines: FloatArray
+    system: FloatArray
+    stuck: NDArray[np.int64]
+
+
+def room_for_series(n: int, n_states: int, n_lines: int) -> Series:
+    """Return empty series."""
+    orders = HIGHEST + 2
+    return Series(
+        np.zeros((2 * n + n_states, orders)),
+        np.zeros((n, orders)),
+        np.zeros(orders),
+        np.zeros((n_lines, PLANES, orders)),
+        np.zeros((n_lines, n_lines + 1)),
+        np.zeros(n_lines, np.int64),
+    )

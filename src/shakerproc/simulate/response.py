@@ -1,0 +1,333 @@
+"""A model and its input in, the response out."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache
+from os import cpu_count
+from typing import Literal, TypeAlias, TypeVar, final
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
+from shakerproc.models.model import Model
+from shakerproc.simulate.assembly import System, assemble
+from shakerproc.simulate.inputs import Input, as_input
+from shakerproc.simulate.kernels.dop853 import WORK_ROWS, integrate_dop853
+from shakerproc.simulate.kernels.exact import DONE, STUCK, integrate
+from shakerproc.simulate.kernels.table import Machine, Store, room_for_series
+from shakerproc.simulate.pieces import Hold, Signal
+from shakerproc.simulate.propagators import build_stores, no_store
+from shakerproc.simulate.sensing import read_sensors
+from shakerproc.simulate.simulation import CHAOTIC_GROWTH, Simulation
+
+Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853"]
+Result = TypeVar("Result")
+
+_ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
+_DISTURBANCE = 1e-10
+_FINEST_DOP853 = 1e-13
+
+
+def simulate(
+    model: Model,
+    excitation: FloatArray | Signal | Input,
+    sample_rate: float | None = None,
+    *,
+    duration: float | None = None,
+    upsample: int = 1,
+    hold: Hold = "band-limited",
+    start: Mapping[str, tuple[float, float]] | None = None,
+    tolerance: float = 1e-15,
+    growth: bool = True,
+    solver: Solver = "automatic",
+) -> Simulation:
+    """Return the response of a model.
+
+    Piecewise-linear laws (gaps, stops, Coulomb friction, sliders) are carried by exact
+    propagators with located switchings; all others by Taylor series on the branch they are
+    on, the order and the steps held to the tolerance, and every switching located. Laws with
+    powers that are not whole have no series at 0; they go to DOP853.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    excitation : (n,) array, function or Input
+        Samples of the input, the input as a function of time, or what `prepare` made of it.
+    sample_rate : float, optional
+        Samples per second, of the input and of the response; not with an `Input` [Hz].
+    duration, upsample, hold
+        See `prepare`; not with an `Input`.
+    start : mapping of str to (float, float), optional
+        Displacement [m] and velocity [m/s] of masses relative to the base at the start; the
+        others rest.
+    tolerance : float
+        Last terms of a Taylor series as a share of the largest motion; 1e-9 is quick, and
+        ample for a comparison with measurements [-].
+    growth : bool
+        Whether to run once more with a disturbance of 1e-10, to tell how it grows.
+    solver : {"automatic", "exact", "taylor", "dop853"}
+        ``exact`` and ``taylor`` insist on propagators or on series, ``dop853`` on the
+        Runge-Kutta method that serves powers that are not whole (tolerance 1e-13 at least).
+
+    Raises
+    ------
+    SimulationError
+        If the motion runs away, or the steps become too small to go on.
+    ValueError
+        If the arguments do not fit together.
+    """
+    system = assemble(model)
+    given = as_input(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)
+    store = _store([system.machine], given, solver)[0]
+    first = _first_motion(system, start)
+    series = _by_series(system, solver)
+    case = _Case(model, system, store, given, first, tolerance, series)
+    return _simulate(case, growth=growth)
+
+
+def simulate_many(
+    models: Sequence[Model],
+    excitation: FloatArray | Signal | Input,
+    sample_rate: float | None = None,
+    *,
+    reduce: Callable[[Simulation], Result],
+    duration: float | None = None,
+    upsample: int = 1,
+    hold: Hold = "band-limited",
+    tolerance: float = 1e-15,
+    growth: bool = False,
+    workers: int | None = None,
+) -> list[Result]:
+    """Return what `reduce` makes of the response of each of many models, on all cores.
+
+    Models with the same effects between the same places share the work of preparing their
+    propagators, so that sets of parameters are best given together.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        What is shaken.
+    reduce : function
+        Called with each `Simulation`, so that not all of them are kept.
+    excitation, sample_rate, duration, upsample, hold, tolerance, growth
+        See `simulate`.
+    workers : int, optional
+        Threads; by default as many as cores.
+    """
+    given = as_input(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)
+    systems = [assemble(model) for model in models]
+    stores = _stores_of_alike(systems, given)
+
+    def one(i: int) -> Result:
+        first = _first_motion(systems[i], None)
+        series = _by_series(systems[i], "automatic")
+        case = _Case(models[i], systems[i], stores[i], given, first, tolerance, series)
+        return reduce(_simulate(case, growth=growth))
+
+    with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
+        return list(pool.map(one, range(len(models))))
+
+
+def _store(machines: Sequence[Machine], given: Input, solver: Solver) -> list[Store]:
+    if solver in {"taylor", "dop853"}:
+        return [no_store() for _ in machines]
+    stores = build_stores(machines, given.part, given.pieces.shape[1] - 1)
+    if solver == "exact" and not stores[0].parts.size:
+        raise ValueError("the model is not piecewise linear, or has too many combinations")
+    return stores
+
+
+def _by_series(system: System, solver: Solver) -> bool:
+    """Return whether the model is carried by Taylor series and propagators.
+
+    Raises
+    ------
+    ValueError
+        If that was asked for, and a power law is not analytic at 0.
+    """
+    if solver == "taylor" and not system.analytic:
+        raise ValueError("a power that is not whole has no Taylor series at 0; use dop853")
+    return solver != "dop853" and system.analytic
+
+
+@cache
+def dop853_tableau() -> FloatArray:
+    """Return stages, weights, nodes and error estimates of DOP853, (15, 13) array [-]."""
+    tableau = np.zeros((15, 13))
+    tableau[:12, :12], tableau[12, :12] = DOP853.A, DOP853.B
+    tableau[13, :12], tableau[14, :12] = DOP853.E5[:12], DOP853.E3[:12]
+    tableau[:12, 12] = DOP853.C
+    return tableau
+
+
+def _stores_of_alike(systems: Sequence[System], given: Input) -> list[Store]:
+    """Return the store of each system, those with the same lines built together."""
+    alike: dict[tuple[object, ...], list[int]] = {}
+    for i, system in enumerate(systems):
+        key = (len(system.names), system.machine.lines.tobytes(), _sides(system))
+        alike.setdefault(key, []).append(i)
+    stores: dict[int, Store] = {}
+    for indices in alike.values():
+        built = _store([systems[i].machine for i in indices], given, "automatic")
+        stores.update(zip(indices, built, strict=True))
+    return [stores[i] for i in range(len(systems))]
+
+
+def _sides(system: System) -> bytes:
+    """Return what of the numbers of the laws changes their branches or events."""
+    values = system.machine.values
+    return np.stack((values[:, 2] > 0.0, values[:, 0] == values[:, 1])).tobytes()
+
+
+def _first_motion(
+    system: System, start: Mapping[str, tuple[float, float]] | None
+) -> FloatArray:
+    first = np.zeros(system.n_motions)
+    for name, (displacement, velocity) in (start or {}).items():
+        if name not in system.names:
+            raise ValueError(f"no mass {name!r}; there are {', '.join(system.names)}")
+        index = system.names.index(name)
+        first[index], first[len(system.names) + index] = displacement, velocity
+    return first
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Case:
+    """All that one run of the stepper needs."""
+
+    model: Model
+    system: System
+    store: Store
+    given: Input
+    first: FloatArray
+    tolerance: float
+    by_series: bool
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver."""
+        if not self.by_series:
+            return "DOP853"
+        return "exact propagators" if self.store.parts.size else "Taylor series"
+
+
+def _simulate(case: _Case, *, growth: bool) -> Simulation:
+    """Return the response of a case."""
+    motion, relative, stats = _run(case)
+    n = len(case.system.names)
+    grown = _growth(case, motion) if growth else None
+    samples = case.given.samples
+    by_force = case.model.excitation.on is not None
+    error = _truncation(motion, stats, n) + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
+    simulation = Simulation(
+        sample_rate=case.given.sample_rate,
+        outputs={},
+        excitation=samples,
+        masses=case.system.names,
+        displacement=motion[:, :n].T,
+        velocity=motion[:, n : 2 * n].T,
+        acceleration=relative.T if by_force else relative.T + samples,
+        states=motion[:, 2 * n :].T,
+        solver=case.solver,
+        switchings=int(stats[1]),
+        error=error * max(1.0, grown or 1.0),
+        growth=grown,
+        notes=_notes(grown, stats),
+    )
+    return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
+
+
+def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return motion (n, n_y), accelerations relative to the base (n, n_masses), statistics.
+
+    Raises
+    ------
+    SimulationError
+        If the stepper had to give up.
+    """
+    given, machine, first = case.given, case.system.machine, case.first
+    n_samples = given.pieces.shape[0] // given.stride + 1
+    n, n_lines = machine.mass.size, len(machine.lines)
+    series = room_for_series(n, first.size - 2 * n, n_lines)
+    series.y[:, 0] = first
+    motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, n))
+    room = np.zeros((4, first.size + n + 4 * n_lines + given.pieces.shape[1] + 32))
+    room[3, : 2 * n] = _least_sizes(machine, given)
+    stats = np.zeros(7)
+    fresh = machine._replace(
+        mode=np.zeros_like(machine.mode),
+        anchor=np.zeros_like(machine.anchor),
+        stack=np.zeros_like(machine.stack),
+    )
+    if case.by_series:
+        integrate(
+            fresh, case.store, given.pieces, given.part, given.stride, case.tolerance, series,
+            room, motion, relative, stats,
+        )  # fmt: skip
+    else:
+        work = np.zeros((WORK_ROWS, first.size + 2 * n_lines + 1))
+        integrate_dop853(
+            fresh, dop853_tableau(), given.pieces, given.part, given.stride,
+            max(case.tolerance, _FINEST_DOP853), series, work, room[3, : first.size],
+            motion, relative, stats,
+        )  # fmt: skip
+    if stats[0] != DONE:
+        how = "the steps become too small" if stats[0] == STUCK else "the motion runs away"
+        raise SimulationError(
+            f"{case.model.title}: {how} at {stats[5]:.6g} s. Check the signs and sizes of the "
+            f"parameters, and the level of the excitation."
+        )
+    return motion, relative, stats
+
+
+def _least_sizes(machine: Machine, given: Input) -> FloatArray:
+    """Return what the input alone makes of displacements and velocities in one sample.
+
+    Errors are never held against less: a joint that has just broken away moves by nothing.
+    """
+    n = machine.mass.size
+    pushed = np.max(np.abs(machine.matrix[:, 2 * n])) * np.max(np.abs(given.pieces[:, 0]))
+    return np.repeat((pushed * given.part**2, pushed * given.part), n)
+
+
+def _growth(case: _Case, motion: FloatArray) -> float:
+    """Return the most that a small disturbance grows from any time to any later one."""
+    n = len(case.system.names)
+    sizes = np.array([np.max(np.abs(motion[:, :n])), np.max(np.abs(motion[:, n : 2 * n]))])
+    if not np.all(sizes > 0.0):
+        return 0.0
+    disturbed = case.first.copy()
+    disturbed[:n] += _DISTURBANCE * sizes[0]
+    other, _, _ = _run(replace(case, first=disturbed))
+    apart = np.abs(other - motion)
+    distance = np.maximum(
+        np.max(apart[:, :n], axis=1) / sizes[0], np.max(apart[:, n : 2 * n], axis=1) / sizes[1]
+    )
+    least = np.maximum(np.minimum.accumulate(distance), _ROUNDING)
+    return float(np.max(distance / least))
+
+
+def _truncation(motion: FloatArray, stats: FloatArray, n: int) -> float:
+    """Return the sum of truncation errors, as a share of the largest motion."""
+    sizes = np.max(np.abs(motion[:, :n])), np.max(np.abs(motion[:, n : 2 * n]))
+    return max(
+        float(sum_ / size) if size > 0.0 else 0.0
+        for sum_, size in zip((stats[2], stats[6]), sizes, strict=True)
+    )
+
+
+def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:
+    notes = []
+    if growth is not None and growth > CHAOTIC_GROWTH:
+        notes.append(
+            f"chaotic: a disturbance of 1e-10 grows {growth:.1e} times; only statistics over "
+            f"an ensemble hold, not this time history"
+        )
+    if stats[4] > 0.0:
+        notes.append(f"{int(stats[4])} steps were taken past switchings that follow each other")
+    return tuple(notes)

@@ -1,0 +1,103 @@
+"""Signal processing, arrays in and arrays out: crop, Welch engine, responses, peaks, sweeps."""
+
+from shakerproc.spectra.bounds import (
+    Bounds,
+    gain_random_error,
+    psd_bounds,
+    response_bounds,
+)
+from shakerproc.spectra.crop import (
+    Crop,
+    ThresholdNotReachedError,
+    crop_by_threshold,
+    crop_by_time,
+)
+from shakerproc.spectra.cross import CrossSpectra, Detrend
+from shakerproc.spectra.damping import (
+    Damping,
+    damping_of_density,
+    damping_of_response,
+    half_power_ratio,
+)
+from shakerproc.spectra.description import Statistics, statistics
+from shakerproc.spectra.engine import cross_spectra
+from shakerproc.spectra.levels import (
+    Imbalance,
+    control_imbalance,
+    cumulative_rms,
+    rms_in_band,
+)
+from shakerproc.spectra.masks import excited, has_input, masked
+from shakerproc.spectra.notch_filters import Notched, notch, thesis_notch
+from shakerproc.spectra.peaks import Peak, effective_frequencies, find_peaks
+from shakerproc.spectra.periodograms import periodogram
+from shakerproc.spectra.responses import (
+    coherence,
+    h1,
+    h2,
+    hv,
+    multiple_coherence,
+    psd,
+    psd_ratio,
+)
+from shakerproc.spectra.spectrograms import Spectrogram, spectrogram
+from shakerproc.spectra.swept import Sweep, stitched, swept_response
+from shakerproc.spectra.thesis import Table, ThesisPeak, ThesisTables, thesis_tables
+from shakerproc.spectra.tones import Tone, stepped_response, tone_response
+from shakerproc.spectra.windows import COSINE_TERMS, effective_averages, window_samples
+
+__all__ = [
+    "COSINE_TERMS",
+    "Bounds",
+    "Crop",
+    "CrossSpectra",
+    "Damping",
+    "Detrend",
+    "Imbalance",
+    "Notched",
+    "Peak",
+    "Spectrogram",
+    "Statistics",
+    "Sweep",
+    "Table",
+    "ThesisPeak",
+    "ThesisTables",
+    "ThresholdNotReachedError",
+    "Tone",
+    "coherence",
+    "control_imbalance",
+    "crop_by_threshold",
+    "crop_by_time",
+    "cross_spectra",
+    "cumulative_rms",
+    "damping_of_density",
+    "damping_of_response",
+    "effective_averages",
+    "effective_frequencies",
+    "excited",
+    "find_peaks",
+    "gain_random_error",
+    "h1",
+    "h2",
+    "half_power_ratio",
+    "has_input",
+    "hv",
+    "masked",
+    "multiple_coherence",
+    "notch",
+    "periodogram",
+    "psd",
+    "psd_bounds",
+    "psd_ratio",
+    "response_bounds",
+    "rms_in_band",
+    "spectrogram",
+    "statistics",
+    "stepped_response",
+    "stitched",
+    "swept_response",
+    "thesis_notch",
+    "thesis_tables",
+    "tone_response",
+    "window_samples",
+]

@@ -1,0 +1,83 @@
+"""Which frequencies mean something: inside the excited band, beside notches, with input."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+
+NOTCH_BINS: Final = 3.0
+"""Bins to both sides of a notch that the window smears it over."""
+
+WEAK: Final = 1e-6
+"""Share of its largest value below which a control density is no excitation [-]."""
+
+
+def excited(
+    frequency: FloatArray,
+    band: tuple[float, float],
+    *,
+    notches: Sequence[float] = (),
+    half_width: float = 1.0,
+) -> NDArray[np.bool_]:
+    """Return which frequencies the excitation reaches and no notch has emptied.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Equally spaced frequencies [Hz].
+    band : (float, float)
+        Lower and upper limit of the excitation [Hz].
+    notches : sequence of float
+        Frequencies of notch filters [Hz].
+    half_width : float
+        Half the width of a notch [Hz]; three bins are added for the window.
+
+    Returns
+    -------
+    (n_frequencies,) array of bool
+        True where a response function means something.
+    """
+    keep = (frequency >= band[0]) & (frequency <= band[1])
+    reach = half_width + NOTCH_BINS * (frequency[1] - frequency[0])
+    for notch in notches:
+        keep &= np.abs(frequency - notch) > reach
+    return keep
+
+
+def has_input(control: FloatArray, share: float = WEAK) -> NDArray[np.bool_]:
+    """Return where a control density exceeds a share of its largest value (trap 48).
+
+    Parameters
+    ----------
+    control : (n_frequencies,) array
+        Density of the (mean) control [unit²/Hz].
+    share : float
+        Share below which a response function divides by leakage and noise [-].
+
+    Returns
+    -------
+    (n_frequencies,) array of bool
+        True where there is an input to divide by.
+    """
+    return np.array(control > share * np.max(control))
+
+
+def masked(values: FloatArray, keep: NDArray[np.bool_]) -> FloatArray:
+    """Return values with what is not kept replaced by not-a-number.
+
+    Parameters
+    ----------
+    values : (..., n_frequencies) array
+        Real or complex values.
+    keep : (n_frequencies,) array of bool
+        What is kept.
+
+    Returns
+    -------
+    (..., n_frequencies) array
+        New array of the same kind.
+    """
+    return np.where(keep, values, np.nan)

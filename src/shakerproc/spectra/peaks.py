@@ -1,0 +1,206 @@
+"""Local maxima: the tallest in a band, and the thesis' own rule."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.spectra.cross import CrossSpectra
+from shakerproc.spectra.responses import psd
+
+IndexArray: TypeAlias = NDArray[np.intp]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """One local maximum of a spectrum.
+
+    Attributes
+    ----------
+    index : int
+        Which bin.
+    bin_frequency : float
+        Middle of the bin [Hz].
+    frequency : float
+        Frequency of the parabola through the logarithms of three bins [Hz].
+    value : float
+        Value in the bin [unit of the values].
+    """
+
+    index: int
+    bin_frequency: float
+    frequency: float
+    value: float
+
+
+def local_maxima(values: FloatArray) -> IndexArray:
+    """Return the indices of local maxima, of a flat top its first, as MATLAB's findpeaks.
+
+    The first and the last value are no maxima; nothing is next to a value that is not a
+    number.
+    """
+    if values.size < 3:
+        return np.zeros(0, dtype=np.intp)
+    keep = np.concatenate([[True], values[1:] != values[:-1]])
+    where = np.flatnonzero(keep)
+    level = values[where]
+    inner = (level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])
+    return where[1:-1][inner]
+
+
+def separated(indices: IndexArray, values: FloatArray, distance: float) -> IndexArray:
+    """Return the maxima that no taller one lies near, tallest first.
+
+    Parameters
+    ----------
+    indices : (n,) array of int
+        Candidates.
+    values : (n_values,) array
+        The spectrum that they are maxima of.
+    distance : float
+        Bins within which only the tallest is kept, the limit included; of equal ones the
+        first.
+
+    Returns
+    -------
+    (m,) array of int
+        What is kept, tallest first.
+    """
+    left = indices[np.argsort(-values[indices], kind="stable")]
+    kept = []
+    while left.size:
+        kept.append(left[0])
+        left = left[np.abs(left - left[0]) > distance]
+    return np.array(kept, dtype=np.intp)
+
+
+def find_peaks(
+    frequency: FloatArray,
+    values: FloatArray,
+    band: tuple[float, float],
+    *,
+    distance: float = 0.0,
+    height: float = 0.0,
+    count: int | None = None,
+) -> tuple[Peak, ...]:
+    """Return the tallest peaks in a band, tallest first.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Equally spaced frequencies [Hz].
+    values : (n_frequencies,) array
+        Positive values, linear; what is not a number is masked.
+    band : (float, float)
+        Lowest and highest frequency of a peak [Hz].
+    distance : float
+        Frequency within which only the tallest peak counts [Hz].
+    height : float
+        Peaks lower than this or equal to it do not count [unit of the values].
+    count : int, optional
+        How many at most; by default all.
+
+    Returns
+    -------
+    tuple of Peak
+        Peaks, tallest first; empty where there is none.
+
+    Raises
+    ------
+    ValueError
+        If the arrays or the band do not fit.
+    """
+    if frequency.shape != values.shape or frequency.ndim != 1:
+        raise ValueError(f"{frequency.shape} frequencies for {values.shape} values")
+    if not band[0] < band[1]:
+        raise ValueError(f"the band must rise, not run from {band[0]:g} to {band[1]:g} Hz")
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    found = local_maxima(values)
+    found = found[inside[found] & (values[found] > height)]
+    width = frequency[1] - frequency[0] if frequency.size > 1 else 1.0
+    tallest = separated(found, values, distance / width)[:count]
+    return tuple(_peak(int(k), frequency, values) for k in tallest)
+
+
+def effective_frequencies(
+    spectra: CrossSpectra,
+    channels: Sequence[int],
+    band: tuple[float, float],
+    *,
+    distance: float = 0.0,
+) -> tuple[Peak | None, ...]:
+    r"""Return the tallest peak of the density of each channel, whose frequency is omega_e.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    channels : sequence of int
+        Rows of the channels, from 0.
+    band : (float, float)
+        Excited band, in which the peak must lie [Hz].
+    distance : float
+        Frequency within which only the tallest peak counts [Hz].
+
+    Returns
+    -------
+    tuple of Peak or None
+        One for each channel; None where the density has no maximum in the band.
+
+    Raises
+    ------
+    ValueError
+        If the band does not rise.
+
+    References
+    ----------
+    .. [1] THESIS, section 5.2, "Using peaks to find trends".
+    """
+    density = psd(spectra)
+    found = (
+        find_peaks(spectra.frequency, density[row], band, distance=distance, count=1)
+        for row in channels
+    )
+    return tuple(peaks[0] if peaks else None for peaks in found)
+
+
+def thesis_peaks(values: FloatArray, share: float, height: float = -np.inf) -> IndexArray:
+    """Return the indices that the thesis' findpeaks call gives, by location.
+
+    Parameters
+    ----------
+    values : (n_frequencies,) array
+        PSD (as its logarithm) or PSD ratio from 0 to half the sample rate.
+    share : float
+        MinPeakDistance as a share of the lower half of the values [-].
+    height : float
+        MinPeakHeight.
+
+    Returns
+    -------
+    (n,) array of int
+        Indices of the peaks, from 0, in the order of frequency.
+
+    References
+    ----------
+    .. [1] THESIS, appendix C, "Finding peaks".
+    """
+    lower_half = values[: int(np.floor(values.size / 2 + 0.5))]
+    found = local_maxima(lower_half)
+    found = found[lower_half[found] > height]
+    return np.sort(separated(found, lower_half, share * lower_half.size))
+
+
+def _peak(k: int, frequency: FloatArray, values: FloatArray) -> Peak:
+    """Return the peak in bin k, its frequency from a parabola through the logarithms."""
+    near = values[k - 1 : k + 2]
+    shift = 0.0
+    if (near > 0.0).all():
+        left, middle, right = np.log(near)
+        shift = 0.5 * (left - right) / (left - 2.0 * middle + right)
+    width = frequency[k] - frequency[k - 1]
+    return Peak(k, float(frequency[k]), float(frequency[k] + shift * width), float(values[k]))

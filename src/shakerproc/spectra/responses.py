@@ -1,0 +1,180 @@
+"""From the matrix of cross spectra to densities, response functions and coherences."""
+
+from collections.abc import Sequence
+from typing import Any, Final, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.spectra.cross import CrossSpectra
+
+Values = TypeVar("Values", FloatArray, ComplexArray)
+
+SAME_MOTION: Final = 1e-10
+"""Share of the power in a motion of the controls below which it is taken for rounding."""
+
+
+def psd(spectra: CrossSpectra) -> FloatArray:
+    """Return the power spectral density of every channel.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+
+    Returns
+    -------
+    (n_channels, n_frequencies) array
+        One-sided densities [unit²/Hz].
+    """
+    return np.array(np.einsum("iif->if", spectra.matrix).real)
+
+
+def h1(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> ComplexArray:
+    r"""Return the response functions that noise on the responses does not bias.
+
+    .. math:: H_1 = S_{xy} / S_{xx}
+
+    with the mean of the control signals as :math:`x`.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    controls, responses : sequence of int
+        Rows of the control and of the response channels, from 0.
+
+    Returns
+    -------
+    (n_responses, n_frequencies) complex array
+        Response over control [-]; not a number where the control has no power.
+
+    References
+    ----------
+    .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 6.
+    """
+    control, cross, _ = _against_mean(spectra, controls, responses)
+    return _ratio(cross, control)
+
+
+def h2(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> ComplexArray:
+    r"""Return the response functions that noise on the controls does not bias.
+
+    .. math:: H_2 = S_{yy} / S_{yx}
+
+    Parameters and result are those of `h1`.
+    """
+    _, cross, response = _against_mean(spectra, controls, responses)
+    return _ratio(response.astype(np.complex128), cross.conj())
+
+
+def hv(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> ComplexArray:
+    r"""Return the response functions that noise of equal share on both sides does not bias.
+
+    .. math:: |H_v| = \sqrt{S_{yy} / S_{xx}} = \sqrt{|H_1| |H_2|}
+
+    with the phase of :math:`S_{xy}`. Parameters and result are those of `h1`.
+    """
+    control, cross, response = _against_mean(spectra, controls, responses)
+    magnitude: FloatArray = np.sqrt(_ratio(response, control))
+    phase: ComplexArray = np.exp(1j * np.angle(cross))
+    return magnitude * phase
+
+
+def psd_ratio(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> FloatArray:
+    r"""Return each response PSD over the mean of the control PSDs.
+
+    .. math:: R = S_{yy} \Big/ \frac{1}{n} \sum_i S_{x_i x_i}
+
+    The thesis calls it FRF. It is a squared magnitude and, unlike `h1` and `h2`, is raised
+    by noise on the responses and lowered by noise on the controls.
+
+    Parameters are those of `h1`.
+
+    Returns
+    -------
+    (n_responses, n_frequencies) array
+        Ratio [-]; not a number where the controls have no power.
+    """
+    density = psd(spectra)
+    return _ratio(density[list(responses)], density[list(controls)].mean(axis=0))
+
+
+def coherence(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> FloatArray:
+    r"""Return the ordinary coherence with the mean of the control signals.
+
+    .. math:: \gamma^2 = \frac{|S_{xy}|^2}{S_{xx} S_{yy}}
+
+    Parameters are those of `h1`.
+
+    Returns
+    -------
+    (n_responses, n_frequencies) array
+        Magnitude-squared coherence, 0 to 1 [-]; not a number where a signal has no power.
+    """
+    control, cross, response = _against_mean(spectra, controls, responses)
+    return _ratio(np.abs(cross) ** 2, control * response)
+
+
+def multiple_coherence(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> FloatArray:
+    r"""Return the share of each response that all controls together explain linearly.
+
+    .. math:: \gamma_m^2 = \frac{S_{yx} S_{xx}^{+} S_{xy}}{S_{yy}}
+
+    Controls that move as one (to ten digits) count as one: the inverse is a pseudo-inverse.
+    It needs at least as many averages as controls to mean anything.
+
+    Parameters are those of `h1`.
+
+    Returns
+    -------
+    (n_responses, n_frequencies) array
+        Multiple coherence, 0 to 1 [-]; not a number where the response has no power.
+    """
+    inputs, outputs = list(controls), list(responses)
+    scale = np.sqrt(psd(spectra)[inputs])
+    scale[scale == 0.0] = 1.0
+    s_xx = spectra.matrix[np.ix_(inputs, inputs)] / (scale[:, np.newaxis] * scale)
+    s_xy = spectra.matrix[np.ix_(inputs, outputs)] / scale[:, np.newaxis]
+    inverse = np.linalg.pinv(np.moveaxis(s_xx, -1, 0), rcond=SAME_MOTION, hermitian=True)
+    explained = np.einsum("irf,fij,jrf->rf", s_xy.conj(), inverse, s_xy).real
+    return _ratio(explained, psd(spectra)[outputs])
+
+
+def _against_mean(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> tuple[FloatArray, ComplexArray, FloatArray]:
+    """Return the spectra of the mean control, of it with the responses, and of these.
+
+    Raises
+    ------
+    ValueError
+        If there is no control.
+    """
+    inputs, outputs = list(controls), list(responses)
+    if not inputs:
+        raise ValueError("a response function needs at least one control channel")
+    control = spectra.matrix[np.ix_(inputs, inputs)].mean(axis=(0, 1)).real
+    cross = spectra.matrix[np.ix_(inputs, outputs)].mean(axis=0)
+    return control, cross, psd(spectra)[outputs]
+
+
+def _ratio(above: Values, below: NDArray[Any]) -> Values:
+    """Return the quotient, not a number where there is nothing below."""
+    shape = np.broadcast_shapes(above.shape, below.shape)
+    result = np.full(shape, np.nan, dtype=np.result_type(above, below))
+    np.divide(above, below, out=result, where=below != 0.0)
+    return cast("Values", result)

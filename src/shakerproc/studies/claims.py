@@ -1,0 +1,92 @@
+"""What the thesis states, our number for it, and whether the statement held."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+from shakerproc.studies import claims_experiment, claims_free, claims_sweep, claims_theory
+from shakerproc.studies.claims_base import Found
+
+HELD: Final = ("held", "held in part", "did not hold")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One line of the table.
+
+    Attributes
+    ----------
+    where : str
+        Place in the thesis.
+    says : str
+        What it states.
+    number : str
+        What we find.
+    held : str
+        Whether it held.
+    """
+
+    where: str
+    says: str
+    number: str
+    held: str
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ThesisClaim:
+    """A statement of the thesis and how to put it to the test.
+
+    Attributes
+    ----------
+    where : str
+        Place in the thesis.
+    says : str
+        What it states.
+    find : function
+        Computes our number and says whether the statement held.
+    """
+
+    where: str
+    says: str
+    find: Callable[[], Found]
+
+    def outcome(self) -> Outcome:
+        """Return our number and whether the statement held."""
+        found = self.find()
+        return Outcome(self.where, self.says, found.number, found.held)
+
+
+_CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
+    ThesisClaim(*row)
+    for module in (claims_theory, claims_sweep, claims_free, claims_experiment)
+    for row in module.CLAIMS
+)
+
+
+def thesis_claims() -> tuple[ThesisClaim, ...]:
+    """Return every statement that is put to the test, in the order of the thesis' chapters."""
+    return _CLAIMS
+
+
+def claims_page(outcomes: Sequence[Outcome]) -> str:
+    """Return the table as a page of the manual (Markdown)."""
+    lines = [
+        "# What the thesis claims, recomputed",
+        "",
+        "A. H. Hauglid, *Nonlinear Mechanical Vibrations: The Effect of Gaps*, NTNU, 2018.",
+        "Every number below is computed by `shakerproc study --thesis`, which also writes",
+        "this page (`--out docs`). omega_e is the tallest peak of the acceleration periodogram",
+        "of the whole run unless another estimator is named; its bins are 1/30 Hz wide for the",
+        "sweeps over 30 s and 1/20 Hz for the runs of 20 s. Sweeps run upwards from 0 to 30 Hz",
+        "over 30 s with 5 N, m = 1 kg, k = 1000 N/m, zeta = 0.01, unless said otherwise.",
+        "",
+        "| where | thesis | our number | held? |",
+        "|---|---|---|---|",
+    ]
+    for o in outcomes:
+        cells = (cell.replace("|", "\\|") for cell in (o.where, o.says, o.number, o.held))
+        lines.append(f"| {' | '.join(cells)} |")
+    counts = ", ".join(f"{sum(o.held == held for o in outcomes)} {held}" for held in HELD)
+    return "\n".join([*lines, "", f"Of {len(outcomes)} statements: {counts}.", ""])

@@ -1,0 +1,31 @@
+"""The kinds of study, and the mapping of them all."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from shakerproc.studies.kinds.base import AbstractKind
+from shakerproc.studies.kinds.curves import BackboneKind, ForceLaw, ResponseKind
+from shakerproc.studies.kinds.formula import Formula
+from shakerproc.studies.kinds.grid import Grid
+from shakerproc.studies.kinds.motion import MotionKind
+from shakerproc.studies.kinds.spectra import Spectra
+from shakerproc.studies.kinds.spectrograms import SpectrogramKind
+from shakerproc.studies.kinds.strobe import Bifurcation, Poincare
+
+KINDS: Final[Mapping[str, AbstractKind]] = MappingProxyType({
+    "grid": Grid(),
+    "spectra": Spectra(),
+    "motion": MotionKind(),
+    "response": ResponseKind(),
+    "backbone": BackboneKind(),
+    "bifurcation": Bifurcation(),
+    "poincare": Poincare(),
+    "spectrogram": SpectrogramKind(),
+    "force law": ForceLaw(),
+    "formula": Formula(),
+})
+
+OPTIONS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType({
+    name: kind.options for name, kind in KINDS.items()
+})

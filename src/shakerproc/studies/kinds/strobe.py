@@ -1,0 +1,128 @@
+"""Motion looked at once a period: Poincaré maps, and bifurcation diagrams of them."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import ClassVar, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.studies.kinds.base import AbstractKind, Job, label_of, said
+from shakerproc.studies.kinds.grid import column_of
+from shakerproc.studies.results import Columns, Line, Panel, StudyResult
+from shakerproc.studies.simulated import strobe
+from shakerproc.studies.study import Study
+
+
+@final
+class Bifurcation(AbstractKind):
+    """Displacement once a period against a parameter, after the motion has settled."""
+
+    options: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "periods": "1",
+        "settle periods": "1",
+    })
+    needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
+
+    def compute(self, study: Study, job: Job) -> Columns:
+        model, run = job.require()
+        x, v = strobe(
+            model,
+            run,
+            periods=int(study.option("periods", 64)),
+            settle=int(study.option("settle periods", 400)),
+            phases=1,
+        )
+        return {"displacement_m": x[0], "velocity_m_per_s": v[0]}
+
+    def result(
+        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
+    ) -> StudyResult:
+        variation = study.vary[-1]
+        counts = [one["displacement_m"].size for one in found]
+        x = np.repeat([job.values[-1] for job in jobs], counts)
+        y = np.concatenate([one["displacement_m"] for one in found]).astype(np.float64)
+        statement, verdict = said(study.claim)
+        unit = "" if variation.unit == "1" else f" [{variation.unit}]"
+        return StudyResult(
+            title=study.title,
+            figure=study.figure,
+            columns={
+                column_of(variation.name, variation.unit): x,
+                "displacement_m": y,
+                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in found]),
+            },
+            panels=(
+                Panel(
+                    f"{variation.name}{unit}",
+                    "displacement once a period [m]",
+                    (Line(x, y, "", "points"),),
+                ),
+            ),
+            method=(
+                f"{counts[0]} periods after {study.option('settle periods', 400):g} to settle, "
+                f"each value from the same initial state"
+            ),
+            statement=statement,
+            verdict=verdict,
+        )
+
+
+@final
+class Poincare(AbstractKind):
+    """Displacement and velocity once a period, also at a sequence of phases."""
+
+    options: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "periods": "1",
+        "settle periods": "1",
+        "phases": "1",
+    })
+    needs: ClassVar[tuple[str, ...]] = ("model", "run")
+
+    def compute(self, study: Study, job: Job) -> Columns:
+        model, run = job.require()
+        phases = int(study.option("phases", 1))
+        x, v = strobe(
+            model,
+            run,
+            periods=int(study.option("periods", 2000)),
+            settle=int(study.option("settle periods", 200)),
+            phases=phases,
+        )
+        return {
+            "phase_deg": np.repeat(np.arange(phases) * (360.0 / phases), x.shape[1]),
+            "displacement_m": x.ravel(),
+            "velocity_m_per_s": v.ravel(),
+        }
+
+    def result(
+        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
+    ) -> StudyResult:
+        panels = []
+        for job, one in zip(jobs, found, strict=True):
+            for phase in np.unique(one["phase_deg"].astype(np.float64)):
+                panels.append(_map(study, job, one, float(phase)))
+        statement, verdict = said(study.claim)
+        return StudyResult(
+            title=study.title,
+            figure=study.figure,
+            columns={
+                "run": np.repeat(np.arange(len(found)), [f["phase_deg"].size for f in found]),
+                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+            },
+            panels=tuple(panels),
+            method=f"{study.option('periods', 2000):g} periods",
+            statement=statement,
+            verdict=verdict,
+        )
+
+
+def _map(study: Study, job: Job, one: Columns, phase: float) -> Panel:
+    here = one["phase_deg"].astype(np.float64) == phase
+    x: FloatArray = one["displacement_m"][here].astype(np.float64)
+    v: FloatArray = one["velocity_m_per_s"][here].astype(np.float64)
+    label = label_of(study, job)
+    title = f"{label}, phase {phase:g}°" if label else f"phase {phase:g}°"
+    return Panel(
+        "displacement [m]", "velocity [m/s]", (Line(x, v, "", "points"),), title, square=True
+    )

@@ -1,0 +1,120 @@
+"""What a study gives: tables, and panels that any drawing program can draw."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+
+Columns: TypeAlias = Mapping[str, NDArray[np.generic]]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """One line, or one cloud of points.
+
+    Attributes
+    ----------
+    x, y : (n,) array
+        Where it runs.
+    label : str
+        Its name in the legend; empty for none.
+    look : str
+        ``line``, ``dashed``, ``dotted``, ``marked`` (with a sign at each point) or ``points``.
+    style : int
+        Number of the colour.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    label: str = ""
+    look: Literal["line", "dashed", "dotted", "marked", "points"] = "line"
+    style: int = 0
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Image:
+    """A density over two axes.
+
+    Attributes
+    ----------
+    x : (n_x,) array
+        Values along.
+    y : (n_y,) array
+        Values up.
+    values : (n_y, n_x) array
+        Density, drawn in decibels.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """One pair of axes.
+
+    Attributes
+    ----------
+    x_label, y_label : str
+        Names with units.
+    lines : tuple of Line
+        What is drawn.
+    title : str
+        Headline; empty for none.
+    log_x, log_y : bool
+        Whether an axis is logarithmic.
+    image : Image, optional
+        What lies under the lines.
+    square : bool
+        Whether the panel is about as high as wide.
+    """
+
+    x_label: str
+    y_label: str
+    lines: tuple[Line, ...]
+    title: str = ""
+    log_x: bool = False
+    log_y: bool = False
+    image: Image | None = None
+    square: bool = False
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyResult:
+    """Tables and panels of a study.
+
+    Attributes
+    ----------
+    title : str
+        Headline.
+    figure : str
+        Figure of the thesis; empty for none.
+    columns : mapping of str to (n,) array
+        The table, units in the names.
+    panels : tuple of Panel
+        The figure.
+    method : str
+        How the numbers came about: estimator, bin width, direction, severity.
+    statement, verdict : str
+        What was stated, and whether it held; empty without a claim.
+    notes : tuple of str
+        What is to be known of single numbers.
+    """
+
+    title: str
+    figure: str
+    columns: Columns
+    panels: tuple[Panel, ...]
+    method: str
+    statement: str = ""
+    verdict: str = ""
+    notes: tuple[str, ...] = field(default=())

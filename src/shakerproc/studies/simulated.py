@@ -1,0 +1,191 @@
+"""Runs of a study in time: the excitation as a function, the motion of the first mass."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models import Model
+from shakerproc.simulate import Simulation, simulate
+from shakerproc.studies.study import Quantity, Run
+
+NEIGHBOUR = 1e-9
+"""How far apart the neighbouring runs of an ensemble begin, over the displacement there is."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """The motion of the first mass relative to the base, what is to settle left out.
+
+    Attributes
+    ----------
+    sample_rate : float
+        Samples per second [Hz].
+    time : (n,) array
+        Instants [s].
+    displacement, velocity : (n,) array
+        Relative to the base [m], [m/s].
+    acceleration : (n,) array
+        Absolute [m/s²].
+    growth : float
+        How much a small disturbance grew [-].
+    chaotic : bool
+        Whether the trajectory cannot be trusted to the end.
+    """
+
+    sample_rate: float
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    growth: float
+    chaotic: bool
+
+    def of(self, quantity: Quantity) -> FloatArray:
+        """Return displacement, velocity or acceleration."""
+        found: FloatArray = getattr(self, quantity)
+        return found
+
+
+def signal_of(run: Run) -> Callable[[FloatArray], FloatArray]:
+    """Return the excitation as a function of time [s], in its SI unit.
+
+    A sweep begins as a cosine, as MATLAB's chirp; its phase is the integral of its frequency
+    (eq. 5.1 taken literally would sweep at twice the rate).
+
+    Raises
+    ------
+    ValueError
+        If the excitation is random: it has samples, not a function.
+    """
+    if run.excitation == "free":
+        return np.zeros_like
+    if run.excitation == "sine":
+        return lambda t: run.level * np.sin(2.0 * np.pi * run.frequency * t)
+    if run.excitation == "sine sweep":
+        first, last = (run.to_hz, run.from_hz) if run.down else (run.from_hz, run.to_hz)
+        if run.octaves:
+            rate = np.log(last / first) / run.duration
+            return lambda t: (
+                run.level * np.cos(2.0 * np.pi * first * (np.exp(rate * t) - 1.0) / rate)
+            )
+        slope = (last - first) / run.duration
+        return lambda t: run.level * np.cos(2.0 * np.pi * (first + 0.5 * slope * t) * t)
+    raise ValueError("random excitation is no function of time")
+
+
+def excitation_of(run: Run) -> FloatArray:
+    """Return the samples of the excitation, (n,) array in its SI unit.
+
+    Random excitation is a multisine with random phases, flat between its frequencies, of the
+    rms that the level says.
+    """
+    n_samples = round(run.duration * run.sample_rate) + 1
+    time = np.arange(n_samples) / run.sample_rate
+    if run.excitation != "random":
+        return signal_of(run)(time)
+    rng = np.random.default_rng(run.seed)
+    lines = np.arange(1, n_samples // 2) / run.duration
+    lines = lines[(lines >= run.from_hz) & (lines <= run.to_hz)]
+    spectrum = np.zeros(n_samples // 2 + 1, np.complex128)
+    places = np.round(lines * run.duration).astype(int)
+    spectrum[places] = np.exp(2j * np.pi * rng.random(lines.size))
+    samples = np.fft.irfft(spectrum, n_samples - 1)
+    samples = np.append(samples, samples[0])
+    return np.asarray(run.level * samples / np.sqrt(np.mean(samples**2)))
+
+
+def simulated(model: Model, run: Run, *, growth: bool = True) -> Motion:
+    """Return the motion of the first mass in one run."""
+    driving = excitation_of(run) if run.excitation == "random" else signal_of(run)
+    found = simulate(
+        model,
+        driving,
+        run.sample_rate,
+        duration=None if run.excitation == "random" else run.duration,
+        start={next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)},
+        growth=growth,
+    )
+    return _motion(found, run)
+
+
+def ensemble(model: Model, run: Run, count: int) -> list[Motion]:
+    """Return neighbouring runs, whose initial displacements differ by next to nothing.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    run : Run
+        How.
+    count : int
+        Number of runs.
+    """
+    size = float(np.max(np.abs(simulated(model, run, growth=False).displacement)))
+    starts = run.initial_displacement + NEIGHBOUR * size * np.arange(1, count + 1)
+    return [
+        simulated(model, replace(run, initial_displacement=float(x)), growth=False)
+        for x in starts
+    ]
+
+
+def strobe(
+    model: Model, run: Run, *, periods: int, settle: int, phases: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return displacement and velocity once a period, at each of several phases.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken by a sine.
+    run : Run
+        Its level, frequency and initial state.
+    periods : int
+        Periods that are looked at.
+    settle : int
+        Periods before.
+    phases : int
+        Phases of the excitation, equally spaced.
+
+    Returns
+    -------
+    two (phases, periods) arrays
+        Displacement [m] and velocity [m/s].
+
+    Raises
+    ------
+    ValueError
+        If the excitation is no sine.
+    """
+    if run.excitation != "sine" or run.frequency <= 0.0:
+        raise ValueError("looking once a period needs a sine with a frequency")
+    per_period = phases * max(1, -(-16 // phases))
+    found = simulate(
+        model,
+        signal_of(run),
+        per_period * run.frequency,
+        duration=(settle + periods) / run.frequency,
+        start={next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)},
+        growth=False,
+    )
+    first, step = settle * per_period, per_period // phases
+    shape = (periods, phases)
+    x = found.displacement[0, first : first + periods * per_period : step].reshape(shape)
+    v = found.velocity[0, first : first + periods * per_period : step].reshape(shape)
+    return x.T, v.T
+
+
+def _motion(found: Simulation, run: Run) -> Motion:
+    skip = int(run.settle * found.excitation.size)
+    return Motion(
+        sample_rate=found.sample_rate,
+        time=found.time[skip:],
+        displacement=found.displacement[0, skip:],
+        velocity=found.velocity[0, skip:],
+        acceleration=found.acceleration[0, skip:],
+        growth=float("nan") if found.growth is None else found.growth,
+        chaotic=found.chaotic,
+    )

@@ -1,0 +1,183 @@
+"""A study: a model, what is done to it, what is varied, what is measured."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+from shakerproc.models import Model
+
+Excitation: TypeAlias = Literal["free", "sine", "sine sweep", "random"]
+Quantity: TypeAlias = Literal["acceleration", "velocity", "displacement"]
+Trend: TypeAlias = Literal["falls", "rises"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One simulated run.
+
+    Attributes
+    ----------
+    excitation : str
+        ``free`` (from an initial state), ``sine``, ``sine sweep`` or ``random``.
+    level : float
+        Amplitude [m/s²] or [N]; of random excitation its rms.
+    from_hz, to_hz : float
+        Band of a sweep or of random excitation [Hz].
+    frequency : float
+        Frequency of a sine [Hz].
+    duration : float
+        Length [s].
+    sample_rate : float
+        Samples per second of the results [Hz].
+    down : bool
+        Whether a sweep runs downwards.
+    octaves : bool
+        Whether a sweep takes as long for every octave, not for every hertz.
+    initial_displacement, initial_velocity : float
+        State of the first mass at the start, relative to the base [m] and [m/s].
+    settle : float
+        Share of the run left out of what is measured [-].
+    seed : int
+        Seed of random excitation.
+    """
+
+    excitation: Excitation
+    level: float = 0.0
+    from_hz: float = 0.0
+    to_hz: float = 0.0
+    frequency: float = 0.0
+    duration: float = 30.0
+    sample_rate: float = 500.0
+    down: bool = False
+    octaves: bool = False
+    initial_displacement: float = 0.0
+    initial_velocity: float = 0.0
+    settle: float = 0.0
+    seed: int = 0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """What is read from a run.
+
+    Attributes
+    ----------
+    of : str
+        Which motion of the first mass.
+    estimator : str
+        ``periodogram`` of the whole run, or ``welch`` in segments.
+    segment : int
+        Samples of a Welch segment.
+    take : str
+        ``tallest`` peak, or ``first`` by frequency (of at least a thousandth of the tallest).
+    from_hz, to_hz : float
+        Band in which the peak is sought [Hz]; 0 for the whole.
+    ensemble : int
+        How many neighbouring runs give the spread where the motion is chaotic.
+    """
+
+    of: Quantity = "acceleration"
+    estimator: Literal["periodogram", "welch"] = "periodogram"
+    segment: int = 2048
+    take: Literal["tallest", "first"] = "tallest"
+    from_hz: float = 0.0
+    to_hz: float = 0.0
+    ensemble: int = 16
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """One parameter that takes several values.
+
+    Attributes
+    ----------
+    name : str
+        Its letter or word in tables.
+    unit : str
+        SI unit of the values.
+    places : tuple of str
+        What is set: ``elements.gap.clearance``, ``masses.coupon``, ``run.level``, ...
+    values : tuple of float
+        Values [SI].
+    texts : tuple of str
+        The values as the study writes them.
+    """
+
+    name: str
+    unit: str
+    places: tuple[str, ...]
+    values: tuple[float, ...]
+    texts: tuple[str, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """What somebody stated, and what a grid can say to it.
+
+    Attributes
+    ----------
+    statement : str
+        The statement.
+    quantity : str
+        Column of the table.
+    trend : str
+        How it is said to change.
+    along : str
+        Name of the variation.
+    comment : str
+        What else is to be said.
+    """
+
+    statement: str
+    quantity: str = "omega_e_hz"
+    trend: Trend | None = None
+    along: str = ""
+    comment: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A study, ready to run.
+
+    Attributes
+    ----------
+    title : str
+        Headline.
+    kind : str
+        Key in `KINDS`.
+    figure : str
+        Figure of the thesis that it draws; empty for none.
+    model : Model or None
+        What is shaken; a formula needs none.
+    run : Run or None
+        How; curves need none.
+    measure : Measure
+        What is read.
+    vary : tuple of Variation
+        Parameters and their values.
+    claim : Claim or None
+        The statement that it puts to the test.
+    options : mapping of str to float
+        Numbers that only some kinds know.
+    formula : str
+        Which closed form.
+    """
+
+    title: str
+    kind: str
+    figure: str
+    model: Model | None
+    run: Run | None
+    measure: Measure
+    vary: tuple[Variation, ...]
+    claim: Claim | None
+    options: tuple[tuple[str, float], ...]
+    formula: str = ""
+
+    def option(self, name: str, default: float) -> float:
+        """Return one of the options."""
+        return dict(self.options).get(name, default)

@@ -1,0 +1,42 @@
+"""The YAML log sheet of a campaign, read into a TestLog; every message with line and column."""
+
+from shakerproc.testlog.expectations import check_expectation, nominal_duration
+from shakerproc.testlog.facts import facts_of
+from shakerproc.testlog.levels import level_of
+from shakerproc.testlog.log import (
+    Crop,
+    Excitation,
+    Expectation,
+    NotchFilter,
+    Peaks,
+    Processing,
+    Specimen,
+    Test,
+    TestLog,
+    ThresholdCrop,
+    TimeCrop,
+    Tolerance,
+    Welch,
+)
+from shakerproc.testlog.reading import read_testlog
+
+__all__ = [
+    "Crop",
+    "Excitation",
+    "Expectation",
+    "NotchFilter",
+    "Peaks",
+    "Processing",
+    "Specimen",
+    "Test",
+    "TestLog",
+    "ThresholdCrop",
+    "TimeCrop",
+    "Tolerance",
+    "Welch",
+    "check_expectation",
+    "facts_of",
+    "level_of",
+    "nominal_duration",
+    "read_testlog",
+]

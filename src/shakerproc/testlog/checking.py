@@ -1,0 +1,133 @@
+"""What a test must say, must not say, and must not share with another test."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from shakerproc.testlog.facts import reserved_names
+from shakerproc.testlog.log import Test
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.schema import TestSection
+from shakerproc.units import quoted
+
+_NEEDED: Final[Mapping[str, Mapping[str, str]]] = {
+    "sine sweep": {"start": "from: 5 Hz", "stop": "to: 500 Hz"},
+    "stepped sine": {"start": "from: 5 Hz", "stop": "to: 500 Hz"},
+    "random": {"start": "from: 5 Hz", "stop": "to: 1000 Hz"},
+    "sine": {"frequency": "frequency: 50 Hz"},
+}
+"""Fields that a kind of excitation needs, and how they may be written."""
+
+_OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
+    "sine sweep": ("frequency",),
+    "stepped sine": ("frequency",),
+    "random": ("frequency", "rate"),
+    "sine": ("start", "stop", "rate"),
+    "shock": ("frequency", "rate"),
+}
+"""Fields that mean nothing for a kind of excitation."""
+
+_KEY: Final = {"start": "from", "stop": "to"}
+
+
+def check_keys(section: TestSection) -> None:
+    """Pass a test whose keys fit its kind of excitation.
+
+    Raises
+    ------
+    MisfitError
+        If one is missing, means nothing, or contradicts another.
+    """
+    kind = section.excitation or ""
+    for field, example in _NEEDED.get(kind, {}).items():
+        if getattr(section, field) is None:
+            raise MisfitError(
+                f'expected the key "{_KEY.get(field, field)}" for excitation: {kind}, '
+                f"such as {example}"
+            )
+    for field in _OUT_OF_PLACE.get(kind, ()):
+        if field in section.model_fields_set:
+            key = _KEY.get(field, field)
+            raise MisfitError(f"means nothing for excitation: {kind}; take it out", key)
+    if (section.start is None) != (section.stop is None):
+        given = "to" if section.start is None else "from"
+        raise MisfitError('expected both "from" and "to", or neither', given)
+    if section.start is None or section.stop is None:
+        return
+    if section.start == section.stop:
+        raise MisfitError("expected two frequencies that differ", "to")
+    if kind == "random" and section.start > section.stop:
+        raise MisfitError("expected from below to; only a sweep can go down", "to")
+
+
+class Sharing:
+    """What the tests read so far have: ids, spellings, recordings."""
+
+    def __init__(self) -> None:
+        self.ids: dict[str, tuple[Test, int]] = {}
+        self.spellings: dict[tuple[str, str], tuple[str, int]] = {}
+        self.reserved = reserved_names()
+        self.spelt: set[tuple[str, str]] = set()
+        self.recordings: dict[Path, list[tuple[Test, int]]] = {}
+
+    def check(self, test: Test, line: int) -> None:
+        """Pass a test that shares nothing it must not share.
+
+        Raises
+        ------
+        MisfitError
+            If its id, its recording or a spelling is in the way of another test.
+        """
+        owner, first = self.ids.setdefault(str(test.id).casefold(), (test, line))
+        if owner is not test:
+            raise MisfitError(
+                f"expected an id of its own, got {quoted(str(test.id))} as on line {first}",
+                "id",
+            )
+        for name in test.tags:
+            if name in self.reserved:
+                raise MisfitError(
+                    "is the name of a column that every table has; choose another name",
+                    "tags",
+                    name,
+                )
+        for key in ("joint", "specimen", "orientation"):
+            self._check_spelling(key, getattr(test, key), line)
+        if test.recording is not None and not test.discarded:
+            self._check_recording(test, self.recordings.setdefault(test.recording, []), line)
+
+    @staticmethod
+    def _check_recording(test: Test, others: list[tuple[Test, int]], line: int) -> None:
+        """Pass a recording that no other test processes in the same way.
+
+        Raises
+        ------
+        MisfitError
+            If one does.
+        """
+        for other, first in others:
+            if other.processing == test.processing:
+                raise MisfitError(
+                    f"is the recording of test {other.id} on line {first} as well, cropped the "
+                    "same way; correct the path, or give each its crop",
+                    "recording",
+                )
+        others.append((test, line))
+
+    def _check_spelling(self, key: str, value: str, line: int) -> None:
+        """Pass a name that is spelt as it was before.
+
+        Raises
+        ------
+        MisfitError
+            If it differs by case, spaces, hyphens or underscores only: tables would split.
+        """
+        if not value or (key, value) in self.spelt:
+            return
+        self.spelt.add((key, value))
+        folded = "".join(c for c in value.casefold() if c not in " _-")
+        known, first = self.spellings.setdefault((key, folded), (value, line))
+        if known != value:
+            raise MisfitError(
+                f'got {quoted(value)}; did you mean "{known}", as on line {first}?', key
+            )

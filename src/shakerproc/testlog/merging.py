@@ -1,0 +1,235 @@
+"""The log's channels, processing and expectations, overridden by those of a test."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
+
+from shakerproc.data import ChannelUse
+from shakerproc.documents import Key
+from shakerproc.testlog.log import (
+    Crop,
+    Expectation,
+    Processing,
+    ThresholdCrop,
+    TimeCrop,
+    Welch,
+)
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.schema import (
+    ChannelSection,
+    ExpectSection,
+    ProcessingSection,
+    ThresholdSection,
+    TimeSection,
+    WelchSection,
+)
+from shakerproc.units import is_unit_of, near_miss, quoted, to_si
+
+T = TypeVar("T")
+
+
+def merged_channels(
+    log: Mapping[Key, ChannelSection], test: Mapping[Key, ChannelSection]
+) -> tuple[ChannelUse, ...]:
+    """Return what the channels are used as; a test's entry replaces the log's.
+
+    Raises
+    ------
+    MisfitError
+        If two used channels go by one name.
+    """
+    uses = [
+        ChannelUse(key, **dict(section)) for key, section in (dict(log) | dict(test)).items()
+    ]
+    named: dict[str, Key] = {}
+    for use in uses:
+        name = use.name or str(use.key)
+        if use.role != "ignore" and named.setdefault(name, use.key) != use.key:
+            raise MisfitError(
+                f"expected a name of its own, got {quoted(name)} as for channel "
+                f"{quoted(named[name])}",
+                use.key,
+                "name",
+            )
+    return tuple(uses)
+
+
+def merged_processing(
+    base: Processing, section: ProcessingSection, channels: Sequence[ChannelUse]
+) -> Processing:
+    """Return how recordings are processed: `base`, overridden where the section says so.
+
+    Raises
+    ------
+    MisfitError
+        If what comes out does not fit together.
+    """
+    given = _given(section)
+    band = base.band if section.band is None else (section.band.low, section.band.high)
+    if section.band is not None and section.band.low >= section.band.high:
+        raise MisfitError("expected from below to", "band", "to")
+    tolerance = _overridden(base.tolerance, section.tolerance)
+    if tolerance.alarm > tolerance.abort:
+        key = "alarm" if section.tolerance.alarm is not None else "abort"
+        raise MisfitError("expected alarm at most abort", "tolerance", key)
+    notch = _overridden(base.notch, section.notch)
+    return Processing(
+        crop=_crop(base.crop, section, channels),
+        sample_rate=given.get("sample_rate", base.sample_rate),
+        welch=_welch(base.welch, section.welch),
+        detrend=given.get("detrend", base.detrend),
+        band=band,
+        peaks=_overridden(base.peaks, section.peaks),
+        notch=notch,
+        tolerance=tolerance,
+    )
+
+
+def merged_expectation(base: Expectation, section: ExpectSection) -> Expectation:
+    """Return what recordings must be: `base`, overridden where the section says so."""
+    return _overridden(base, section)
+
+
+def _given(section: BaseModel) -> dict[str, Any]:
+    return {name: getattr(section, name) for name in section.model_fields_set}
+
+
+def _overridden(base: T, section: BaseModel) -> T:
+    given = _given(section)
+    if not given:
+        return base
+    kept = {name: getattr(base, name) for name in base.__dataclass_fields__}  # type: ignore[attr-defined]
+    return type(base)(**(kept | given))
+
+
+def _welch(base: Welch, section: WelchSection) -> Welch:
+    """Return the segments; where only their length is given, they overlap by half.
+
+    Raises
+    ------
+    MisfitError
+        If the overlap is not below the segment, or the padded length is.
+    """
+    welch = _overridden(base, section)
+    if section.segment is not None and section.overlap is None:
+        welch = replace(welch, overlap=section.segment // 2)
+    if welch.overlap >= welch.segment:
+        raise MisfitError(
+            f"expected an overlap below the segment of {welch.segment}, got {welch.overlap}",
+            "welch",
+            "overlap" if "overlap" in section.model_fields_set else "segment",
+        )
+    if welch.n_fft is not None and welch.n_fft < welch.segment:
+        raise MisfitError(
+            f"expected at least the segment of {welch.segment}, got {welch.n_fft}",
+            "welch",
+            "n_fft" if "n_fft" in section.model_fields_set else "segment",
+        )
+    return welch
+
+
+def _crop(
+    base: Crop | None, section: ProcessingSection, channels: Sequence[ChannelUse]
+) -> Crop | None:
+    crop = section.crop
+    if crop is None:
+        return _with_channel(base, channels) if isinstance(base, ThresholdCrop) else base
+    if isinstance(crop, TimeSection):
+        return _time_crop(crop)
+    if isinstance(crop, ThresholdSection):
+        return _threshold_crop(base, crop, channels)
+    return None
+
+
+def _time_crop(section: TimeSection) -> TimeCrop:
+    """Return a crop by times.
+
+    Raises
+    ------
+    MisfitError
+        If it ends before it starts.
+    """
+    start = section.start or 0.0
+    if section.stop is not None and section.stop <= start:
+        raise MisfitError("expected an end after the start", "crop", "to")
+    return TimeCrop(start, section.stop)
+
+
+def _threshold_crop(
+    base: Crop | None, section: ThresholdSection, channels: Sequence[ChannelUse]
+) -> ThresholdCrop:
+    """Return a crop by threshold.
+
+    Raises
+    ------
+    MisfitError
+        If the channel is none of the log's, or the threshold no acceleration or force.
+    """
+    given = _given(section)
+    if "threshold" in given:
+        try:
+            given["threshold"] = _threshold(section.threshold)
+        except ValueError as error:
+            raise MisfitError(str(error), "crop", "threshold") from error
+    crop = _overridden_crop(base if isinstance(base, ThresholdCrop) else ThresholdCrop(), given)
+    if "channel" in given:
+        _check_channel(crop.channel, channels)
+        return crop
+    return _with_channel(crop, channels)
+
+
+def _overridden_crop(base: ThresholdCrop, given: Mapping[str, Any]) -> ThresholdCrop:
+    kept = {name: getattr(base, name) for name in base.__dataclass_fields__}
+    return ThresholdCrop(**(kept | {k: v for k, v in given.items() if v is not None}))
+
+
+def _threshold(written: object) -> float:
+    """Return a threshold in SI.
+
+    Raises
+    ------
+    ValueError
+        If it is no positive acceleration or force.
+    """
+    is_force = isinstance(written, str) and is_unit_of(written.lstrip("+-0123456789.eE "), "N")
+    value = to_si(written, "N" if is_force else "m/s^2")
+    if value <= 0.0:
+        raise ValueError(f"expected more than 0, such as 0.45 g, got {quoted(written)}")
+    return value
+
+
+def _with_channel(crop: ThresholdCrop, channels: Sequence[ChannelUse]) -> ThresholdCrop:
+    """Return the crop on the only control channel where there is no second."""
+    controls = [use for use in channels if use.role == "control"]
+    known = _names(channels)
+    if not channels or crop.channel in known or len(controls) != 1:
+        return crop
+    return _overridden_crop(crop, {"channel": controls[0].name or controls[0].key})
+
+
+def _check_channel(channel: Key, channels: Sequence[ChannelUse]) -> None:
+    """Pass a channel that the log names.
+
+    Raises
+    ------
+    MisfitError
+        If it does not, although it names others.
+    """
+    known = _names(channels)
+    if not channels or channel in known:
+        return
+    texts = [str(name) for name in known]
+    meant = near_miss(str(channel), texts)
+    question = f'; did you mean "{meant}"?' if meant else f"; the log has {', '.join(texts)}"
+    raise MisfitError(
+        f"expected a channel of the log, got {quoted(channel)}{question}", "crop", "channel"
+    )
+
+
+def _names(channels: Sequence[ChannelUse]) -> list[Key]:
+    used = [use for use in channels if use.role != "ignore"]
+    n_controls = sum(use.role == "control" for use in used)
+    names = [*(use.key for use in used), *(use.name for use in used if use.name)]
+    return [*names, *(f"control {n}" for n in range(1, n_controls + 1))]

@@ -1,0 +1,17 @@
+"""What does not fit together in a section of the log, and at which of its keys."""
+
+from shakerproc.documents import Key
+
+
+class MisfitError(Exception):
+    """Something does not fit, at a key below the section that is looked at.
+
+    Attributes
+    ----------
+    place : tuple of str and int
+        Keys from the section to what does not fit.
+    """
+
+    def __init__(self, message: str, *place: Key) -> None:
+        self.place = place
+        super().__init__(message)

@@ -1,0 +1,226 @@
+"""The YAML log sheet, read into a TestLog: cross-checked, every message with its place."""
+
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, final
+
+from shakerproc.data import ChannelUse
+from shakerproc.documents import Document, Key, read_document
+from shakerproc.testlog.checking import Sharing, check_keys
+from shakerproc.testlog.levels import level_of, rate_of, tidy
+from shakerproc.testlog.log import (
+    Expectation,
+    LevelUnit,
+    Processing,
+    Specimen,
+    Tag,
+    Test,
+    TestLog,
+)
+from shakerproc.testlog.merging import merged_channels, merged_expectation, merged_processing
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.paths import Below
+from shakerproc.testlog.schema import LogSection, TestSection
+from shakerproc.testlog.specimens import Table, specimens_of
+
+
+def read_testlog(path: Path, *, strict: bool = False) -> TestLog:
+    """Return what a log sheet says.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file; configs/all_keys.yaml explains every key.
+    strict : bool
+        Refuse the log where a recording is missing; otherwise that is an error of its test
+        alone, which `Test.require_recording` raises.
+
+    Raises
+    ------
+    DocumentError
+        If the log cannot be used, with file, line and column, what was expected and found.
+    """
+    document = read_document(path, LogSection)
+    log = _Reader(document).log()
+    if strict:
+        _require_recordings(log)
+    return log
+
+
+def _require_recordings(log: TestLog) -> None:
+    """Pass a log whose recordings are all there.
+
+    Raises
+    ------
+    DocumentError
+        If one is missing.
+    """
+    missing = [
+        i
+        for i, test in enumerate(log.tests)
+        if not test.discarded and not (test.recording and test.recording.is_file())
+    ]
+    if missing:
+        first = log.tests[missing[0]]
+        found = f"no recording {first.recording}" if first.recording else "no recording"
+        more = f" ({len(missing) - 1} more are missing)" if len(missing) > 1 else ""
+        raise log.document.error(("tests", missing[0], "recording"), found + more)
+
+
+class _Reader:
+    """Builds the tests of one log, and remembers what they must not share."""
+
+    def __init__(self, document: Document[LogSection]) -> None:
+        section = document.value
+        self.document = document
+        self.section = section
+        self.specimens: Table = specimens_of(document)
+        self.recordings = _recordings(document)
+        self.sharing = Sharing()
+        with _At(document, "channels"):
+            self.channels = merged_channels(section.channels, {})
+        with _At(document, "processing"):
+            self.processing = merged_processing(Processing(), section.processing, self.channels)
+        self.expect = merged_expectation(Expectation(), section.expect)
+
+    def log(self) -> TestLog:
+        return TestLog(
+            path=self.document.path,
+            title=self.section.title or self.document.path.stem,
+            folder=self.recordings.folder,
+            tests=tuple(self._test(i, test) for i, test in enumerate(self.section.tests)),
+            specimens=tuple(self.specimens.values()),
+            document=self.document,
+        )
+
+    def _test(self, i: int, section: TestSection) -> Test:
+        line = self.document.line(("tests", i))
+        if not section.discarded:
+            with _At(self.document, "tests", i):
+                check_keys(section)
+        specimen = self._specimen(i, section)
+        level, level_unit = self._level(i, section)
+        per_octave, linear = self._rate(i, section)
+        channels, processing = self._merged(i, section)
+        test = Test(
+            id=section.id,
+            recording=self._recording(i, section),
+            joint=section.joint or "",
+            specimen=section.specimen or "",
+            clearance=specimen.nominal if section.clearance is None else section.clearance,
+            actual_clearance=(
+                specimen.actual
+                if section.actual_clearance is None
+                else section.actual_clearance
+            ),
+            actual_axial_clearance=(
+                specimen.actual_axial if section.actual_clearance is None else None
+            ),
+            orientation=section.orientation or "",
+            excitation=section.excitation,
+            level=level,
+            level_unit=level_unit,
+            level_text=tidy(section.level) if level is not None else "",
+            from_hz=section.start,
+            to_hz=section.stop,
+            rate_oct_per_min=per_octave,
+            rate_hz_per_s=linear,
+            frequency_hz=section.frequency,
+            notch_hz=section.notch,
+            discarded=section.discarded,
+            comment=section.comment,
+            hold_out=section.hold_out,
+            tags={name: _tag(value) for name, value in section.tags.items()},
+            channels=channels,
+            processing=processing,
+            expect=merged_expectation(self.expect, section.expect),
+            source=f"{self.document.path}:{line}",
+            folder=self.recordings.folder,
+        )
+        with _At(self.document, "tests", i):
+            self.sharing.check(test, line)
+        return test
+
+    def _level(
+        self, i: int, section: TestSection
+    ) -> tuple[float, LevelUnit] | tuple[None, None]:
+        if "level" not in section.model_fields_set:
+            return None, None
+        with _At(self.document, "tests", i, "level"):
+            return level_of(section.level, section.excitation)
+
+    def _rate(self, i: int, section: TestSection) -> tuple[float | None, float | None]:
+        if "rate" not in section.model_fields_set:
+            return None, None
+        with _At(self.document, "tests", i, "rate"):
+            return rate_of(section.rate)
+
+    def _recording(self, i: int, section: TestSection) -> Path | None:
+        if section.recording is None:
+            return None
+        with _At(self.document, "tests", i, "recording"):
+            return self.recordings.path(section.recording)
+
+    def _specimen(self, i: int, section: TestSection) -> Specimen:
+        """Return the measured specimen of a test, an unmeasured one where there is none.
+
+        Raises
+        ------
+        DocumentError
+            If the test's nominal clearance is another than the specimen's.
+        """
+        joint, name = section.joint or "", section.specimen or ""
+        specimen = self.specimens.get((joint, name), Specimen(joint, name))
+        given, nominal = section.clearance, specimen.nominal
+        if given is not None and nominal is not None and abs(given - nominal) > 1e-9:
+            raise self.document.error(
+                ("tests", i, "clearance"),
+                f"expected {nominal * 1e3:g} mm, the nominal clearance of {joint} {name} under "
+                f"specimens, got {given * 1e3:g} mm",
+            )
+        return specimen
+
+    def _merged(
+        self, i: int, section: TestSection
+    ) -> tuple[tuple[ChannelUse, ...], Processing]:
+        channels, processing = self.channels, self.processing
+        if section.channels:
+            with _At(self.document, "tests", i, "channels"):
+                channels = merged_channels(self.section.channels, section.channels)
+        if section.channels or "processing" in section.model_fields_set:
+            with _At(self.document, "tests", i, "processing"):
+                processing = merged_processing(processing, section.processing, channels)
+        return channels, processing
+
+
+def _recordings(document: Document[LogSection]) -> Below:
+    """Return the folder that all recordings lie in."""
+    with _At(document, "recordings"):
+        return Below(Below(document.path.parent).path(document.value.recordings))
+
+
+def _tag(value: Tag) -> Tag:
+    """Return a tag as text or number: true and false are text."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+@final
+class _At:
+    """Gives what is raised inside its place in the file."""
+
+    __slots__ = ("document", "place")
+
+    def __init__(self, document: Document[LogSection], *place: Key) -> None:
+        self.document, self.place = document, place
+
+    def __enter__(self) -> None:
+        """Do nothing."""
+
+    def __exit__(
+        self, kind: object, error: BaseException | None, trace: TracebackType | None
+    ) -> Literal[False]:
+        if isinstance(error, MisfitError):
+            raise self.document.error((*self.place, *error.place), str(error)) from error
+        if isinstance(error, ValueError):
+            raise self.document.error(self.place, str(error)) from error
+        return False

@@ -1,0 +1,390 @@
+"""Text with a unit, to SI numbers (pint, loaded when first needed).
+
+SI means the base units: `to_si("1 oct/min", "oct/min")` is 1/60, in octaves per second, and
+`to_si("23 degC", "K")` is 296.15. The unit that is wanted decides what `g` stands for: gravity
+(9.80665 m/s²) where an acceleration is wanted, grams where a mass is.
+"""
+
+import difflib
+import math
+import re
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from pydantic import BeforeValidator
+
+from shakerproc.data import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_DEFINITIONS: Final = f"""
+pico- = 1e-12 = p-
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = u-
+milli- = 1e-3 = m-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+metre = [length] = m = meter
+second = [time] = s = sec
+gram = [mass] = gram
+ampere = [current] = A
+kelvin = [temperature] = K
+radian = [angle] = rad
+octave = [octave] = oct
+decade = 3.321928094887362 * octave = dec
+decibel = [level] = dB
+minute = 60 * second = min
+hour = 3600 * second = h
+hertz = 1 / second = Hz
+rpm = hertz / 60 = rpm
+degree = 0.017453292519943295 * radian = deg
+newton = 1000 * gram * metre / second**2 = N
+newton_metre = newton * metre = Nm
+newton_second = newton * second = Ns
+pascal = newton / metre**2 = Pa
+joule = newton * metre = J
+watt = joule / second = W
+volt = watt / ampere = V
+coulomb = ampere * second = C
+centimetre = 0.01 * metre = cm
+inch = 0.0254 * metre = in
+foot = 0.3048 * metre = ft
+tonne = 1e6 * gram = t
+pound = 453.59237 * gram = lb
+pound_force = 4.4482216152605 * newton = lbf
+gravity = {STANDARD_GRAVITY!r} * metre / second**2 = g_n = gn = g0
+"""
+
+_EXAMPLES: Final = {
+    "m": "0.05 mm",
+    "m/s^2": "0.5 g",
+    "kg": "28.6 g",
+    "s": "2 s",
+    "Hz": "500 Hz",
+    "1/s": "0.001 1/s",
+    "N": "20 N",
+    "N/m": "1.2e5 N/m",
+    "N s/m": "1.5 N s/m",
+    "oct/min": "1 oct/min",
+    "oct/s": "1 oct/min",
+    "(m/s^2)^2/Hz": "0.01 g^2/Hz",
+    "g^2/Hz": "0.01 g^2/Hz",
+    "1": "2 %",
+    "%": "2 %",
+    "K": "23 degC",
+    "degC": "23 degC",
+}
+
+_SYMBOLS: Final = (
+    "m", "mm", "µm", "um", "nm", "cm", "km", "in", "ft", "s", "ms", "µs", "us", "min", "h",
+    "Hz", "kHz", "MHz", "g", "kg", "mg", "lb", "t", "N", "kN", "mN", "MN", "lbf", "Pa", "kPa",
+    "MPa", "GPa", "J", "W", "V", "mV", "C", "pC", "A", "K", "degC", "rad", "deg", "rpm", "oct",
+    "dec", "dB", "%", "m/s", "mm/s", "m/s^2", "mm/s^2", "g^2/Hz", "(m/s^2)^2/Hz", "N/m", "N/mm",
+    "N s/m", "N s/mm", "oct/min", "oct/s", "Hz/s", "dB/oct", "1/s", "mV/g",
+)  # fmt: skip
+
+_PREFIXED: Final = ("m", "s", "N", "Pa", "J", "W", "V", "C", "A", "Hz", "Nm", "Ns")
+_ALONE: Final = (
+    "metre", "meter", "second", "sec", "minute", "hour", "gram", "tonne", "kelvin", "radian",
+    "degree", "octave", "decade", "decibel", "hertz", "newton", "pascal", "volt", "inch",
+    "foot", "gravity", "cm", "in", "ft", "min", "h", "g_n", "gn", "g0", "g", "kg", "mg", "lb",
+    "t", "lbf", "K", "degC", "rad", "deg", "rpm", "oct", "dec", "dB", "%",
+)  # fmt: skip
+_KNOWN: Final = frozenset(_ALONE) | {p + u for p in ("", *"pnµumkMG") for u in _PREFIXED}
+"""Symbols that are read; pint alone would take Min for a million inches."""
+
+_NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_COMMA: Final = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_WRITABLE: Final = re.compile(r"[A-Za-zµΩ0-9_%/*^()\- ]{0,40}")
+_SYMBOL: Final = re.compile(r"[A-Za-zµΩ_%]+")
+_SUPERSCRIPT: Final = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_LOOK_ALIKE: Final = str.maketrans({"μ": "µ", "·": "*", "×": "*", "−": "-", "\u00a0": " "})
+
+
+def to_si(text: object, unit: str) -> float:
+    """Return the SI value of a number with a unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``0.05 mm``; what is no text is refused in the same words, for schemas.
+    unit : str
+        Any unit of the quantity that is wanted, such as ``m``; ``1`` wants a ratio, which may
+        be written as a bare number or in ``%``.
+
+    Raises
+    ------
+    ValueError
+        If the text is no number with a unit of this quantity. The message says what was
+        expected, what was found, and gives an example.
+
+    Examples
+    --------
+    >>> to_si("0.05 mm", "m")
+    5e-05
+    >>> to_si("28.6 g", "kg"), to_si("0.5 g", "m/s^2")
+    (0.0286, 4.903325)
+    """
+    if unit in {"1", "%"} and isinstance(text, int | float) and not isinstance(text, bool):
+        text = repr(text)
+    if not isinstance(text, str):
+        raise ValueError(_wanted(unit, text) + _advice_for_number(text, unit))
+    return _to_si(text, unit)
+
+
+@lru_cache(maxsize=4096)
+def _to_si(text: str, unit: str) -> float:
+    """Do as `to_si`; a log sheet says the same thing many times.
+
+    Raises
+    ------
+    ValueError
+        As `to_si` does.
+    """
+    number, rest = _split(text, unit)
+    if not rest and unit not in {"1", "%"}:
+        raise ValueError(_wanted(unit, text) + "; the unit is missing")
+    scale, offset = _factor_or_error(rest, unit, text)
+    value = (number + offset) * scale if offset else _scaled(number, scale)
+    if not math.isfinite(value):
+        raise ValueError(_wanted(unit, text) + "; the number is too large")
+    return value
+
+
+def from_si(value: float, unit: str, shown: str) -> float:
+    """Return an SI value in the unit that it is shown in.
+
+    Parameters
+    ----------
+    value : float
+        In SI base units.
+    unit : str
+        Any unit of the quantity, as for `to_si`.
+    shown : str
+        Unit of the number that is returned.
+
+    Raises
+    ------
+    ValueError
+        If `shown` is no unit of that quantity.
+
+    Examples
+    --------
+    >>> from_si(5e-5, "m", "mm")
+    0.05
+    """
+    scale, offset = _factor_or_error(shown, unit, shown)
+    return (value / scale if scale >= 1.0 else value * _reciprocal(scale)) - offset
+
+
+def quantity(unit: str) -> Any:
+    """Return the type of a pydantic field that is written with a unit and held in SI.
+
+    For static annotations, which type checkers read: ``Annotated[float, in_unit("m")]``.
+    """
+    return Annotated[float, in_unit(unit)]
+
+
+def in_unit(
+    unit: str, *, positive: bool = False, not_negative: bool = False
+) -> BeforeValidator:
+    """Return what turns a pydantic float field into one that is written with a unit."""
+
+    def parsed(value: object) -> float:
+        number = to_si(value, unit)
+        if (positive and number <= 0.0) or (not_negative and number < 0.0):
+            bound = "more than 0" if positive else "at least 0"
+            raise ValueError(f"expected {bound}, such as {example(unit)}, got {quoted(value)}")
+        return number
+
+    return BeforeValidator(parsed)
+
+
+def is_unit_of(unit: str, wanted: str) -> bool:
+    """Return whether a unit measures the same quantity as another."""
+    return not isinstance(_factor(unit, wanted), str)
+
+
+def is_same_unit(unit: str, other: str) -> bool:
+    """Return whether two units are the same, however written: ``m/s²`` is ``m/s^2``."""
+    parsed = _parsed(unit, "g_n") if unit.strip() else unit
+    return parsed == _parsed(other, "g_n") and not isinstance(parsed, str)
+
+
+def problem_of_unit(unit: str) -> str | None:
+    """Return what is wrong with a unit that stands alone, or None."""
+    parsed = _parsed(unit, "g_n") if unit.strip() else "the unit is missing"
+    return parsed if isinstance(parsed, str) else None
+
+
+def example(unit: str) -> str:
+    """Return how a quantity may be written, such as ``0.05 mm`` for ``m``."""
+    return _EXAMPLES.get(unit, f"1.5 {unit}")
+
+
+def near_miss(word: str, known: tuple[str, ...] | list[str]) -> str | None:
+    """Return the known word that was most likely meant, if one is near."""
+    by_folded = {_folded(name): name for name in reversed(known)}
+    folded = _folded(word)
+    if folded in by_folded:
+        return by_folded[folded]
+    matches = difflib.get_close_matches(folded, by_folded, n=1, cutoff=0.7)
+    return by_folded[matches[0]] if matches else None
+
+
+def _folded(word: str) -> str:
+    return re.sub(r"[\s_-]+", " ", word.casefold()).strip()
+
+
+def _wanted(unit: str, found: object) -> str:
+    if unit in {"1", "%"}:
+        kind = "a number, or one with %,"
+    else:
+        kind = f"a number with a unit of {unit},"
+    return f"expected {kind} such as {example(unit)}, got {quoted(found)}"
+
+
+def quoted(found: object) -> str:
+    """Return how a message shows a value of a file: short and without control characters."""
+    if isinstance(found, str):
+        text = found if len(found) <= 60 else found[:57] + "..."
+        return '"' + "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text) + '"'
+    if found is None:
+        return "nothing"
+    if isinstance(found, bool):
+        return str(found).lower()
+    if isinstance(found, dict):
+        return "a mapping"
+    return "a list" if isinstance(found, list) else str(found)
+
+
+def _advice_for_number(found: object, unit: str) -> str:
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        return ""
+    return f"; write it with its unit, as {found} {example(unit).partition(' ')[2]}"
+
+
+def _split(text: str, unit: str) -> tuple[float, str]:
+    """Return the number that opens a text, and the text of its unit.
+
+    Raises
+    ------
+    ValueError
+        If the text opens with no number, or with one that has a decimal comma.
+    """
+    plain = text.translate(_LOOK_ALIKE).strip()
+    if comma := _COMMA.match(plain):
+        pointed = comma[0].replace(",", ".") + plain[comma.end() :]
+        if re.fullmatch(r"[+-]?\d+,\d\d\d", comma[0]):
+            pointed += ", or " + comma[0].replace(",", "") + plain[comma.end() :]
+        raise ValueError(_wanted(unit, text) + f"; use a decimal point: {pointed}")
+    match = _NUMBER.match(plain)
+    if match is None:
+        raise ValueError(_wanted(unit, text))
+    if len(match[0]) > 60:
+        raise ValueError(_wanted(unit, text) + "; the number is too long")
+    return float(match[0]), plain[match.end() :].strip()
+
+
+def _factor_or_error(written: str, wanted: str, text: str) -> tuple[float, float]:
+    factor = _factor(written, wanted)
+    if isinstance(factor, str):
+        raise ValueError(f"{_wanted(wanted, text)}; {factor}")
+    return factor
+
+
+def _reciprocal(scale: float) -> float:
+    """Return 1/scale, exact where that is a whole number (1e-3 is not, 1000 is)."""
+    inverse = 1.0 / scale
+    whole = round(inverse)
+    return float(whole) if math.isclose(inverse, whole, rel_tol=1e-15) else inverse
+
+
+def _scaled(number: float, scale: float) -> float:
+    """Return number times scale, dividing where that is the exact way: 0.05 mm is 5e-05 m."""
+    if 0.0 < scale < 1.0:
+        return number / _reciprocal(scale)
+    return number * scale
+
+
+@lru_cache(maxsize=512)
+def _factor(written: str, wanted: str) -> tuple[float, float] | str:
+    """Return scale and offset from a unit to SI, or what is wrong with the unit.
+
+    Raises
+    ------
+    ValueError
+        If the wanted unit is none: the caller's mistake.
+    """
+    if _is_temperature(wanted) and _is_temperature(written):
+        return 1.0, (0.0 if written.strip() == "K" else 273.15)
+    target = _parsed("K" if _is_temperature(wanted) else wanted, "g_n")
+    if isinstance(target, str):
+        raise ValueError(f'cannot want the unit "{wanted}": {target}')
+    # A wanted unit that itself says g, such as g^2/Hz, means gravity.
+    meanings = [_parsed(written, meaning) for meaning in ("g_n", "gram")]
+    for meaning in meanings:
+        if not isinstance(meaning, str) and meaning[1] == target[1]:
+            return meaning[0], 0.0
+    first = meanings[0]
+    return first if isinstance(first, str) else f'"{written}" is not such a unit'
+
+
+def _is_temperature(unit: str) -> bool:
+    return unit.strip().replace("°", "deg").replace(" ", "") in {"degC", "K"}
+
+
+def _parsed(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
+    """Return the scale to SI and the dimensions of a unit, or what is wrong with it."""
+    plain = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m[0].translate(_SUPERSCRIPT), written)
+    plain = plain.translate(_LOOK_ALIKE).replace("°", "deg")
+    if problem := _problem_of(plain):
+        return problem
+    expression = _SYMBOL.sub(lambda m: _name_of(m[0], gravity), plain).replace("^", "**")
+    expression = re.sub(r"(?<=[\w)])\s+(?=[\w(])", "*", expression.strip()) or "1"
+    try:
+        # The text holds known symbols, digits and operators only.
+        parsed = _registry().parse_expression(expression)
+    except Exception:  # noqa: BLE001  pint passes on whatever its parser stumbles over
+        return f'"{written}" is not written as a unit'
+    return _scale_and_dimensions(parsed)
+
+
+def _scale_and_dimensions(parsed: Any) -> tuple[float, dict[str, float]]:
+    if not hasattr(parsed, "to_base_units"):
+        return float(parsed), {}
+    base = parsed.to_base_units()
+    dimensions = {str(name): float(power) for name, power in base.dimensionality.items()}
+    # pint's base unit of mass is the gram here, that of SI the kilogram.
+    return float(base.magnitude) * 1e-3 ** dimensions.get("[mass]", 0.0), dimensions
+
+
+def _name_of(symbol: str, gravity: str) -> str:
+    own = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
+    return own.get(symbol, symbol)
+
+
+def _problem_of(unit: str) -> str | None:
+    """Return what is wrong with the spelling of a unit, before pint sees it."""
+    if _WRITABLE.fullmatch(unit) is None:
+        return f"{quoted(unit)} is not a unit"
+    if re.search(r"\d\d|\d\.|\.\d|\*\*.*\*\*|\^[^-\d]|(?<!\^)-|--|\^-?\d*\^|\(\(\(", unit):
+        return f'"{unit}" is not written as a unit'
+    for symbol in _SYMBOL.findall(unit):
+        if symbol not in _KNOWN:
+            meant = near_miss(symbol, _SYMBOLS)
+            return f'no unit "{symbol}"' + (f'; did you mean "{meant}"?' if meant else "")
+    return None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> "UnitRegistry[Any]":
+    """Return a small registry: every unit of a test sheet and no furlongs."""
+    import pint
+
+    registry: UnitRegistry[Any] = pint.UnitRegistry(None)
+    for line in _DEFINITIONS.strip().splitlines():
+        registry.define(line)
+    return registry

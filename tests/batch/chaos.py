@@ -1,0 +1,86 @@
+"""``python -m tests.batch.chaos KILLS``: kill a batch at random moments, resume, compare.
+
+Each batch is killed with SIGKILL again and again until it gets through; then every output must
+equal that of a batch that nobody disturbed. Prints a table and fails if one does not.
+"""
+
+import hashlib
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests.small_campaign import write_campaign
+
+LIGHT = (sys.executable, "-m", "tests.batch.light_batch")
+REAL = (sys.executable, "-m", "shakerproc", "batch", "--no-figures", "--workers", "2")
+ROOT = Path(__file__).parents[2]
+
+
+def start(command, log, out):
+    environment = os.environ | {"SOURCE_DATE_EPOCH": "1500000000"}
+    tail = [str(log), str(out)] if command == LIGHT else [str(log), "--out", str(out)]
+    return subprocess.Popen(
+        [*command, *tail],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def fingerprints(folder):
+    """Hash of every file but the lock; nothing half-written may stand under a final name."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".shakerproc.lock"
+    }
+
+
+def finish(command, log, out):
+    process = start(command, log, out)
+    _, errors = process.communicate(timeout=600)
+    assert process.returncode == 0, errors
+
+
+def chaos(folder, n_kills, *, command=LIGHT, n_tests=6, seed=1):
+    """Return how many outputs were compared after how many kills; raise if one differs."""
+    log = write_campaign(folder, n_tests)
+    finish(command, log, folder / "calm")  # compiled kernels and caches are there from now on
+    shutil.rmtree(folder / "calm")
+    began = time.monotonic()
+    finish(command, log, folder / "calm")
+    longest = time.monotonic() - began
+    # the command line of a report names its folder, so every batch goes into the same one
+    expected = fingerprints(folder / "calm")
+    rng, kills, compared, out = random.Random(seed), 0, 0, folder / "calm"
+    shutil.rmtree(out)
+    while kills < n_kills:
+        process = start(command, log, out)
+        try:
+            process.wait(timeout=rng.uniform(0.2, 1.1) * longest)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            kills += 1
+        process.communicate()
+        if process.returncode == 0 or kills >= n_kills:
+            finish(command, log, out)
+            found = fingerprints(out)
+            assert found == expected, sorted(set(found.items()) ^ set(expected.items()))
+            compared += len(found)
+            shutil.rmtree(out)
+    return kills, compared
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        wanted = int(sys.argv[1]) if len(sys.argv) > 1 else 500
+        chosen = REAL if "--real" in sys.argv else LIGHT
+        n_killed, n_compared = chaos(Path(name), wanted, command=chosen)
+        sys.stdout.write(f"{n_killed} kills, {n_compared} outputs compared, 0 differ\n")

@@ -1,0 +1,31 @@
+"""``python -m tests.batch.light_batch LOG OUT``: a batch of light work, to be killed."""
+
+import os
+import sys
+from pathlib import Path
+
+from tests.batch.light_work import light_work
+
+from shakerproc.batch.campaign import Products, run_batch
+from shakerproc.batch.collecting import write_tables
+from shakerproc.batch.executor import ProcessExecutor
+from shakerproc.batch.lock import locked
+from shakerproc.testlog import read_testlog
+
+
+def main(log: Path, out: Path):
+    with locked(out):
+        campaign = run_batch(
+            read_testlog(log),
+            out,
+            work=light_work,
+            executor=ProcessExecutor(
+                int(os.environ.get("CHAOS_WORKERS", "2")), time_limit=60.0
+            ),
+            products=Products(),
+        )
+        write_tables(campaign.runs, [], "", out)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

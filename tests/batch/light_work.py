@@ -1,0 +1,31 @@
+"""Work for batches under test: quick, and for one test as bad as the environment says."""
+
+import hashlib
+import os
+
+from tests.batch.bad_work import work as misbehave
+
+from shakerproc import files
+from shakerproc.batch.campaign import SUMMARY
+from shakerproc.batch.manifest import hashes
+from shakerproc.runs import RunSummary, write_summary
+from shakerproc.testlog import facts_of
+
+
+def light_work(job):
+    """Write three files whose content follows from the recording alone."""
+    kind = os.environ.get("BAD_WORK", "")
+    if kind and str(job.test.id) == "40":
+        misbehave({"kind": kind, "number": 1})
+    content = job.test.require_recording().read_bytes()
+    written = []
+    for name in ("a.csv", "b.png"):
+        written.append(job.folder / name)
+        digest = hashlib.sha256(content + name.encode()).hexdigest()
+        files.write_text(written[-1], digest * 2000)
+    written.append(job.folder / SUMMARY)
+    summary = RunSummary(
+        str(job.test.id), "done", facts_of(job.test), job.recording, job.sha256
+    )
+    write_summary(written[-1], summary)
+    return {"outputs": hashes(job.root, written)}

@@ -1,0 +1,58 @@
+"""Two programs that share nothing agree: the truth of the blind trials and the simulation.
+
+A wrong convention of a law (a sign, a factor, Masing's rules, what sticks) in either would show
+here, and a blind trial would punish a right answer.
+"""
+
+import numpy as np
+import pytest
+from blind.excitations import SAMPLE_RATE, Drive, waveform
+from blind.ranges import Scale
+from blind.truth import move
+
+from blind import campaigns, ranges
+from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
+from shakerproc.simulate import simulate
+
+OMEGA, ZETA, MASS = 2.0 * np.pi * 120.0, 0.015, 0.4
+JOINT = campaigns.Joint(-1, 0, MASS * OMEGA**2, 2.0 * ZETA * MASS * OMEGA)
+DRIVE = Drive("random", 9.0, 10.0, 1000.0, True, 0.05, 0.05, (7,))
+SUBSTEPS = 8
+
+
+def parameters(kind, drawn):
+    """Return the drawn numbers as the model file has them."""
+    numbers = dict(drawn)
+    if kind == "stop":
+        numbers["side"] = "positive" if numbers["side"] > 0.0 else "negative"
+    if kind == "lugre_friction":
+        numbers["viscous_damping"] = 0.0
+    return numbers
+
+
+@pytest.mark.parametrize("kind", ranges.EFFECTS)
+def test_truth_and_simulation_move_alike(kind):
+    """A third of a second, before a disturbance has grown."""
+    size = 6e-5 if kind == "quadratic_stiffness" else 3e-5  # else it runs out of its well
+    scale = Scale(MASS, JOINT.stiffness, OMEGA, size, OMEGA * size, JOINT.stiffness * 1e-5)
+    hidden = ranges.EFFECTS[kind](np.random.default_rng(5), scale)
+    truth, _ = campaigns.assemble(campaigns.Structure((MASS,), (JOINT,)), 0, [hidden])
+    wave = waveform(DRIVE, 2 * SUBSTEPS, 2048)
+    motion = move(truth, wave, np.zeros_like(wave), SAMPLE_RATE, SUBSTEPS, 1.0)
+    effect = EFFECTS[kind](**parameters(kind, hidden.parameters))
+    between = ("base", "coupon")
+    elements = [EFFECTS["spring"](JOINT.stiffness), EFFECTS["damper"](JOINT.damping), effect]
+    model = Model(
+        kind,
+        {"coupon": MASS},
+        tuple(Element(one, between) for one in elements),
+        Excitation("base acceleration"),
+        {"ch3": Sensor("coupon")},
+    )
+    samples = wave[:-1][:: 2 * SUBSTEPS]
+    found = simulate(model, samples, SAMPLE_RATE, growth=False)
+    for mine, other in (
+        (motion.displacement[:, 0], found.displacement[0]),
+        (motion.acceleration[::SUBSTEPS, 0], found.outputs["ch3"]),
+    ):
+        assert np.std(mine - other) < 1e-4 * np.std(mine)

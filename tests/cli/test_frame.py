@@ -1,0 +1,230 @@
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import typer
+from tests.small_campaign import CHANNELS, RATE, samples, write_campaign, write_recording
+from typer.testing import CliRunner
+
+from shakerproc import __version__, files
+from shakerproc.batch.lock import locked
+from shakerproc.cli import build_app
+from shakerproc.cli.commands import COMMANDS
+from shakerproc.data import recording_of_arrays
+from shakerproc.recordings import write_tdms
+
+ROOT = Path(__file__).parents[2]
+HEAVY = {"numpy", "pandas", "scipy", "matplotlib", "numba", "pyarrow", "rich", "pint", "nptdms"}
+WRITES_NOTHING = {"doctor", "inspect", "effects"}
+TAKES_ITS_FOLDER = {"demo"}  # as argument
+SAYS_NOTHING = {"init", "convert", "nastran"}
+
+
+def shakerproc(*arguments, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "shakerproc", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=300,
+        check=False,
+        **options,
+    )
+
+
+def test_the_version_is_shown():
+    done = shakerproc("--version")
+    assert done.returncode == 0
+    assert done.stdout == f"shakerproc {__version__}\n"
+
+
+def test_help_is_quick_and_loads_nothing_heavy():
+    code = (
+        "import sys, time; t = time.process_time()\n"
+        "import shakerproc.cli as cli\n"
+        "sys.argv = ['shakerproc', '--help']\n"
+        "try: cli.main()\n"
+        "except SystemExit: pass\n"
+        "print(time.process_time() - t, *sys.modules, file=sys.stderr)"
+    )
+    runs = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        for _ in range(3)
+    ]
+    seconds = min(float(run.stderr.split()[0]) for run in runs)
+    assert seconds < 0.4
+    loaded = {name.split(".")[0] for name in runs[0].stderr.split()[1:]}
+    assert not loaded & HEAVY
+    assert "Exit status" in runs[0].stdout
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_and_the_shared_options(name):
+    done = CliRunner().invoke(build_app(), [name, "--help"])
+    assert done.exit_code == 0
+    summary = done.stdout.split("\n\n")[1].strip()
+    assert summary.endswith(".")
+    if name not in SAYS_NOTHING:
+        assert "--json" in done.stdout
+    if name not in WRITES_NOTHING | SAYS_NOTHING | TAKES_ITS_FOLDER:
+        assert "--out" in done.stdout
+
+
+def test_wrong_usage_is_status_2_with_a_guess():
+    done = shakerproc("bacth")
+    assert done.returncode == 2
+    assert "Did you mean 'batch'" in done.stderr
+    assert done.stdout == ""
+    assert shakerproc("process", "no such file.tdms").returncode == 2
+    assert shakerproc("process").returncode == 2
+
+
+def test_unusable_input_is_status_1_and_one_line(tmp_path):
+    bad = tmp_path / "bad.tdms"
+    bad.write_bytes(b"TDSmnothing")
+    done = shakerproc("process", bad, "--out", tmp_path / "o")
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert done.stderr.startswith("error: ")
+
+
+def test_a_locked_folder_is_status_75(tmp_path):
+    log = write_campaign(tmp_path, 1)
+    with locked(tmp_path / "o"):
+        done = shakerproc("batch", log, "--out", tmp_path / "o")
+    assert done.returncode == 75
+    assert "another shakerproc works in this folder" in done.stderr
+
+
+def test_json_on_stdout_is_json_and_nothing_else(tmp_path):
+    recording = write_recording(tmp_path / "r.tdms", 250.0)
+    done = shakerproc(
+        "process", recording, "--crop-threshold", "0.2 g", "--no-figures",
+        "--out", tmp_path / "o", "--json", "-",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert [c["name"] for c in document["channels"]][:2] == ["control 1", "control 2"]
+    assert "results in" in done.stderr
+
+
+def test_options_that_do_not_fit_are_wrong_usage(tmp_path):
+    recording = write_recording(tmp_path / "r.tdms", 250.0)
+    for options, words in (
+        (["--export", "xls"], "no format 'xls'"),
+        (["--segment", "64", "--overlap", "64"], "64 samples do not fit a segment of 64"),
+        (["--excitation", "noise"], "'noise' is not one of sine sweep"),
+        (["--crop-threshold", "0,45 g"], "0.45 g"),
+        (["--level", "much"], "--level"),
+    ):
+        command = ["process", str(recording), "--out", str(tmp_path / "o"), *options]
+        done = CliRunner().invoke(build_app(), command)
+        assert done.exit_code == 2, done.stderr
+        assert words in " ".join(done.stderr.split())
+
+
+def test_the_terminal_gets_no_control_characters(tmp_path):
+    channels = [
+        replace(channel, name=f"{channel.name} \x1b[31m\x07\u202e", source_name=channel.name)
+        for channel in CHANNELS
+    ]
+    path = tmp_path / "r.tdms"
+    write_tdms(path, recording_of_arrays("r", channels, samples(250.0), RATE))
+    done = shakerproc(
+        "process", path, "--crop-threshold", "0.2 g", "--no-figures", "--out", tmp_path / "o"
+    )
+    assert "r.tdms" in done.stdout + done.stderr
+    for stream in (done.stdout, done.stderr):
+        assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202e]", stream)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+@pytest.mark.parametrize("no_color", [True, False])
+def test_colour_is_for_terminals_that_want_it(no_color):
+    import pty
+
+    master, slave = pty.openpty()
+    environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+    environment |= {"TERM": "xterm-256color", "COLUMNS": "120"}
+    if no_color:
+        environment["NO_COLOR"] = "1"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "shakerproc", "doctor"],
+        stdout=slave,
+        stderr=slave,
+        env=environment,
+    )
+    os.close(slave)
+    shown = b""
+    while True:
+        try:
+            part = os.read(master, 65536)
+        except OSError:
+            break
+        if not part:
+            break
+        shown += part
+    process.wait(timeout=60)
+    os.close(master)
+    assert "─".encode() in shown
+    assert bool(re.search(rb"\x1b\[[0-9;]*3[0-9]", shown)) <= (not no_color)
+
+
+def test_doctor_says_what_is_there_and_what_is_missing():
+    done = shakerproc("doctor", "--json", "-")
+    assert done.returncode == 0
+    document = json.loads(done.stdout)
+    assert document["missing"] == []
+    assert set(document["missing_extras"]) == {"cluster", "docs", "dev"}
+    assert document["speed"]["fft_samples_per_s"] > 1e5
+    assert document["packages"]["numpy"]
+
+
+@pytest.mark.slow
+def test_the_page_of_commands_is_what_help_says():
+    done = subprocess.run(
+        [sys.executable, ROOT / "docs" / "make_cli_page.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_every_command_and_option_that_a_page_names_exists(page):
+    text = page.read_text(encoding="utf-8")
+    for line in re.findall(r"(?:^|`)(?:\$ )?shakerproc ([a-z]+[^\n`]*)", text, re.MULTILINE):
+        name, *words = line.split()
+        assert name in COMMANDS, f"{page.name}: shakerproc {line}"
+        inner = words[:1] if isinstance(COMMANDS[name], typer.Typer) else []
+        shown = CliRunner().invoke(build_app(), [name, *inner, "--help"]).stdout
+        for word in words:
+            if word.startswith("--"):
+                assert word.split("=")[0] in shown, f"{page.name}: shakerproc {line}"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "=cmd|' /C calc'!A0", "\r=1"],
+)
+def test_a_spreadsheet_runs_no_text(text):
+    cell = files.csv_text({"h": [text]}).splitlines()[1]
+    assert not cell.strip('"').startswith(("=", "+", "-", "@", "\t", "\r"))
+    header = files.csv_text({text: [1]}).splitlines()[0]
+    assert not header.strip('"').startswith(("=", "+", "-", "@", "\t", "\r"))
+
+
+def test_numbers_stay_numbers_to_the_last_digit():
+    values = [-1.5, 0.1 + 0.2, 1e-300, -7]
+    lines = files.csv_text({"x": values}).splitlines()[1:]
+    assert [float(line) for line in lines] == values

@@ -1,0 +1,92 @@
+import json
+import sys
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from shakerproc.cli import build_app, example
+from shakerproc.diagnose import search
+from shakerproc.model_files import read_model
+from shakerproc.runs import process_test
+from shakerproc.testlog import read_testlog
+
+FEW = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
+ALL_CANDIDATES = search.library
+
+
+def few_candidates(motion):
+    return [candidate for candidate in ALL_CANDIDATES(motion) if candidate.kind in FEW]
+
+
+def short(tests, seconds):
+    return tuple(replace(test, seconds=seconds) for test in tests)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign") / "new"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(example, "TESTS", short(example.TESTS, 2.0))
+        done = CliRunner().invoke(build_app(), ["init", str(folder)])
+    assert done.exit_code == 0, done.output
+    assert "shakerproc diagnose" in done.stdout
+    return folder
+
+
+@pytest.mark.slow
+def test_init_leaves_a_log_and_a_model_that_are_read(campaign):
+    log = read_testlog(campaign / "testlog.yaml", strict=True)
+    model = read_model(campaign / "model.yaml")
+    assert [test.hold_out for test in log.tests] == [False, False, False, True]
+    assert {element.effect.kind for element in model.elements} == {"spring", "damper"}
+    for name in ("testlog.yaml", "model.yaml"):
+        assert (campaign / name).read_text(encoding="utf-8").count("#") >= 5
+
+
+@pytest.mark.slow
+def test_the_play_of_the_example_shows_in_its_level(campaign):
+    log = read_testlog(campaign / "testlog.yaml")
+    quiet, loud = process_test(log, log.tests[0]), process_test(log, log.tests[2])
+    peaks = [run.psd_peaks[2][0].peak.frequency for run in (quiet, loud)]
+    assert peaks[1] > 1.05 * peaks[0]
+    assert quiet.flags == ()
+    assert loud.measured_level.value == pytest.approx(log.tests[2].level, rel=0.1)
+
+
+def test_init_writes_into_no_folder_that_holds_something(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    done = CliRunner().invoke(build_app(), ["init", str(tmp_path)])
+    assert done.exit_code != 0
+    assert "not empty" in str(done.exception)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_sample_data_are_found_beside_the_checkout():
+    assert sys.modules["shakerproc.cli.commands.demo"]._sample_log() is not None
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
+    # the whole library takes a minute, which `make demo` spends and this test does not
+    monkeypatch.setattr(search, "library", few_candidates)
+    monkeypatch.setattr(example, "TESTS", short(example.TESTS[1:], 2.0))
+    module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
+    monkeypatch.setattr(module, "_sample_log", lambda: None)
+    target = tmp_path / "demo.json"
+    options = ["demo", str(tmp_path / "out"), "--no-figures", "--json", str(target)]
+    done = CliRunner().invoke(build_app(), options)
+    assert done.exit_code == 0, done.output
+    loop = json.loads(target.read_text(encoding="utf-8"))["loop"]
+    (effect,) = loop["diagnosis"]["effects"]
+    assert effect["kind"] == "gap"
+    assert effect["parameters"]["clearance"]["value"] == pytest.approx(example.PLAY, rel=0.03)
+    assert loop["held_out_after"] < 0.1 * loop["held_out_before"]
+    last = done.stdout.strip().splitlines()
+    assert last[-1].startswith("The model left out a gap between base and coupon")
+    report = tmp_path / "out" / "hidden_gap" / "results" / "report.html"
+    assert last[-2] == f"report: {report}"
+    page = report.read_text(encoding="utf-8")
+    for words in ("Where the model fails", "What is missing", "The model with the effect"):
+        assert words in page

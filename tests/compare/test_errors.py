@@ -1,0 +1,255 @@
+"""Errors, floors and fits against campaigns whose every number is known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from blind.excitations import waveform
+from blind.ranges import Hidden
+from numpy.testing import assert_allclose
+from tests.compare.small_campaigns import (
+    JOINT,
+    NOISE,
+    ONE_MASS,
+    TWO_MASSES,
+    campaign,
+    drive,
+    off,
+    written,
+)
+
+from blind import laws
+from shakerproc import compare
+from shakerproc.compare.harmonics import shaken
+from shakerproc.compare.prediction import edges
+from shakerproc.model_files import read_model
+from shakerproc.models import Element
+from shakerproc.models.effects import EFFECTS
+from shakerproc.testlog import read_testlog
+
+CLEARANCE, CONTACT = 3e-5, 3.0 * JOINT.stiffness
+GAP = Hidden(
+    {},
+    ((laws.GAP, (CONTACT, CLEARANCE, CLEARANCE), (-CLEARANCE, CLEARANCE)),),
+)
+
+
+def held(made, path, nominal=None, **options):
+    log, model = written(made, path, nominal)
+    return compare.compare(read_model(model), read_testlog(log), **options)
+
+
+@pytest.fixture(scope="module")
+def linear(tmp_path_factory):
+    made = campaign(
+        drives=(drive(), drive(level=15.0, number=2), drive(number=3)), hold_out=(2,)
+    )
+    return made, tmp_path_factory.mktemp("linear")
+
+
+@pytest.fixture(scope="module")
+def perfect(linear):
+    made, path = linear
+    return held(made, path)
+
+
+def test_the_true_model_leaves_the_noise_and_nothing_else(perfect):
+    for test in perfect.tests:
+        assert test.floor.source == "quiet lead-in"
+        assert test.floor.share[0] == pytest.approx(NOISE, rel=0.35)
+        assert test.error == pytest.approx(test.noise, rel=0.15)
+        assert test.errors[0].psd < NOISE
+        assert test.errors[0].h1 < NOISE
+    assert "explains every test" in compare.sentence(perfect)
+
+
+def test_a_wrong_stiffness_moves_the_peak_by_its_root(linear, tmp_path):
+    made, _ = linear
+    found = held(made, tmp_path, off(ONE_MASS, stiffness=1.3))
+    for test in found.tests:
+        errors = test.errors[0]
+        assert errors.peak_hz == pytest.approx(120.0, abs=5.0)
+        assert errors.peak_model_hz == pytest.approx(136.8, abs=5.0)
+        assert errors.error > 0.5
+    said = compare.sentence(found)
+    assert "the response peaks at 1" in said
+    assert "much the same at every level" in said
+    assert "--fit" in said
+    share = found.bands.share[0, 0]
+    worst = int(np.argmax(share))
+    assert found.bands.edges[worst] < 142.0
+    assert found.bands.edges[worst + 1] > 115.0
+    assert share.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+def test_a_fit_finds_the_numbers_within_their_intervals(linear, tmp_path):
+    made, _ = linear
+    found = held(made, tmp_path, off(ONE_MASS, 1.05, 0.75), fit=True)
+    assert found.refit.tests == ("1", "2")
+    assert found.refit.converged
+    true = {"stiffness": JOINT.stiffness, "damping": JOINT.damping}
+    for p in found.refit.parameters:
+        assert p.value == pytest.approx(true[p.name], rel=2e-3)
+        assert p.low < true[p.name] < p.high
+        assert p.high / p.low < 1.01
+        assert not p.at_bound
+    assert found.held_out == pytest.approx(found.tests[2].noise, rel=0.2)
+    assert found.refit.error_before > 50.0 * found.refit.error_after
+
+
+@pytest.mark.slow
+def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path):
+    """Twenty noises on one motion; 95 % of 40 intervals, within four deviations."""
+    made = campaign(drives=(drive(),), seconds=2.0, noise=0.02)
+    log, model = written(made, tmp_path, off(ONE_MASS, 1.01, 0.95))
+    shaken_model = read_model(model)
+    (test,) = compare.measured_tests(read_testlog(log), shaken_model)
+    rng = np.random.default_rng(9)
+    run, inside = made.tests[0], []
+    base = waveform(run.drive, 1, run.clean.shape[1])[:-1]
+    for _ in range(20):
+        noisy, control = (
+            x + 0.02 * np.std(x) * rng.standard_normal((n, base.size))
+            for x, n in ((run.clean, 1), (base, 2))
+        )
+        fitted = compare.refit(shaken_model, [replace(test, responses=noisy, controls=control)])
+        inside += [
+            p.low < t < p.high
+            for p, t in zip(fitted.parameters, (JOINT.stiffness, JOINT.damping), strict=True)
+        ]
+    assert 0.85 <= np.mean(inside) <= 1.0
+
+
+@pytest.fixture(scope="module")
+def with_gap(tmp_path_factory):
+    made = campaign(hidden=((0, GAP),), drives=(drive(level=2.0), drive(level=12.0, number=2)))
+    return held(made, tmp_path_factory.mktemp("gap"))
+
+
+def test_a_gap_shows_as_force_missing_beyond_its_clearance(with_gap):
+    """The force that lacks is k (|z| - a) beyond a, and none within."""
+    motion = with_gap.tests[1].joints[0]
+    lack = compare.by_range(motion, motion.displacement)
+    known = np.isfinite(lack.mean)
+    z = lack.centre[known]
+    expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
+    assert np.max(np.abs(z)) > 2.0 * CLEARANCE
+    assert_allclose(lack.mean[known], expected, atol=0.08 * np.max(expected))
+    said = compare.sentence(with_gap)
+    assert "most beyond a displacement of" in said
+
+
+def test_an_error_that_grows_with_the_level_is_told(with_gap):
+    low, high = with_gap.tests
+    assert low.measured.test.level < high.measured.test.level
+    assert high.error > low.error
+
+
+def test_the_missing_gap_put_in_explains_what_was_left(tmp_path):
+    made = campaign(hidden=((0, GAP),), drives=(drive("sine sweep", 2.0),))
+    log, model = written(made, tmp_path)
+    before = read_model(model)
+    gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
+    after = replace(before, elements=(*before.elements, gap))
+    tests = compare.measured_tests(read_testlog(log), before)
+    left = compare.compare_tests(before, tests).error
+    assert compare.compare_tests(after, tests).error < 0.05 * left
+
+
+def test_the_joint_that_lacks_force_is_the_one_with_the_gap(tmp_path):
+    made = campaign(TWO_MASSES, ((1, GAP),), (drive(level=20.0),))
+    found = held(made, tmp_path)
+    lacks = {
+        j.between: np.std(j.force - j.force_model) / np.std(j.force)
+        for j in found.tests[0].joints
+    }
+    assert lacks["base", "m1"] < 0.03
+    assert lacks["m1", "m2"] > 0.3
+    assert "Between m1 and m2 the force lacks" in compare.sentence(found)
+
+
+def test_a_sweep_shows_the_third_harmonic_of_a_cubic_spring(tmp_path):
+    cubic = Hidden({}, ((laws.CUBIC, (0.25 * JOINT.stiffness / CLEARANCE**2,), ()),))
+    found = held(campaign(hidden=((0, cubic),), drives=(drive("sine sweep", 2.0),)), tmp_path)
+    (h,) = found.tests[0].harmonics
+    assert h.measured[0] == pytest.approx(1.0)
+    assert h.measured[2] > 10.0 * h.predicted[2]
+    assert h.measured[2] > 3.0 * h.measured[1]
+    assert h.error[2] == pytest.approx(h.measured[2], rel=0.1)
+
+
+def test_a_drifting_stiffness_shows_in_time(tmp_path):
+    drift = Hidden({}, ((laws.DRIFT, (JOINT.stiffness, -0.02, 0.0), ()),))
+    found = held(campaign(hidden=((0, drift),), drives=(drive(),)), tmp_path)
+    time = found.tests[0].time
+    assert time.slope[0] > 0.5
+    assert np.nanmean(time.error[0, -6:]) > 2.0 * np.nanmean(time.error[0, 2:6])
+    assert "grows" in compare.sentence(found)
+
+
+def test_a_force_and_a_displacement_will_do(tmp_path):
+    forced = replace(ONE_MASS, force_on=0, measures="displacement")
+    made = campaign(forced, drives=(drive(level=2.0),))
+    found = held(made, tmp_path, off(forced, 1.3))
+    (motion,) = found.tests[0].joints
+    slope = np.polyfit(motion.displacement, motion.force, 1)[0]
+    assert slope == pytest.approx(JOINT.stiffness, rel=0.03)
+    assert held(made, tmp_path / "true").tests[0].error < 3.0 * NOISE
+
+
+def test_repeats_and_incoherence_stand_in_for_a_lead_in(linear, tmp_path):
+    made, _ = linear
+    log, model = written(made, tmp_path)
+    shaken_model = read_model(model)
+    tests = [
+        replace(test, quiet=None)
+        for test in compare.measured_tests(read_testlog(log), shaken_model)
+    ]
+    twice = compare.compare_tests(shaken_model, tests)
+    assert {test.floor.source for test in twice.tests} == {"repeats", "incoherent part"}
+    assert twice.tests[0].noise < 0.2  # leakage of a narrow resonance counts too
+    once = compare.compare_tests(shaken_model, tests[:2])
+    assert {test.floor.source for test in once.tests} == {"incoherent part"}
+    assert NOISE / 3.0 < once.tests[0].noise < 0.2
+
+
+def test_chaotic_motion_is_judged_in_density_and_response_function(linear, tmp_path):
+    made, _ = linear
+    log, model = written(made, tmp_path)
+    plain = read_model(model)
+    spring, damper = plain.elements
+    loose = Element(EFFECTS["gap"](3.0 * JOINT.stiffness, 2e-5), ("base", "coupon"))
+    weak = replace(spring, effect=EFFECTS["spring"](0.05 * JOINT.stiffness))
+    chaotic = replace(plain, elements=(weak, damper, loose))
+    (test, *_) = compare.measured_tests(read_testlog(log), chaotic)
+    found = compare.compare_tests(chaotic, [test]).tests[0]
+    assert not found.prediction.predictable
+    assert found.errors[0].time is None
+    assert found.time is None
+    assert found.error == pytest.approx(np.hypot(found.errors[0].psd, found.errors[0].h1))
+
+
+def test_the_document_is_json_and_the_table_has_its_columns(perfect):
+    document = json.loads(json.dumps(compare.document_of(perfect), allow_nan=False))
+    assert document["schema"] == "shakerproc-compare/1"
+    sensor = document["tests"][0]["sensors"][0]
+    assert len(sensor["by_band"]["error"]) == len(document["bands_hz"])
+    rows = compare.rows_of(perfect)
+    assert len(rows) == 3
+    assert all(len(row) == len(compare.COLUMNS) for row in rows)
+
+
+def test_the_edges_pass_the_band_and_nothing_far_from_it():
+    frequency = np.array([1.0, 8.0, 12.0, 50.0, 88.0, 112.0, 200.0])
+    gain = edges(frequency, (10.0, 100.0))
+    assert_allclose(gain, [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+
+
+def test_what_is_shaken_is_found():
+    drive_signal = np.zeros(10000)
+    drive_signal[3000:8000] = np.sin(np.arange(5000))
+    part = shaken(drive_signal, 2000.0)
+    assert abs(part.start - 3000) <= 100
+    assert abs(part.stop - 8000) <= 100

@@ -1,0 +1,31 @@
+"""What every test shares: loud floating-point errors and the way to the shared data."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from hypothesis import settings
+
+mpl.use("Agg")
+
+# a slow machine is no failure, and the same draws fail everywhere
+settings.register_profile("shakerproc", deadline=None, derandomize=True)
+settings.load_profile("shakerproc")
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(autouse=True)
+def loud_floating_point():
+    """Turn overflow, invalid values and division by zero into errors."""
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        yield
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of shared data and references beside the checkout."""
+    if not SHARED.is_dir():
+        pytest.skip(f"no shared data: {SHARED} is absent")
+    return SHARED

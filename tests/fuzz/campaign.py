@@ -1,0 +1,51 @@
+"""Work through a share of the mutants, and make a table of what became of them."""
+
+import itertools
+import resource
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from tests.fuzz.judge import GOOD, OUTCOMES, Judge
+from tests.fuzz.mutants import mutants
+from tests.fuzz.seeds import make_seeds
+
+
+def share(number: int, count: int, every: int) -> tuple[Counter, list[str], float]:
+    """Judge one worker's share; return counts, examples of what is bad, peak memory [MB]."""
+    counts: Counter[tuple[str, str]] = Counter()
+    bad: list[str] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        seeds = make_seeds(folder)
+        judge = Judge(folder, seeds)
+        every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
+        for i, mutant in enumerate(every_mutant):
+            if i % every or (i // every) % count != number:
+                continue
+            outcome, message = judge.outcome(mutant)
+            counts[mutant.kind, outcome] += 1
+            if outcome not in GOOD and len(bad) < 50:
+                bad.append(
+                    f"{mutant.seed.name}: {mutant.kind}: number {i}: {outcome}: {message}"
+                )
+    return counts, bad, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def table(counts: Counter) -> str:
+    """The outcomes as text."""
+    kinds = list(dict.fromkeys(kind for kind, _ in counts))
+    rows = [("damage", "n", *OUTCOMES)]
+    for kind in [*kinds, "all"]:
+        row = [
+            sum(n for (k, o), n in counts.items() if o == outcome and kind in {k, "all"})
+            for outcome in OUTCOMES
+        ]
+        rows.append((kind, str(sum(row)), *map(str, row)))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = [
+        "| " + " | ".join(c.ljust(w) for c, w in zip(r, widths, strict=True)) + " |"
+        for r in rows
+    ]
+    lines.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
+    return "\n".join(lines)

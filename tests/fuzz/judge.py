@@ -1,0 +1,141 @@
+"""What becomes of a mutant when it is opened as a batch opens it: with its log."""
+
+import signal
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from tests.fuzz.mutants import Mutant
+from tests.fuzz.seeds import Seed
+
+from shakerproc.data import Recording
+from shakerproc.errors import ShakerprocError
+from shakerproc.recordings import health
+from shakerproc.runs import open_path
+from shakerproc.testlog import Test, read_testlog
+
+LIMIT = 5.0
+
+OUTCOMES = (
+    "refused in one line",
+    "read as it was",
+    "prefix, marked",
+    "numbers differ, noted",
+    "numbers differ",
+    "lost silently",
+    "name, rate or unit wrong",
+    "refusal not one line",
+    "hang",
+    "out of memory",
+    "traceback",
+)
+GOOD = OUTCOMES[:5]
+
+
+class TooLongError(BaseException):
+    """The time limit has passed; no library may catch it."""
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    def stop(*_: object) -> None:
+        raise TooLongError
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)  # of its own time, on a busy machine too
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+
+
+class Judge:
+    """Writes mutants into a folder and reads them with the log of their seed."""
+
+    def __init__(self, folder: Path, seeds: list[Seed]) -> None:
+        self.folder = folder
+        self.tests = {seed.name: self._test(seed) for seed in seeds}
+        self.usual = {seed.name: self._said(seed) for seed in seeds}
+
+    def _test(self, seed: Seed) -> Test:
+        (self.folder / seed.name).write_bytes(seed.content)
+        log = self.folder / "testlog.yaml"
+        log.write_text(seed.log())
+        (test,) = read_testlog(log).tests
+        return test
+
+    def _said(self, seed: Seed) -> set[tuple[str, str]]:
+        """Return what is said of the good file."""
+        (self.folder / seed.name).write_bytes(seed.content)
+        with open_path(self.folder / seed.name, self.tests[seed.name]) as recording:
+            return said(recording)
+
+    def outcome(self, mutant: Mutant) -> tuple[str, str]:
+        """Return what became of a mutant, and the message where there was one."""
+        path = self.folder / mutant.seed.name
+        index = path.with_name(path.name + "_index")
+        path.write_bytes(mutant.content)
+        if mutant.index is not None:
+            index.write_bytes(mutant.index)
+        try:
+            with time_limit(LIMIT), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                return self._read(path, mutant)
+        except TooLongError:
+            return "hang", ""
+        except MemoryError:
+            return "out of memory", ""
+        except ShakerprocError as error:
+            message = str(error)
+            names = path.name in message or "testlog.yaml:" in message
+            good = message.isprintable() and names and len(message) < 1500
+            return "refused in one line" if good else "refusal not one line", message
+        except Exception as error:  # noqa: BLE001  what is looked for
+            return "traceback", repr(error)
+        finally:
+            index.unlink(missing_ok=True)
+
+    def _read(self, path: Path, mutant: Mutant) -> tuple[str, str]:
+        with open_path(path, self.tests[mutant.seed.name]) as recording:
+            if mutant.while_open is not None:
+                path.write_bytes(mutant.while_open)
+            samples = recording.samples()
+            if wrong_description(recording, mutant.seed):
+                return "name, rate or unit wrong", ""
+            outcome = compared(recording, samples, mutant.seed.values)
+            if (
+                outcome[0] == "numbers differ"
+                and said(recording) - self.usual[mutant.seed.name]
+            ):
+                return "numbers differ, noted", ""
+            return outcome
+
+
+def said(recording: Recording) -> set[tuple[str, str]]:
+    """Return the notes and flags of a recording."""
+    flags = {(flag.kind, flag.channel) for flag in health(recording)}
+    return flags | {("note", note) for note in recording.notes}
+
+
+def wrong_description(recording: Recording, seed: Seed) -> bool:
+    names = tuple(channel.source_name for channel in recording.channels)
+    units = {channel.source_unit for channel in recording.channels}
+    return (
+        names != seed.channels
+        or abs(recording.sample_rate / 1000.0 - 1.0) > 1e-4
+        or units != {"g"}
+    )
+
+
+def compared(recording: Recording, samples: np.ndarray, values: np.ndarray) -> tuple[str, str]:
+    n, whole = samples.shape[1], values.shape[1]
+    common = min(n, whole)
+    alike = np.allclose(samples[:, :common], values[:, :common], rtol=1e-14, atol=0.0)
+    if n != whole and not recording.incomplete:
+        return "lost silently", f"{n} of {whole} samples"
+    if alike and n <= whole:
+        return ("read as it was" if n == whole else "prefix, marked"), ""
+    return "numbers differ", ""

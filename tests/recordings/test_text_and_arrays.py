@@ -1,0 +1,436 @@
+"""CSV, LVM, MATLAB, NumPy, UFF and Parquet: what is found in them, and what is refused."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import io as scipy_io
+
+from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
+from shakerproc.errors import RecordingError
+from shakerproc.recordings import (
+    csv,
+    mat5,
+    matlab,
+    open_recording,
+    parquet,
+    write_parquet,
+    write_uff,
+)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(content, name="run.csv"):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def refused(path, match, **options):
+    with pytest.raises(RecordingError, match=match) as caught, open_recording(path, **options):
+        pass
+    assert str(caught.value).isprintable()
+
+
+ROWS = [(0.0, 1.5, -2.0), (0.01, 2.5, -3.0), (0.02, 3.5, -4.0)]
+
+
+def table(delimiter, decimal, head):
+    lines = [delimiter.join(str(v).replace(".", decimal) for v in row) for row in ROWS]
+    return "\n".join([*head, *lines, ""])
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"),
+    [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (" ", ".")],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_delimiter_decimal_sign_and_encoding_are_found(write, delimiter, decimal, encoding):
+    head = delimiter.join(["time[s]", "a[g]", "kraft_n"])
+    path = write(table(delimiter, decimal, [head]).encode(encoding))
+    with open_recording(path) as recording:
+        assert recording.sample_rate == 100.0
+        assert [(c.name, c.unit) for c in recording.channels] == [
+            ("a", "m/s^2"),
+            ("kraft", "N"),
+        ]
+        assert_allclose(
+            recording.samples()[0],
+            [1.5 * STANDARD_GRAVITY, *[2.5 * STANDARD_GRAVITY, 3.5 * STANDARD_GRAVITY]],
+        )
+        assert_array_equal(recording.samples()[1], [-2.0, -3.0, -4.0])
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Time (s),a (g),b (N)"],
+        ["timestamp,a,b", "seconds,g,N"],
+        ["Device,x,y", "Rate: 100", "", "t,a [g],b [N]"],
+        ["sep=,", "Recorder 5", "# comment", "t_s,a_g,b_n"],
+        ['"Time [s]","a [g]","b [N]"'],
+        ['t,"a [g]",\'=b [N]'],
+    ],
+)
+def test_headers_and_units_are_found(write, head):
+    with open_recording(write(table(",", ".", head))) as recording:
+        assert [c.unit for c in recording.channels] == ["m/s^2", "N"]
+        assert [c.name.strip("=") for c in recording.channels] == ["a", "b"]
+        assert recording.sample_rate == 100.0
+
+
+def test_a_column_answers_to_its_whole_header_too(write):
+    path = write(table(",", ".", ["t,ch3_g,b [N]"]))
+    for key in ("ch3", "ch3_g"):
+        with open_recording(path, uses=[ChannelUse(key, "response", name="x")]) as recording:
+            assert recording.channels[0].name == "x"
+
+
+def test_without_headers_or_time_the_log_must_say_it(write):
+    path = write(table(",", ".", []))
+    refused(path, "no sample rate for channel 'column 1'")
+    with open_recording(path, sample_rate=10.0) as recording:
+        assert len(recording.channels) == 3
+
+
+def test_a_torn_last_row_is_left_out_and_marked(write):
+    whole = table(",", ".", ["t [s],a [g],b [N]"])
+    with open_recording(write(whole[: whole.rindex(",")])) as recording:
+        assert (recording.n_samples, recording.expected_samples) == (2, 3)
+        assert "not whole" in recording.notes[0]
+
+
+def test_a_last_number_that_may_be_cut_is_left_out_or_noted(write):
+    rows = "".join(f"{i / 100:.2f},{i}.2500\n" for i in range(20))
+    whole = "t [s],a [N]\n" + rows
+    for lost, n, expected in ((0, 20, None), (1, 20, None), (2, 19, 20), (4, 19, 20)):
+        with open_recording(write(whole[: len(whole) - lost])) as recording:
+            assert (recording.n_samples, recording.expected_samples) == (n, expected)
+            assert_array_equal(recording.samples()[0], np.arange(n) + 0.25)
+            assert any("may be cut" in note for note in recording.notes) == (lost == 1)
+
+
+def test_a_time_column_with_a_gap_is_refused(write):
+    lines = ["t [s],a [g]", *(f"{t},1.0" for t in (0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1))]
+    refused(write("\n".join(lines)), "time column does not advance evenly")
+    lines = ["t [s],a [g]", *(f"{t},1.0" for t in (0.3, 0.2, 0.1))]
+    refused(write("\n".join(lines)), "does not advance")
+
+
+@pytest.mark.parametrize("rate", [5688.888888888889, 1000.0, 30.0])
+@pytest.mark.parametrize("digits", [4, 6, 9])
+def test_a_rounded_time_column_gives_the_rate(write, rate, digits):
+    n = int(20 * rate)
+    times = np.round(np.arange(n) / rate, digits)
+    if digits < np.log10(4 * rate):
+        pytest.skip("rounded beyond the sample interval")
+    path = write("t [s],a [g]\n" + "\n".join(f"{t:.{digits}f},1" for t in times))
+    with open_recording(path) as recording:
+        assert recording.sample_rate == pytest.approx(rate, rel=2 * 10**-digits / 20)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        (b"", "empty"),
+        (b"hello world\nthis is no table\n", "no table of numbers"),
+        (b"\x1b[31m\xff\xfe\x00", "no table of numbers"),
+        (b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"oops,4\n", "reading the table"),
+        (b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"2,3,4,5\n", "reading the table"),
+    ],
+)
+def test_text_that_is_no_table_is_refused(write, content, match):
+    refused(write(content), match)
+
+
+LVM = """LabVIEW Measurement\t
+Writer_Version\t2
+Separator\tTab
+Decimal_Separator\t{decimal}
+Date\t2024/05/06
+***End_of_Header***\t
+\t
+Channels\t2\t\t
+Samples\t4\t4\t
+Date\t2024/05/06\t2024/05/06\t
+Time\t07:08:09.250000\t07:08:09.250000\t
+Y_Unit_Label\tg\tVolts\t
+X_Dimension\tTime\tTime\t
+X0\t0\t0\t
+Delta_X\t0{decimal}002\t{step}\t
+***End_of_Header***\t\t\t
+X_Value\tcontrol\tdrive\tComment
+{rows}"""
+
+
+def lvm(decimal=".", step="0.002", rows=4):
+    lines = [f"{0.002 * i:.3f}\t{i + 0.5}\t-{i}.25\t" for i in range(rows)]
+    body = "\n".join(lines).replace(".", decimal) + "\n"
+    return LVM.format(decimal=decimal, step=step.replace(".", decimal), rows=body)
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_lvm(write, decimal):
+    with open_recording(write(lvm(decimal), "run.lvm")) as recording:
+        assert recording.sample_rate == 500.0
+        assert [(c.name, c.unit) for c in recording.channels] == [
+            ("control", "m/s^2"),
+            ("drive", "V"),
+        ]
+        assert_array_equal(recording.samples()[1], [-0.25, -1.25, -2.25, -3.25])
+        assert recording.start_time.isoformat() == "2024-05-06T07:08:09.250000+00:00"
+
+
+def test_lvm_that_stops_short_is_marked(write):
+    with open_recording(write(lvm(rows=3), "run.lvm")) as recording:
+        assert (recording.n_samples, recording.expected_samples) == (3, 4)
+
+
+def test_lvm_whose_last_number_is_cut_loses_that_row(write):
+    with open_recording(write(lvm(rows=3)[:-4], "run.lvm")) as recording:
+        assert (recording.n_samples, recording.expected_samples) == (2, 4)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        (
+            lvm(step="0.004"),
+            "contradicts itself: 500 Hz .Delta_X of 'control', column.*, 250 Hz",
+        ),
+        (lvm(step="0"), "Delta_X of 'drive' is 0 s"),
+        (lvm().replace("LabVIEW", "Labview"), "line 1 does not say"),
+        (lvm().replace("***End_of_Header***\t\t\t\n", ""), "the second .* is missing"),
+        (lvm().replace("Decimal_Separator\t.", "Decimal_Separator\t;"), "decimal sign ';'"),
+        (lvm().replace("-2.25", "oops"), "reading the table"),
+    ],
+)
+def test_lvm_that_cannot_be_used(write, content, match):
+    refused(write(content, "run.lvm"), match)
+
+
+def mat(path, content):
+    scipy_io.savemat(path, content)
+    return path
+
+
+T = np.arange(50) / 200.0
+Y = np.sin(T)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"t": T, "acc_g": Y},
+        {"time": T[:, None], "acc_g": Y[:, None]},
+        {"fs": 200.0, "acc_g": Y},
+        {"sample_rate_hz": 200, "acc_g": Y, "spectrum": np.ones(26)},
+        {"dt": 0.005, "acc_g": Y},
+        {"data": {"fs": 200.0, "acc_g": Y}},
+        {
+            "samples": Y[:, None],
+            "names": np.array(["acc"], object),
+            "units": np.array(["g"], object),
+            "fs": 200.0,
+        },
+    ],
+)
+def test_matlab_variables(tmp_path, content):
+    with open_recording(mat(tmp_path / "run.mat", content)) as recording:
+        assert recording.sample_rate == 200.0
+        (channel,) = recording.channels
+        assert channel.name.rpartition(".")[2] == "acc"
+        assert channel.unit == "m/s^2"
+        assert_allclose(recording.samples()[0], Y * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        ({"t": T, "fs": 100.0, "a": Y}, "contradicts itself: 200 Hz .t., 100 Hz .fs."),
+        ({"fs": -1.0, "a": Y}, "fs gives a rate of -1 Hz"),
+        ({"dt": 0.0, "a": Y}, "dt gives a rate of 0 Hz"),
+        ({"a": Y}, "no sample rate"),
+        ({"fs": 1.0, "note": "hello"}, "no time series"),
+        ({"z": Y + 1j, "fs": 1.0}, "no time series"),
+    ],
+)
+def test_matlab_variables_that_do_not_say_it(tmp_path, content, match):
+    refused(mat(tmp_path / "run.mat", content), match)
+
+
+def test_what_is_left_out_is_named(tmp_path):
+    content = {"t": T, "a": Y, "H": Y + 1j, "psd": np.ones(26)}
+    with open_recording(mat(tmp_path / "run.mat", content)) as recording:
+        assert "Left out, not of the same length or kind: 'H', 'psd'" in recording.notes[0]
+
+
+def hdf5(path, *, link=None):
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["acc"] = np.stack([Y, 2 * Y])  # MATLAB's 50 x 2, transposed in the file
+        file["fs"] = np.array([[200.0]])
+        for name, words in (("names", ("one", "two")), ("units", ("g", "N"))):
+            cell = file.create_dataset(name, (2, 1), dtype=h5py.ref_dtype)
+            cell.attrs["MATLAB_class"] = np.bytes_("cell")
+            for i, word in enumerate(words):
+                text = file.create_dataset(
+                    f"#refs#/{name}{i}", data=[[ord(c)] for c in word], dtype="u2"
+                )
+                text.attrs["MATLAB_class"] = np.bytes_("char")
+                cell[i, 0] = text.ref
+        if link:
+            file["elsewhere"] = link
+    with path.open("rb+") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(512))
+    return path
+
+
+def test_matlab_7_3_is_read_lazily(tmp_path):
+    with open_recording(hdf5(tmp_path / "run.mat")) as recording:
+        assert [(c.name, c.unit) for c in recording.channels] == [
+            ("one", "m/s^2"),
+            ("two", "N"),
+        ]
+        assert_allclose(
+            recording.samples(10, 20), np.stack([Y * STANDARD_GRAVITY, 2 * Y])[:, 10:20]
+        )
+
+
+def test_matlab_7_3_follows_no_link_out_of_the_file(tmp_path):
+    import h5py
+
+    secret = tmp_path / "secret.h5"
+    with h5py.File(secret, "w") as file:
+        file["secret"] = Y
+    for link in (h5py.ExternalLink("secret.h5", "/secret"), h5py.SoftLink("/acc")):
+        with open_recording(hdf5(tmp_path / "run.mat", link=link)) as recording:
+            assert len(recording.channels) == 2
+            assert "'elsewhere'" in recording.notes[0]
+
+
+@pytest.mark.parametrize("name", ["run.mat", "run.npz", "run.uff", "run.parquet"])
+@pytest.mark.parametrize(
+    "content", [b"", b"garbage" * 100, b"MATLAB 5.0 MAT-file".ljust(600, b"\1")]
+)
+def test_garbage_is_refused(write, name, content):
+    refused(write(content, name), f"^{name}: ")
+
+
+def test_numpy_archives(tmp_path):
+    np.savez(tmp_path / "run.npz", t=T, acc_g=np.stack([Y, -Y], axis=1), f=np.ones(26))
+    with open_recording(tmp_path / "run.npz") as recording:
+        assert [c.name for c in recording.channels] == ["acc_g 1", "acc_g 2"]
+        assert recording.sample_rate == 200.0
+
+
+def test_numpy_archives_with_a_pickle_are_refused(tmp_path):
+    np.savez(tmp_path / "run.npz", t=T, trap=np.array([{"a": 1}], dtype=object))
+    refused(tmp_path / "run.npz", "allow_pickle=False")
+
+
+def test_an_archive_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
+    from shakerproc.recordings import numpy_file
+
+    monkeypatch.setattr(numpy_file, "LARGEST", 1000)
+    np.savez(tmp_path / "run.npz", t=T, a=np.zeros(500))
+    refused(tmp_path / "run.npz", "too many to hold in memory")
+
+
+def uff(tmp_path, n=60):
+    path = tmp_path / "run.uff"
+    one = recording_of_arrays(
+        "run", [Channel("a", "m/s^2", "a", "g")], np.sin(np.arange(n))[None], RATE
+    )
+    write_uff(path, one)
+    return path
+
+
+RATE = 51200.0 / 9.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        (b"        60         1", b"        61         1", None),
+        (b"        60         1", b"        59         1", "holds 60 values but says 59"),
+        (b"  1.75781e-04", b"  0.00000e+00", "the step of record 'a' is 0 s"),
+        (b"    1         0    0", b"    9         0    0", "no time record"),
+    ],
+)
+def test_uff_records_that_are_not_what_they_say(tmp_path, old, new, match):
+    path = uff(tmp_path)
+    content = path.read_bytes()
+    assert content.count(old) == 1
+    path.write_bytes(content.replace(old, new))
+    if match is None:
+        with open_recording(path) as found:
+            assert (found.n_samples, found.expected_samples) == (60, 61)
+    else:
+        refused(path, match)
+
+
+def test_files_that_are_too_long_to_hold_are_refused(tmp_path, write, monkeypatch):
+    monkeypatch.setattr(csv, "LARGEST", 10)
+    refused(write(table(",", ".", ["t,a,b"])), "too many to hold in memory")
+    path = uff(tmp_path)
+    monkeypatch.setattr("shakerproc.recordings.uff.LARGEST", 10)
+    refused(path, "too many to hold in memory")
+    monkeypatch.setattr(matlab, "LARGEST", 10)
+    refused(mat(tmp_path / "run.mat", {"t": T, "a": Y}), "too many to hold in memory")
+    write_parquet(tmp_path / "run.parquet", held())
+    monkeypatch.setattr(parquet, "LARGEST", 10)
+    refused(tmp_path / "run.parquet", "too many to hold in memory")
+
+
+def held():
+    return recording_of_arrays("run", [Channel("a", "N", "a", "N")], np.ones((1, 50)), 10.0)
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed):
+    rng = np.random.default_rng(3)
+    kinds = ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"]
+    content = {f"a_{kind}": (100 * rng.random((3, 4))).astype(kind) for kind in kinds}
+    content |= {
+        "whole": np.arange(5.0),  # stored as bytes
+        "flag": np.array([[True, False]]),
+        "words": np.array(["one", "two"], object),
+        "line": "one line",
+        "lines": np.array(["abc", "def"]),
+        "inner": {"x": np.arange(3.0), "deep": {"unit": "g"}},
+        "empty": np.zeros((0, 3)),
+        "wave": np.array([1.0 + 2.0j]),
+        "mixed": np.array([1.0, "x"], object),
+    }
+    path = tmp_path / "run.mat"
+    scipy_io.savemat(path, content, do_compression=compressed)
+    oracle = scipy_io.loadmat(path)
+    found = dict(mat5.read_variables(memoryview(path.read_bytes()), 1 << 20))
+    assert set(found) == set(content)
+    for name in [f"a_{kind}" for kind in kinds] + ["whole", "flag", "empty"]:
+        assert_array_equal(found[name], oracle[name])
+    assert found["words"] == ["one", "two"]
+    assert found["line"] == ["one line"]
+    assert found["lines"] == ["abc", "def"]
+    assert_array_equal(found["inner"]["x"], [[0.0, 1.0, 2.0]])
+    assert found["inner"]["deep"] == {"unit": ["g"]}
+    assert found["wave"] is None
+    assert found["mixed"] is None
+
+
+def test_a_matlab_file_that_would_fill_the_memory_is_refused(tmp_path):
+    path = tmp_path / "run.mat"
+    scipy_io.savemat(path, {"a": np.zeros((1000, 1000))}, do_compression=True)
+    with pytest.raises(mat5.Mat5Error, match="more than fits into memory"):
+        list(mat5.read_variables(memoryview(path.read_bytes()), 1 << 20))
+
+
+def test_matlab_version_4_is_read_through_scipy(tmp_path):
+    scipy_io.savemat(tmp_path / "run.mat", {"t": T, "acc_g": Y}, format="4")
+    with open_recording(tmp_path / "run.mat") as recording:
+        assert recording.sample_rate == 200.0
+        assert_allclose(recording.samples()[0], Y * STANDARD_GRAVITY)

@@ -1,0 +1,43 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests.runs.test_processing import RANDOM, with_roles
+from tests.runs.test_summary_and_trends import FALLING
+from tests.small_campaign import RATE, samples
+
+from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
+from shakerproc.report.trend_figures import draw_trend
+from shakerproc.runs import process_recording, trends
+
+
+@pytest.mark.slow
+def test_every_figure_of_a_run_is_drawn_and_drawn_alike(tmp_path):
+    rows = samples(250.0, seconds=12.0)
+    rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(rows.shape[1]) / RATE)
+    result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))
+    first = draw_run(result, "Test 1", tmp_path / "a")
+    second = draw_run(result, "Test 1", tmp_path / "b")
+    names = {path.stem for path in first}
+    assert names == set(FIGURES) - {"sweep"}
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+        with Image.open(one) as image:
+            assert image.width == 910
+            assert len(image.convert("L").getcolors(256)) > 10
+
+
+def test_a_trend_is_drawn(tmp_path):
+    cut = replace(FALLING[1], promised_s=9.0)
+    request = trends.standard_trends(FALLING)[0]
+    trend = trends.trend([FALLING[0], cut, FALLING[2]], request, "ch3")
+    with Image.open(draw_trend(trend, tmp_path / "t.png")) as image:
+        assert image.size == (910, 520)
+
+
+def test_the_phase_is_broken_where_it_wraps():
+    phase = unbroken_phase(np.exp(1j * np.radians([80.0, 100.0, -100.0, 179.0, -179.0])))
+    assert phase[0] == pytest.approx(80.0)
+    assert np.isnan(phase[1])
+    assert phase[3:] == pytest.approx([-181.0, -179.0])

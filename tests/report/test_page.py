@@ -1,0 +1,219 @@
+import base64
+import hashlib
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from tests.small_campaign import write_campaign
+
+from shakerproc.report.page import Report, Section, Table, html, write_report
+from shakerproc.runs import process_test, summary_of, trends
+from shakerproc.runs.summary import FlagSummary, RunSummary
+from shakerproc.testlog import facts_of, read_testlog
+
+PAYLOADS = (
+    "<script>document.title='pwned'</script>",
+    '"><img src=x onerror="document.title=\'pwned\'">',
+    "<svg onload=document.title='pwned'>",
+    "javascript:document.title='pwned'",
+    "</title><script>document.title='pwned'</script>",
+    "</style><script>document.title='pwned'</script>",
+    "</script><script>document.title='pwned'</script>",
+    "<!--<script>document.title='pwned'</script>",
+    "{{ 7 * 7 }}{% raw %}",
+    "<iframe src=https://example.org>",
+    "<a href=javascript:alert(1)>x</a>",
+    "' onmouseover='document.title=1",
+    "&lt;script&gt;",
+    "\u202egnp.exe\x1b[31m",
+)
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+
+
+@pytest.fixture(scope="module")
+def summary(tmp_path_factory):
+    log = read_testlog(write_campaign(tmp_path_factory.mktemp("page"), 1))
+    test = log.tests[0]
+    return summary_of(process_test(log, test), "1", facts_of(test), "test_1.tdms", "ab" * 32)
+
+
+@pytest.fixture(scope="module")
+def many(summary):
+    """91 runs that were processed, one that failed, one discarded."""
+    runs = [replace(summary, test=str(i)) for i in range(1, 92)]
+    odd = FlagSummary("clipping", "ch4", "312 samples stand at the limit")
+    runs[3] = replace(runs[3], flags=(odd,))
+    runs[5] = replace(runs[5], promised_s=9.0, flags=(FlagSummary("incomplete", "", "cut"),))
+    failed = RunSummary("92", "failed", {"joint": "slot"}, error="no recording there")
+    return [*runs, failed, RunSummary("93", "discarded")]
+
+
+class Page(HTMLParser):
+    """Every tag with its attributes, and the text in order."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.tags, self.text = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def report_of(runs, **more):
+    found = [
+        trend
+        for request in trends.standard_trends(runs)
+        if (trend := trends.trend(runs, request, "ch3"))
+    ]
+    return Report("Campaign", runs, found, "ch3", "shakerproc batch testlog.yaml", **more)
+
+
+def test_the_page_opens_with_what_matters(many):
+    text = "".join(Page(html(report_of(many)).split("<main>")[1]).text)
+    places = [
+        text.index(words)
+        for words in (
+            "91 of 92 tests processed, 1 failed, 1 incomplete, 2 flagged.",
+            "Needs attention",
+            "no recording there",
+            "312 samples stand at the limit",
+            "All runs",
+            "Test 1,",
+            "Test 91,",
+            "Methods",
+            "Bendat",
+            "Provenance",
+            "ab" * 32,
+        )
+    ]
+    assert places == sorted(places)
+
+
+def test_92_runs_stay_small_and_are_all_there(many, tmp_path):
+    write_report(tmp_path / "report.html", report_of(many))
+    assert (tmp_path / "report.html").stat().st_size < 3e6
+    tags = Page((tmp_path / "report.html").read_text(encoding="utf-8")).tags
+    articles = [attributes for tag, attributes in tags if tag == "article"]
+    assert len(articles) == 92
+    ids = {attributes.get("id") for _, attributes in tags}
+    links = [a["href"] for tag, a in tags if tag == "a"]
+    assert all(link.startswith("#") for link in links)
+    assert {link[1:] for link in links} <= ids
+
+
+def test_nothing_is_loaded_and_only_our_style_and_script_may_run(many):
+    text = html(report_of(many))
+    page = Page(text)
+    assert not [a for _, a in page.tags if "src" in a or a.get("href", "#")[0] != "#"]
+    assert "http" not in re.sub(r"</?svg[^>]*>", "", text).replace("http-equiv", "")
+    (policy,) = [a["content"] for t, a in page.tags if a.get("http-equiv")]
+    for tag in ("style", "script"):
+        (content,) = re.findall(rf"<{tag}>(.*?)</{tag}>", text, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()
+        assert f"{tag}-src 'sha256-{digest}'" in policy
+    assert "default-src 'none'" in policy
+    assert not [a for _, a in page.tags if "style" in a]
+
+
+def poisoned(summary, payload):
+    channels = tuple(replace(c, name=payload, at=payload) for c in summary.channels)
+    curves = tuple(replace(c, channel=payload) for c in summary.curves)
+    facts = {name: payload for name in summary.facts if not name.endswith(("_m", "_hz", "_g"))}
+    return replace(
+        summary,
+        test=payload,
+        channels=channels,
+        curves=curves,
+        facts={**summary.facts, **facts, payload: payload},
+        recording=payload,
+        sha256=payload,
+        error=payload,
+        detail=payload,
+        start_time=payload,
+        flags=(FlagSummary(payload, payload, payload),),
+    )
+
+
+@pytest.mark.parametrize("payload", PAYLOADS)
+def test_text_from_logs_and_recordings_is_inert(summary, payload):
+    section = Section(payload, "evidence", [payload], [Table(payload, [payload], [[payload]])])
+    run = poisoned(summary, payload)
+    report = replace(report_of([run], sections=[section]), title=payload, command=payload)
+    report = replace(report, verdict=payload, options={payload: payload})
+    page = Page(html(report))
+    plain = Page(html(report_of([summary])))
+    assert {tag for tag, _ in page.tags} <= {tag for tag, _ in plain.tags} | {
+        "ul",
+        "li",
+        "caption",
+        "details",
+        "summary",
+        "pre",
+    }
+    assert sum(tag == "script" for tag, _ in page.tags) == 1
+    assert not [a for _, a in page.tags for name in a if name.startswith("on")]
+    assert "49" not in "".join(page.text[:20]) or "7 * 7" not in payload
+
+
+def contrast(one, other):
+    """WCAG 2 contrast of two colours."""
+
+    def luminance(colour):
+        parts = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_every_text_can_be_read():
+    text = html(report_of([]))
+    (root,) = re.findall(r":root \{([^}]*)\}", text)
+    colours = dict(re.findall(r"--(\w+): (#\w{6})", root))
+    for name in ("ink", "soft", "good", "bad", "warn", "link"):
+        assert contrast(colours[name], "#ffffff") >= 4.5, name
+        assert contrast(colours[name], colours["tint"]) >= 4.5, name
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_browser_shows_the_page_and_runs_nobody_elses_script(summary, tmp_path):
+    runs = [replace(poisoned(summary, payload), test=payload) for payload in PAYLOADS]
+    page = tmp_path / "report.html"
+    write_report(page, report_of(runs))
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu"]
+    dumped = subprocess.run(
+        [*command, "--dump-dom", page.as_uri()], capture_output=True, timeout=60, check=True
+    )
+    assert b"<title>Campaign</title>" in dumped.stdout
+    assert b"pwned</title>" not in dumped.stdout
+    assert b'tabindex="0"' in dumped.stdout  # our own script did run
+    picture = tmp_path / "page.png"
+    subprocess.run(
+        [*command, "--window-size=1200,1600", f"--screenshot={picture}", page.as_uri()],
+        capture_output=True,
+        timeout=60,
+        check=True,
+    )
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        assert image.size == (1200, 1600)
+        assert len(image.convert("L").getcolors(256)) > 20
+
+
+def test_a_report_of_nothing_is_still_a_page():
+    text = html(Report("Empty", [], [], ""))
+    assert "0 of 0 tests processed" in text
+    assert "None" not in text

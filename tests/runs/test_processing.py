@@ -1,0 +1,157 @@
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.small_campaign import CHANNELS, RATE, samples, write_campaign
+
+from shakerproc.data import STANDARD_GRAVITY, ChannelUse, recording_of_arrays
+from shakerproc.errors import LogError, SpectrumError
+from shakerproc.runs import open_test, process_recording, process_test, usual_uses
+from shakerproc.runs.envelope import envelope
+from shakerproc.testlog import Test, ThresholdCrop, TimeCrop, Welch, read_testlog
+
+RANDOM = Test(
+    "r",
+    excitation="random",
+    level=0.0005 * STANDARD_GRAVITY**2,
+    level_unit="(m/s^2)^2/Hz",
+    from_hz=5.0,
+    to_hz=800.0,
+)
+RANDOM = replace(
+    RANDOM,
+    processing=replace(
+        RANDOM.processing,
+        crop=ThresholdCrop(threshold=0.2 * STANDARD_GRAVITY),
+        welch=Welch(segment=512, overlap=256),
+    ),
+)
+
+
+def with_roles(rows):
+    roles = ("control", "control", "response", "response")
+    channels = [replace(c, role=role) for c, role in zip(CHANNELS, roles, strict=True)]
+    return recording_of_arrays("run", channels, rows, RATE)
+
+
+def test_a_known_oscillator_is_found_with_its_frequency_and_damping():
+    result = process_recording(with_roles(samples(250.0, damping=0.05, seconds=30.0)), RANDOM)
+    for i in result.responses:
+        assert abs(result.psd_peaks[i][0].peak.frequency - 250.0) < result.spectra.bin_width
+    damping = result.response_peaks[2][0].damping
+    assert_allclose(damping.frequency, 250.0, rtol=2e-3)
+    assert damping.ratio is not None
+    assert_allclose(damping.ratio, 0.05, rtol=0.05)
+
+
+def test_the_measured_level_is_that_of_the_base():
+    result = process_recording(with_roles(samples(250.0)), RANDOM)
+    value, unit = result.measured_level.shown
+    assert unit == "g²/Hz"
+    assert_allclose(value, 0.0005, rtol=0.15)
+    assert "level" not in {flag.kind for flag in result.flags}
+
+
+def test_a_level_that_the_table_missed_is_flagged():
+    quiet = replace(RANDOM, level=4.0 * RANDOM.level)
+    result = process_recording(with_roles(samples(250.0)), quiet)
+    (flag,) = [flag for flag in result.flags if flag.kind == "level"]
+    assert "dB" in flag.message
+
+
+def test_swept_tests_miss_their_duration():
+    sweep = replace(
+        RANDOM, excitation="sine sweep", rate_oct_per_min=1.0, level=None, level_unit=None
+    )
+    result = process_recording(with_roles(samples(250.0)), sweep)
+    assert "duration" in {flag.kind for flag in result.flags}
+
+
+def test_a_tone_is_taken_out_of_the_responses_only():
+    rows = samples(250.0, seconds=12.0)
+    time = np.arange(rows.shape[1]) / RATE
+    rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * time)
+    result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))
+    notch = result.notch
+    near = np.argmin(np.abs(result.spectra.frequency - 50.0))
+    density = np.einsum("iif->if", notch.spectra.matrix).real[:, near]
+    assert density[2] < 1e-3 * result.psd[2, near]
+    assert_allclose(density[0], result.psd[0, near], rtol=0.3)
+    assert_allclose(notch.time[-1] - notch.time[0], 0.04, rtol=0.05)
+    assert np.ptp(notch.after[0]) < np.ptp(notch.before[0])
+
+
+def test_one_channel_without_a_control_still_has_a_density():
+    recording = with_roles(samples(250.0)).select([2])
+    result = process_recording(recording, replace(RANDOM, processing=_cropped(None)))
+    assert result.against is None
+    assert result.response_peaks == ((),)
+    assert abs(result.psd_peaks[0][0].peak.frequency - 250.0) < result.spectra.bin_width
+
+
+def _cropped(crop):
+    return replace(RANDOM.processing, crop=crop)
+
+
+def test_crops_by_time_and_not_at_all():
+    recording = with_roles(samples(250.0))
+    timed = process_recording(
+        recording, replace(RANDOM, processing=_cropped(TimeCrop(2.0, 4.0)))
+    )
+    assert (timed.crop.start, timed.crop.stop) == (2 * RATE, 4 * RATE)
+    whole = process_recording(recording, replace(RANDOM, processing=_cropped(None)))
+    assert whole.crop.n_samples == recording.n_samples
+
+
+def test_what_goes_wrong_names_the_run():
+    recording = with_roles(samples(250.0))
+    high = replace(RANDOM, processing=_cropped(ThresholdCrop(threshold=1e4)))
+    with pytest.raises(SpectrumError, match=r"run: the threshold of .* is never reached"):
+        process_recording(recording, high)
+    lost = replace(RANDOM, processing=_cropped(ThresholdCrop(channel="table")))
+    with pytest.raises(
+        LogError, match=r"no channel 'table' to crop by\. The recording has control"
+    ):
+        process_recording(recording, lost)
+    beyond = replace(RANDOM, from_hz=1500.0, to_hz=2000.0)
+    with pytest.raises(SpectrumError, match="does not lie below half the sample rate"):
+        process_recording(recording, beyond)
+
+
+def test_channels_of_which_nobody_says_anything_get_the_usual_roles():
+    five = usual_uses(["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"])
+    assert [use.role for use in five] == [
+        "control",
+        "control",
+        "response",
+        "response",
+        "response",
+    ]
+    assert [use.name for use in five] == [None, None, "ch3", "ch4", "ch5"]
+    named = usual_uses(["Response X", "Control A"])
+    assert [use.role for use in named] == ["response", "control"]
+    assert usual_uses(["only"]) == (ChannelUse(1, "response"),)
+
+
+def test_a_test_of_a_log_opens_with_its_roles(tmp_path):
+    log = read_testlog(write_campaign(tmp_path, 1))
+    with open_test(log, log.tests[0]) as recording:
+        assert [c.role for c in recording.channels] == ["control"] * 2 + ["response"] * 2
+        assert [c.name for c in recording.channels][2:] == ["ch3", "ch4"]
+        assert {c.unit for c in recording.channels} == {"m/s^2"}
+    result = process_test(log, log.tests[0])
+    assert abs(result.psd_peaks[2][0].peak.frequency - 360.0) < result.spectra.bin_width
+
+
+@pytest.mark.parametrize("block", [1, 7, 64, 1000])
+@pytest.mark.parametrize("n_slices", [1, 10, 999, 5000])
+def test_the_envelope_is_that_of_the_whole_whatever_the_blocks(block, n_slices):
+    x = np.random.default_rng(3).standard_normal((2, 1000))
+    found = envelope((x[:, i : i + block] for i in range(0, 1000, block)), 1000, 10.0, n_slices)
+    n = min(n_slices, 1000)
+    edges = [i * 1000 // n for i in range(n + 1)]
+    expected = [x[:, a:b].max(axis=1) for a, b in pairwise(edges)]
+    assert_allclose(found.high, np.transpose(expected))
+    assert_allclose(found.low[:, 0], x[:, : edges[1]].min(axis=1))

@@ -1,0 +1,145 @@
+import csv
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.small_campaign import write_campaign
+
+from shakerproc import files
+from shakerproc.errors import LogError
+from shakerproc.runs import (
+    process_test,
+    read_summary,
+    summary_of,
+    tables,
+    telling,
+    trends,
+    write_summary,
+)
+from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, SpectrumSummary
+from shakerproc.runs.summing_up import thinned
+from shakerproc.testlog import facts_of, read_testlog
+
+SPECTRUM = SpectrumSummary(
+    512, 256, 40, "hamming", "none", 4.0, 5.4, 60.0, 0.7, 1.5, (5.0, 800.0)
+)
+
+
+def peak(frequency, height=1.0):
+    return PeakSummary(frequency, frequency, height, None, None, None, None, None, "", 0.9)
+
+
+def run(test, frequency, clearance, *, kind="random", joint="radial", height=1.0, **more):
+    channels = tuple(
+        ChannelSummary(
+            name,
+            "response",
+            "g",
+            "",
+            *([None] * 8),
+            psd_peaks=(peak(frequency, height * share),),
+        )
+        for name, share in (("ch3", 1.0), ("ch4", 0.5))
+    )
+    facts = {
+        "joint": joint,
+        "clearance_m": clearance,
+        "excitation": kind,
+        "orientation": "out of plane",
+        "level_g": None,
+        **more,
+    }
+    return RunSummary(test, "done", facts, channels=channels, spectrum=SPECTRUM)
+
+
+FALLING = [run("1", 360.0, 0.0), run("2", 300.0, 5e-5), run("3", 252.0, 1e-4)]
+
+
+def test_the_sentence_tells_the_fall_with_clearance():
+    sentence = telling.trend_sentence(FALLING, "ch3")
+    assert "falls from 360 Hz at 0.00 mm to 252 Hz at 0.10 mm" in sentence
+    assert "30%" in sentence
+
+
+def test_the_sentence_tells_when_nothing_moves_by_more_than_a_bin():
+    still = [run("1", 360.0, 0.0), run("2", 361.0, 1e-4)]
+    assert "stays at 360 Hz" in telling.trend_sentence(still, "ch3")
+
+
+def test_without_clearances_the_level_is_told():
+    runs = [
+        run(str(level), 180.0 + 1e4 * level, 1e-4, level_g2_per_hz=level)
+        for level in (0.001, 0.005, 0.01)
+    ]
+    sentence = telling.trend_sentence(runs, "ch3")
+    assert "rises from 190 Hz at 0.001 g²/Hz to 280 Hz at 0.01 g²/Hz of level" in sentence
+    assert "nonlinear" in sentence
+
+
+def test_nothing_is_told_of_one_clearance():
+    assert telling.trend_sentence([run("1", 360.0, 0.0)], "ch3") == ""
+
+
+def test_the_channel_of_the_trends_is_the_one_that_moves_most():
+    assert trends.trend_channel(FALLING) == "ch3"
+
+
+def test_a_sine_has_no_omega_e():
+    assert trends.omega_e(run("1", 50.0, 0.0, kind="sine"), "ch3") is None
+
+
+def test_the_thesis_trends_are_there_by_name_and_sorted():
+    sweeps = [
+        run(f"s{g}", 250.0 + g, 1e-4, kind="sine sweep", level_g=float(g)) for g in (5, 1, 10)
+    ]
+    requests = {r.name: r for r in trends.standard_trends([*FALLING, *sweeps])}
+    level = trends.trend(sweeps, requests["omega_e_against_level_radial"], "ch3")
+    assert "5.46" in level.title
+    ((name, points),) = level.series.items()
+    assert name == "0.10 mm, out of plane"
+    assert [p.x for p in points] == [1.0, 5.0, 10.0]
+    clearance = trends.trend(FALLING, requests["omega_e_against_clearance_random"], "ch3")
+    assert [p.x for p in clearance.series["radial, out of plane"]] == pytest.approx([
+        0,
+        0.05,
+        0.1,
+    ])
+    assert clearance.x_label == "clearance [mm]"
+
+
+def test_a_trend_by_columns_that_a_person_names():
+    runs = [replace(r, facts={**r.facts, "batch": i % 2}) for i, r in enumerate(FALLING)]
+    asked = trends.chosen_trend(runs, "clearance", ["batch"])
+    assert set(trends.trend(runs, asked, "ch3").series) == {"0", "1"}
+    with pytest.raises(LogError, match=r"no column 'colour' in the log\. It has joint"):
+        trends.chosen_trend(runs, "colour", [])
+
+
+def test_a_summary_comes_back_as_it_was_written(tmp_path):
+    log = read_testlog(write_campaign(tmp_path, 1))
+    test = log.tests[0]
+    result = process_test(log, test)
+    summary = summary_of(result, "1", facts_of(test), "test_1.tdms", "ab")
+    write_summary(tmp_path / "s.json", summary)
+    assert read_summary(tmp_path / "s.json") == summary
+    spectra = tables.spectra_columns(result)
+    assert {"frequency_hz", "psd_ch3_g2_per_hz", "h1_ch3_phase_deg", "excited"} <= set(spectra)
+    assert {len(column) for column in spectra.values()} == {257}
+    table = list(csv.DictReader(io.StringIO(files.csv_text(tables.peak_columns([summary])))))
+    first = next(
+        r for r in table if (r["channel"], r["quantity"], r["rank"]) == ("ch3", "psd", "1")
+    )
+    assert float(first["frequency_hz"]) == summary.channels[2].psd_peaks[0].frequency_hz
+    assert first["clearance_m"] == "0.0"
+
+
+@pytest.mark.parametrize("n", [10, 1000, 4001])
+def test_thinning_keeps_the_extremes(n):
+    x = np.arange(float(n))
+    y = np.random.default_rng(n).standard_normal(n)
+    few_x, few_y = thinned(x, y, 200)
+    assert few_x.size <= max(200, min(n, 200))
+    assert few_y.max() == y.max()
+    assert few_y.min() == y.min()
+    assert (np.diff(few_x) > 0).all()
