@@ -94,7 +94,7 @@ def build_stores(machines: Sequence[Machine], sample: float, degree: int) -> lis
             system[one],
             events[one],
             *(rows[one] for rows in by_x),
-        )  # fmt: skip
+        )
         for one in (slice(count * i, count * (i + 1)) for i in range(len(machines)))
     ]
 
