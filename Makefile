@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test long quick check lint benchmark fuzz blind chaos clean
+.PHONY: demo test quick check lint benchmark fuzz blind chaos clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -15,14 +15,7 @@ demo: $(READY)  ## the main job on sample_data, then the hidden gap
 	$(BIN)/shakerproc demo demo_output
 
 test: $(READY) check  ## everything that CI runs
-	$(BIN)/python -m pytest -n 2 $(LONG:%=--ignore=%)
-
-# whole campaigns fitted: minutes each, being made shorter; `make long` runs them
-LONG := tests/diagnose/test_diagnose_arrays.py tests/compare/test_errors.py \
-        tests/compare/test_bad_input.py tests/cli/test_init_and_demo.py
-
-long: $(READY)  ## the tests that fit whole campaigns
-	$(BIN)/python -m pytest -n 2 $(LONG)
+	$(BIN)/python -m pytest -n 2
 
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"
