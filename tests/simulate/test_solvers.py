@@ -26,7 +26,7 @@ from shakerproc.models.effects import (
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.faults import Clipping, SensorGain
 from shakerproc.simulate import prepare, simulate, simulate_many
-from shakerproc.simulate.excitations import harmonic, rest
+from shakerproc.simulate.excitations import harmonic, linear_sweep, rest
 from shakerproc.simulate.noise import faded, flat_profile, random_noise
 
 RATE = 5688.9
@@ -201,6 +201,53 @@ def test_chaos_is_called_by_its_name():
     assert calm.notes == ()
 
 
+def test_a_disturbance_of_the_input_makes_as_much_of_a_linear_response():
+    generator = np.random.default_rng(3)
+    force = random_noise(flat_profile(0.5, 20.0, 1.0), 10.0, 200.0, generator)
+    held = (Element(Spring(1000.0), ("base", "m")), Element(Damper(damping=4.0), ("base", "m")))
+    model = Model("linear", {"m": 1.0}, held, Excitation("force", "m"))
+    assert_allclose(simulate(model, force, 200.0).growth, 1.0, atol=0.1)
+
+
+def test_chaos_is_found_after_a_long_rest():
+    """A disturbance of the start alone would have died out before anything shakes."""
+    generator = np.random.default_rng(3)
+    force = random_noise(flat_profile(0.5, 20.0, 1.0), 60.0, 200.0, generator)
+    model = Model(
+        "held gap",
+        {"m": 1.0},
+        (
+            Element(Spring(300.0), ("base", "m")),
+            Element(Gap(1e5, 0.005), ("base", "m")),
+            Element(Damper(damping=4.0), ("base", "m")),
+        ),
+        Excitation("force", "m"),
+    )
+    found = simulate(model, np.concatenate((np.zeros(6000), force)), 200.0)
+    assert found.chaotic
+    without_rest = simulate(model, force, 200.0)
+    assert_allclose(np.log10(found.growth), np.log10(without_rest.growth), atol=1.0)
+
+
+def test_growth_in_passing_is_sensitive_but_not_chaotic():
+    """A sweep that loses contact: the disturbance stays, but does not go on growing."""
+    model = Model(
+        "wide gap",
+        {"m": 1.0},
+        (
+            Element(Gap(1000.0, 0.02), ("base", "m")),
+            Element(Damper(damping=0.02 * np.sqrt(1000.0)), ("base", "m")),
+        ),
+        Excitation("force", "m"),
+    )
+    sweep = linear_sweep(0.0, 30.0, 30.0, 5.0, 0.5 * np.pi)
+    found = simulate(model, sweep, 500.0, duration=30.0)
+    assert found.sensitive
+    assert not found.chaotic
+    assert found.notes[0].startswith("sensitive")
+    assert found.error < 1e-4
+
+
 def test_the_growth_of_a_known_instability_is_found():
     """On top of a hill of negative stiffness a disturbance grows by exp(lambda t)."""
     model = Model(
@@ -209,8 +256,8 @@ def test_the_growth_of_a_known_instability_is_found():
         (Element(Spring(-4.0), ("base", "m")), Element(CubicStiffness(1.0), ("base", "m"))),
         Excitation("force", "m"),
     )
-    found = simulate(model, harmonic(1.0, 1e-6), 100.0, duration=2.0)
-    assert_allclose(found.growth, np.cosh(4.0), rtol=0.05)
+    found = simulate(model, rest(), 100.0, duration=2.0, start={"m": (1e-6, 0.0)})
+    assert_allclose(found.growth, np.cosh(4.0), rtol=1e-3)
 
 
 def test_a_model_that_runs_away_says_when():

@@ -45,7 +45,7 @@ class Prediction:
     @property
     def predictable(self) -> bool:
         """Whether the motion can be compared in time, not only in statistics."""
-        return not self.simulation.chaotic
+        return not self.simulation.sensitive
 
 
 def predict(model: Model, measured: Measured, *, growth: bool = True) -> Prediction:

@@ -43,6 +43,13 @@ from shakerproc.planning.reach import (
     frequencies_of,
     reach,
 )
+from shakerproc.planning.rehearsal import (
+    Rehearsed,
+    Staging,
+    rehearse,
+    respond,
+    with_usual_roles,
+)
 
 __all__ = [
     "AbstractInput",
@@ -57,8 +64,10 @@ __all__ = [
     "Play",
     "RandomInput",
     "Reach",
+    "Rehearsed",
     "ShakerLimits",
     "SineInput",
+    "Staging",
     "TableMotion",
     "Walls",
     "Warming",
@@ -80,6 +89,9 @@ __all__ = [
     "plan_test",
     "play_of_test",
     "reach",
+    "rehearse",
+    "respond",
     "sample_rate_of_test",
     "swept_peak",
+    "with_usual_roles",
 ]

@@ -2,6 +2,14 @@
 
 from shakerproc.simulate.inputs import Input, prepare
 from shakerproc.simulate.response import simulate, simulate_many
-from shakerproc.simulate.simulation import CHAOTIC_GROWTH, Simulation
+from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
 
-__all__ = ["CHAOTIC_GROWTH", "Input", "Simulation", "prepare", "simulate", "simulate_many"]
+__all__ = [
+    "CHAOTIC_GROWTH",
+    "SENSITIVE_GROWTH",
+    "Input",
+    "Simulation",
+    "prepare",
+    "simulate",
+    "simulate_many",
+]

@@ -21,7 +21,7 @@ from shakerproc.simulate.kernels.table import Machine, Store, room_for_series
 from shakerproc.simulate.pieces import Hold, Signal
 from shakerproc.simulate.propagators import build_stores, no_store
 from shakerproc.simulate.sensing import read_sensors
-from shakerproc.simulate.simulation import CHAOTIC_GROWTH, Simulation
+from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
 
 Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853"]
 Result = TypeVar("Result")
@@ -68,7 +68,8 @@ def simulate(
         Last terms of a Taylor series as a share of the largest motion; 1e-9 is quick, and
         ample for a comparison with measurements [-].
     growth : bool
-        Whether to run once more with a disturbance of 1e-10, to tell how it grows.
+        Whether to run once more with a disturbance of 1e-10 of start and input, to tell how
+        it grows.
     solver : {"automatic", "exact", "taylor", "dop853"}
         ``exact`` and ``taylor`` insist on propagators or on series, ``dop853`` on the
         Runge-Kutta method that serves powers that are not whole (tolerance 1e-13 at least).
@@ -296,20 +297,21 @@ def _least_sizes(machine: Machine, given: Input) -> FloatArray:
 
 
 def _growth(case: _Case, motion: FloatArray) -> float:
-    """Return the most that a small disturbance grows from any time to any later one."""
+    """Return how much a small disturbance of the start and of the whole input grows.
+
+    A disturbance of the start alone would have died out before a shaker that starts later.
+    """
     n = len(case.system.names)
     sizes = np.array([np.max(np.abs(motion[:, :n])), np.max(np.abs(motion[:, n : 2 * n]))])
     if not np.all(sizes > 0.0):
         return 0.0
     disturbed = case.first.copy()
     disturbed[:n] += _DISTURBANCE * sizes[0]
-    other, _, _ = _run(replace(case, first=disturbed))
+    pushed = replace(case.given, pieces=case.given.pieces * (1.0 + _DISTURBANCE))
+    other, _, _ = _run(replace(case, first=disturbed, given=pushed))
     apart = np.abs(other - motion)
-    distance = np.maximum(
-        np.max(apart[:, :n], axis=1) / sizes[0], np.max(apart[:, n : 2 * n], axis=1) / sizes[1]
-    )
-    least = np.maximum(np.minimum.accumulate(distance), _ROUNDING)
-    return float(np.max(distance / least))
+    shares = np.max(apart[:, :n]) / sizes[0], np.max(apart[:, n : 2 * n]) / sizes[1]
+    return float(max(shares)) / _DISTURBANCE
 
 
 def _truncation(motion: FloatArray, stats: FloatArray, n: int) -> float:
@@ -327,6 +329,11 @@ def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:
         notes.append(
             f"chaotic: a disturbance of 1e-10 grows {growth:.1e} times; only statistics over "
             f"an ensemble hold, not this time history"
+        )
+    elif growth is not None and growth > SENSITIVE_GROWTH:
+        notes.append(
+            f"sensitive: a disturbance of 1e-10 grows {growth:.1e} times; a measured input "
+            f"does not foretell this time history"
         )
     if stats[4] > 0.0:
         notes.append(f"{int(stats[4])} steps were taken past switchings that follow each other")

@@ -9,8 +9,11 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.models.model import BASE
 
-CHAOTIC_GROWTH: Final = 1e4
-"""A disturbance that grows more than this leaves no trajectory to be trusted [-]."""
+SENSITIVE_GROWTH: Final = 1e4
+"""Past it no measured input is known well enough to foretell the motion in time [-]."""
+
+CHAOTIC_GROWTH: Final = 1e8
+"""A disturbance of 1e-10 that grows more than this becomes a hundredth of the motion [-]."""
 
 
 @final
@@ -42,8 +45,8 @@ class Simulation:
         Estimated error of displacement, as a share of the largest; truncation of the series
         and rounding, times the growth where that is known [-].
     growth : float, optional
-        Most that a disturbance of 1e-10 of the largest motion grew from any time to any later
-        one; None where it was not asked for [-].
+        What a disturbance of 1e-10, of the start and of the input all along, made of the
+        motion, as a multiple of 1e-10 of the largest; None where it was not asked for [-].
     notes : tuple of str
         What the reader should know, a sentence each.
     """
@@ -68,8 +71,17 @@ class Simulation:
         return np.arange(self.excitation.size) / self.sample_rate
 
     @property
+    def sensitive(self) -> bool:
+        """Whether the motion cannot be foretold in time from a measured input."""
+        return self.growth is not None and self.growth > SENSITIVE_GROWTH
+
+    @property
     def chaotic(self) -> bool:
-        """Whether a disturbance grew so much that only statistics of the response hold."""
+        """Whether a disturbance grew so much that only statistics of the response hold.
+
+        Growth in passing, as at the jump of a sweep or after the last contact, stays below:
+        it costs digits, which `error` counts, but not the trajectory.
+        """
         return self.growth is not None and self.growth > CHAOTIC_GROWTH
 
     def relative_displacement(self, first: str, second: str) -> FloatArray:

@@ -22,6 +22,7 @@ from shakerproc.cli.commands.nastran import nastran
 from shakerproc.cli.commands.plan import plan
 from shakerproc.cli.commands.process import process
 from shakerproc.cli.commands.response import response
+from shakerproc.cli.commands.simulate import simulate
 from shakerproc.cli.commands.stiffness import stiffness
 from shakerproc.cli.commands.study import study
 
@@ -34,6 +35,7 @@ COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "compare": compare,
     "diagnose": diagnose,
     "add": add,
+    "simulate": simulate,
     "response": response,
     "study": study,
     "plan": plan,

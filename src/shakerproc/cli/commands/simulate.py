@@ -1,0 +1,193 @@
+"""``shakerproc simulate``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from shakerproc.models import Model
+    from shakerproc.planning import Staging
+
+QUANTITIES = ("m/s^2", "N", "m", "m/s", "V")
+
+
+def simulate(
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False)
+    ],
+    excitation: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TESTLOG|RECORDING",
+            help="Test log (YAML), or a recording whose control signal shakes the model.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ],
+    tests: Annotated[
+        str, typer.Option(metavar="ID,ID", help="Only these tests of the log.")
+    ] = "",
+    sample_rate_hz: Annotated[
+        float, typer.Option(help="Of tests whose log does not say it [Hz].", min=1.0)
+    ] = 5688.9,
+    duration_s: Annotated[
+        float, typer.Option(help="Of runs whose log does not say it [s].", min=0.01)
+    ] = 10.0,
+    lead_in_s: Annotated[float, typer.Option(help="Rest before the run [s].", min=0.0)] = 0.5,
+    lead_out_s: Annotated[float, typer.Option(help="Rest after the run [s].", min=0.0)] = 0.5,
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="VALUE",
+            help='Noise of the channels of one quantity, rms, such as "2 mg"; repeatable.',
+            show_default="5 mg, 0.01 N, 10 nm, 10 um/s",
+        ),
+    ] = None,
+    offset: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="VALUE",
+            help='Offset of the channels, one standard deviation, such as "20 mg"; repeatable.',
+            show_default="none",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of noise and random excitation.", min=0)] = 0,
+    growth: Annotated[
+        bool, typer.Option(help="Run twice, to tell where the motion is chaotic.")
+    ] = True,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace recordings that are there.")
+    ] = False,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Write the recordings that a log describes, as the model would give them.
+
+    A campaign can so be rehearsed before the shaker is booked: each test is shaken as the log
+    says, passes the recorder's filter, and gets noise of its own. Without --out the recordings
+    are written where the log expects them; with it, beside a copy of the log. Nothing that
+    is there is replaced without --overwrite.
+    """
+    from shakerproc.cli.rehearsal import rehearse_campaign
+    from shakerproc.model_files import read_model
+    from shakerproc.planning import Staging
+    from shakerproc.planning.rehearsal import USUAL_NOISE
+    from shakerproc.testlog import read_testlog
+
+    staging = Staging(
+        sample_rate=sample_rate_hz,
+        duration=duration_s,
+        lead_in=lead_in_s,
+        lead_out=lead_out_s,
+        noise={**USUAL_NOISE, **_quantities(noise or (), "--noise")},
+        offset=_quantities(offset or (), "--offset"),
+        seed=seed,
+        growth=growth,
+    )
+    shaken = read_model(model)
+    if excitation.suffix.lower() in {".yaml", ".yml"}:
+        wanted = [one.strip() for one in tests.split(",") if one.strip()]
+        found = rehearse_campaign(
+            shaken, read_testlog(excitation), staging,
+            folder=out, wanted=wanted, overwrite=overwrite,
+        )  # fmt: skip
+    else:
+        found = [_respond(shaken, excitation, staging, out, overwrite=overwrite)]
+    output.write_json(_document(model, excitation, seed, found), json)
+    _print(found, json)
+    place = excitation.parent if out is None else out
+    output.message(f"{len(found)} recordings below {place}")
+
+
+def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
+    """Return values by the SI unit of what they are.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a text is no quantity that a channel measures, or below 0.
+    """
+    from shakerproc.units import to_si
+
+    found: dict[str, float] = {}
+    for text in texts:
+        for unit in QUANTITIES:
+            try:
+                value = to_si(text, unit)
+            except ValueError:
+                continue
+            if value < 0.0:
+                raise typer.BadParameter(f"{text} is below 0", param_hint=option)
+            found[unit] = value
+            break
+        else:
+            raise typer.BadParameter(
+                f'expected a quantity such as "5 mg", "0.1 N" or "1 um", not {text!r}',
+                param_hint=option,
+            )
+    return found
+
+
+def _respond(
+    model: "Model", path: Path, staging: "Staging", out: Path | None, *, overwrite: bool
+) -> dict[str, object]:
+    """Write what the model makes of the input of a recording.
+
+    Raises
+    ------
+    LogError
+        If the file is there already.
+    """
+    from shakerproc.cli.rehearsal import write_recording
+    from shakerproc.errors import LogError
+    from shakerproc.planning import respond, with_usual_roles
+    from shakerproc.recordings import open_recording
+
+    target = (path.parent if out is None else out) / f"{path.stem}_simulated.tdms"
+    if target.exists() and not overwrite:
+        raise LogError(f"{target} is there already; give --out FOLDER or --overwrite")
+    with open_recording(path) as recording:
+        made = respond(model, with_usual_roles(recording), staging)
+    write_recording(target, made.recording)
+    return {**made.facts, "recording": target.name}
+
+
+def _document(
+    model: Path, excitation: Path, seed: int, found: "Sequence[Mapping[str, object]]"
+) -> dict[str, object]:
+    from shakerproc import __version__
+    from shakerproc.recordings import sha256
+
+    return {
+        "schema": "shakerproc-simulation/1",
+        "shakerproc": __version__,
+        "inputs": {path.name: sha256(path) for path in (model, excitation)},
+        "seed": seed,
+        "recordings": found,
+    }
+
+
+def _print(found: "Sequence[Mapping[str, object]]", json: str | None) -> None:
+    rows = []
+    for one in found:
+        moved = one["largest_relative_displacement_m"]
+        most = max(moved.values()) if isinstance(moved, dict) else None
+        rows.append((
+            one["test"], one["recording"], one["duration_s"], 1e3 * most if most else None,
+            one["switchings"], one["growth"], "chaotic" if one["chaotic"] else None,
+        ))  # fmt: skip
+    output.print_table(
+        ("test", "recording", "takes [s]", "largest motion [mm]", "switchings",
+         "growth of 1e-10", "remark"),
+        rows,
+        json_target=json,
+    )  # fmt: skip
+    if any(one["chaotic"] for one in found):
+        output.warning(
+            "chaotic motion: any model of it agrees with these recordings in statistics only"
+        )

@@ -1,0 +1,143 @@
+"""The excitation that the log asks for, as samples: what the shaker would do in a test."""
+
+from math import log2
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import LogError
+from shakerproc.planning.acquisition import duration_of_test
+from shakerproc.simulate.excitations import (
+    harmonic,
+    linear_sweep,
+    logarithmic_sweep,
+    stepped_sine,
+)
+from shakerproc.simulate.noise import faded, flat_profile, random_noise
+from shakerproc.simulate.pieces import Signal
+from shakerproc.testlog import Test, nominal_duration
+
+STEPS_PER_OCTAVE: Final = 24
+"""Steps of a stepped sine, of which the log says nothing [-]."""
+
+RAMP: Final = 0.1
+"""Time over which the shaker is led up and down [s]; at most a tenth of the run."""
+
+
+def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
+    """Return how long a test shakes [s]: by its sweep, by what the log expects, or as given.
+
+    Parameters
+    ----------
+    test : Test
+        The line of the log.
+    quiet : float
+        Rest before and after, which the length that the log expects includes [s].
+    otherwise : float
+        Where the log says nothing [s].
+
+    Raises
+    ------
+    LogError
+        If the recording that the log expects is too short for the rest or the sweep.
+    """
+    swept, expected = nominal_duration(test), test.expect.duration
+    if expected is None:
+        return duration_of_test(test, otherwise) or otherwise
+    if swept is not None:
+        if swept + quiet > expected * (1.0 + test.expect.duration_tolerance):
+            raise LogError(
+                f"{test.source}: test {test.id}: the log expects {expected:.5g} s, but the "
+                f"sweep takes {swept:.5g} s and the rest before and after {quiet:.5g} s; "
+                f"correct expect or rate, or ask for less rest"
+            )
+        return swept
+    if expected <= quiet:
+        raise LogError(
+            f"{test.source}: test {test.id}: the log expects {expected:.5g} s, which the rest "
+            f"before and after ({quiet:.5g} s) leaves nothing of; correct expect, or ask for "
+            f"less rest"
+        )
+    return expected - quiet
+
+
+def drive_of_test(
+    test: Test, duration: float, sample_rate: float, generator: np.random.Generator
+) -> FloatArray:
+    """Return what shakes a test, led up from rest and back to it, (n,) array [m/s² or N].
+
+    Parameters
+    ----------
+    test : Test
+        The line of the log.
+    duration : float
+        Length of the run [s].
+    sample_rate : float
+        Samples per second [Hz].
+    generator : numpy.random.Generator
+        Where the randomness comes from.
+
+    Raises
+    ------
+    LogError
+        If the log does not say what shakes the test, or how strongly.
+    """
+    if test.level is None or test.level_unit is None or test.excitation in {None, "shock"}:
+        raise LogError(f"{test.source}: test {test.id}: {_lacking(test)}")
+    if test.excitation == "random":
+        samples = _random(test, test.level, duration, sample_rate, generator)
+    else:
+        signal = _signal(test, test.level, duration)
+        samples = signal(np.arange(round(duration * sample_rate)) / sample_rate)
+    return faded(samples, sample_rate, min(RAMP, 0.1 * duration))
+
+
+def _lacking(test: Test) -> str:
+    if test.excitation is None:
+        return "the log does not say what shakes it; add excitation, or leave this test out"
+    if test.excitation == "shock":
+        return "a shock, whose width is no key of the log; leave this test out"
+    return "the log does not say its level; add it"
+
+
+def _random(
+    test: Test, level: float, duration: float, sample_rate: float, rng: np.random.Generator
+) -> FloatArray:
+    low, high = _band(test)
+    rms = str(test.level_unit).endswith("rms")
+    density = level**2 / (high - low) if rms else level
+    return random_noise(flat_profile(low, high, density), duration, sample_rate, rng)
+
+
+def _signal(test: Test, level: float, duration: float) -> Signal:
+    if test.excitation == "sine":
+        if test.frequency_hz is None:
+            raise LogError(f"{test.source}: test {test.id}: no frequency; add it")
+        return harmonic(test.frequency_hz, level)
+    low, high = _band(test)
+    first, last = (test.from_hz or low), (test.to_hz or high)
+    if test.excitation == "stepped sine":
+        count = max(2, round(STEPS_PER_OCTAVE * log2(high / low)) + 1)
+        steps = np.geomspace(first, last, count)
+        cycles = max(1, round(duration / float(np.sum(1.0 / steps))))
+        return stepped_sine([float(f) for f in steps], cycles, level)
+    if test.rate_hz_per_s is not None:
+        return linear_sweep(first, last, duration, level)
+    return logarithmic_sweep(first, last, 60.0 * log2(high / low) / duration, level)
+
+
+def _band(test: Test) -> tuple[float, float]:
+    """Return the excited band, lower limit first [Hz].
+
+    Raises
+    ------
+    LogError
+        If the log does not say it.
+    """
+    band = test.band
+    if band is None or not 0.0 < band[0] < band[1]:
+        raise LogError(
+            f"{test.source}: test {test.id}: from and to do not say a band; correct them"
+        )
+    return band

@@ -1,0 +1,320 @@
+"""A test before it is run: the recording that a model and the log say it will give."""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from types import MappingProxyType
+from typing import Final, final
+
+import numpy as np
+from scipy import fft
+
+from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, Role, recording_of_arrays
+from shakerproc.errors import LogError, SimulationError
+from shakerproc.models import BASE, Model
+from shakerproc.planning.acquisition import sample_rate_of_test
+from shakerproc.planning.drive import drive_of_test, length_of_run
+from shakerproc.planning.written_channels import WrittenChannel, written_channels
+from shakerproc.runs import usual_uses
+from shakerproc.simulate import Simulation, simulate
+from shakerproc.testlog import Test
+
+LAB_RATE: Final = 5688.9
+"""Samples per second where nobody says otherwise [Hz]."""
+
+LAB_DURATION: Final = 10.0
+"""Length of a run where nobody says otherwise [s]."""
+
+START: Final = datetime(2000, 1, 1, tzinfo=UTC)
+"""When simulated recordings are made, so that the same seed gives the same bytes."""
+
+USUAL_NOISE: Final[Mapping[str, float]] = MappingProxyType({
+    "m/s^2": 0.005 * STANDARD_GRAVITY,
+    "N": 0.01,
+    "m": 1e-8,
+    "m/s": 1e-5,
+    "V": 1e-4,
+})
+"""Noise of a sensor, rms, by the unit of what it measures, where nobody says otherwise."""
+
+_FINER: Final = 4  # steps of the simulation in a sample, so that the recorder can filter
+_MOST_STEPS: Final = 4_000_000
+_TOLERANCE: Final = 1e-10
+_PASSES, _STOPS = 0.45, 0.49  # of the sample rate: the flank of the recorder's filter
+_MARGIN: Final = 512  # samples of zeros at both ends of what is filtered
+_NONE: Final[Mapping[str, float]] = MappingProxyType({})
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Staging:
+    """How recordings are simulated.
+
+    Attributes
+    ----------
+    sample_rate, duration : float
+        Of tests whose log does not say them [Hz], [s].
+    lead_in, lead_out : float
+        Rest before and after the run [s].
+    noise : mapping of str to float
+        Root mean square of each channel's own noise, by the SI unit of what it measures.
+    offset : mapping of str to float
+        Standard deviation of the offsets of the channels, likewise.
+    seed : int
+        Of noise, offsets and random excitation.
+    growth : bool
+        Whether to see how a disturbance grows, so that chaos is told.
+    """
+
+    sample_rate: float = LAB_RATE
+    duration: float = LAB_DURATION
+    lead_in: float = 0.5
+    lead_out: float = 0.5
+    noise: Mapping[str, float] = field(default_factory=lambda: USUAL_NOISE)
+    offset: Mapping[str, float] = field(default_factory=lambda: _NONE)
+    seed: int = 0
+    growth: bool = True
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Rehearsed:
+    """A recording that no shaker made, and what is known of the motion behind it.
+
+    Attributes
+    ----------
+    test : Test
+        The line of the log.
+    recording : Recording
+        In memory.
+    simulation : Simulation
+        The motion, at a multiple of the recorder's rate.
+    """
+
+    test: Test
+    recording: Recording
+    simulation: Simulation
+
+    @property
+    def facts(self) -> dict[str, object]:
+        """What is known, units in the names."""
+        shown = self.simulation
+        rows = shown.displacement[: len(shown.masses)]
+        return {
+            "test": self.test.id,
+            "duration_s": self.recording.duration,
+            "sample_rate_hz": self.recording.sample_rate,
+            "channels": [channel.name for channel in self.recording.channels],
+            "largest_relative_displacement_m": {
+                name: float(np.max(np.abs(row)))
+                for name, row in zip(shown.masses, rows, strict=True)
+            },
+            "switchings": shown.switchings,
+            "solver": shown.solver,
+            "error": shown.error,
+            "growth": shown.growth,
+            "chaotic": shown.chaotic,
+            "notes": list(shown.notes),
+        }
+
+
+def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
+    """Return the recording that a test will give if the model is right.
+
+    The excitation of the log shakes the model; what the sensors see passes the recorder's
+    low-pass filter (0.45 of the sample rate) and gets noise and an offset of its own.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    test : Test
+        A line of the log.
+    staging : Staging
+        Noise, rest, seed.
+
+    Raises
+    ------
+    LogError
+        If the log does not say enough, or speaks of other channels than the model.
+    SimulationError
+        If the motion runs away.
+    """
+    _check_drive(model, test)
+    rate = sample_rate_of_test(test, staging.sample_rate) or staging.sample_rate
+    excited, noisy = _generators(staging, test)
+    quiet = staging.lead_in + staging.lead_out
+    seconds = length_of_run(test, quiet, staging.duration)
+    finer = _finer(round((seconds + quiet) * rate))
+    steps = drive_of_test(test, seconds, rate * finer, excited)
+    tail = max(staging.lead_out, (test.expect.duration or 0.0) - seconds - staging.lead_in)
+    before, after = (round(rest * rate) * finer for rest in (staging.lead_in, tail))
+    surplus = -(before + steps.size + after) % finer
+    driven = _Driven(np.pad(steps, (before, after + surplus)), rate, finer)
+    recording, found = _recorded(model, test, driven, staging, noisy)
+    return Rehearsed(test, recording, found)
+
+
+def with_usual_roles(recording: Recording) -> Recording:
+    """Return a recording of which no log speaks, with the roles that its channels seem to have.
+
+    What is in newtons is a force; of the accelerations, those whose name speaks of control are
+    controls, or else the first two.
+    """
+    uses = usual_uses([channel.source_name for channel in recording.channels])
+    roles: dict[str, Role] = {"N": "force", "m": "displacement", "m/s": "velocity"}
+    channels = tuple(
+        replace(channel, role=roles.get(channel.unit, use.role))
+        for channel, use in zip(recording.channels, uses, strict=False)
+    )
+    return replace(recording.select(range(len(channels))), channels=channels)
+
+
+def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
+    """Return what a model makes of the measured input of a recording.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    recording : Recording
+        Its controls, or the force on the driven mass, shake it: the mean of them.
+    staging : Staging
+        Noise, offset and seed; the rest is the recording's own.
+
+    Raises
+    ------
+    LogError
+        If the recording has no channel that could drive the model.
+    """
+    on = model.excitation.on
+    role, unit = ("control", "m/s^2") if on is None else ("force", "N")
+    rows = [i for i, c in enumerate(recording.channels) if c.role == role and c.unit == unit]
+    if not rows:
+        raise LogError(
+            f"{recording.run}: no channel with the role {role} in {unit} to shake the model; "
+            f"give a test log and let it say which channel that is"
+        )
+    test = Test(id=recording.run)
+    _, noisy = _generators(staging, test)
+    samples = recording.select(rows).samples().mean(axis=0)
+    samples = samples - samples.mean()
+    finer = _finer(samples.size)
+    driven = _Driven(_upsampled(samples, finer), recording.sample_rate, finer)
+    made, found = _recorded(model, test, driven, staging, noisy)
+    return Rehearsed(test, replace(made, run=f"{recording.run} simulated"), found)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Driven:
+    """What shakes the model in one test, at so many steps a sample."""
+
+    samples: FloatArray
+    sample_rate: float
+    finer: int
+
+
+def _recorded(
+    model: Model, test: Test, driven: _Driven, staging: Staging, noisy: np.random.Generator
+) -> tuple[Recording, Simulation]:
+    channels = written_channels(test, model)
+    try:
+        found = simulate(
+            model,
+            driven.samples,
+            driven.sample_rate * driven.finer,
+            tolerance=_TOLERANCE,
+            growth=staging.growth,
+        )
+    except SimulationError as error:
+        raise SimulationError(f"test {test.id}: {error}") from error
+    rows = [
+        _with_noise(one, _filtered(_held(one, found, driven), driven.finer), staging, noisy)
+        for one in channels
+    ]
+    name = "Acceleration" if test.recording is None else test.recording.stem
+    recording = recording_of_arrays(
+        f"{name} simulated",
+        [one.channel for one in channels],
+        np.array(rows),
+        driven.sample_rate,
+    )
+    return replace(recording, start_time=START), found
+
+
+def _check_drive(model: Model, test: Test) -> None:
+    """Pass a test whose level is what drives the model.
+
+    Raises
+    ------
+    LogError
+        If the one is a force and the other an acceleration.
+    """
+    if test.level_unit is None:
+        return
+    by_force = test.level_unit.startswith("N")
+    if by_force != (model.excitation.on is not None):
+        drives = "a force" if model.excitation.on is not None else "the base's acceleration"
+        raise LogError(
+            f"{test.source}: test {test.id}: its level is {test.level_text}, but {drives} "
+            f"drives the model; correct the level, or excitation in the model"
+        )
+
+
+def _generators(staging: Staging, test: Test) -> tuple[np.random.Generator, ...]:
+    """Return generators for excitation and noise, whatever other tests the log has."""
+    mine = zlib.crc32(str(test.id).encode())
+    return tuple(np.random.default_rng([staging.seed, mine, use]) for use in range(2))
+
+
+def _finer(n_samples: int) -> int:
+    """Return how many steps to take in a sample."""
+    return max(1, min(_FINER, _MOST_STEPS // max(1, n_samples)))
+
+
+def _with_noise(
+    one: WrittenChannel, clean: FloatArray, staging: Staging, noisy: np.random.Generator
+) -> FloatArray:
+    """Return what a channel stores, in the SI unit of what is stored."""
+    drawn = noisy.standard_normal(clean.size + 1)
+    seen = clean + staging.noise.get(one.quantity, 0.0) * drawn[1:]
+    seen += staging.offset.get(one.quantity, 0.0) * drawn[0]
+    return seen if one.volts_per_unit is None else one.volts_per_unit * seen
+
+
+def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray:
+    """Return what a channel measures at every step, (n,) array."""
+    if one.holds == "nothing":
+        return np.zeros_like(driven.samples)
+    if one.holds in {"base", "force"}:
+        return driven.samples
+    if one.holds == "sensor":
+        return found.outputs[one.source]
+    if one.quantity == "m":
+        return found.relative_displacement(BASE, one.source)
+    if one.quantity == "m/s":
+        return found.relative_velocity(BASE, one.source)
+    row: FloatArray = found.acceleration[found.masses.index(one.source)]
+    return row
+
+
+def _filtered(steps: FloatArray, finer: int) -> FloatArray:
+    """Return what a recorder makes of a quantity known at every step, low-passed."""
+    n = steps.size // finer
+    padded = np.pad(steps[: n * finer], _MARGIN * finer)
+    longer = n + 2 * _MARGIN
+    spectrum = fft.rfft(padded)[: longer // 2 + 1]
+    share = np.arange(spectrum.size) / longer
+    fall = np.clip((share - _PASSES) / (_STOPS - _PASSES), 0.0, 1.0)
+    kept: FloatArray = fft.irfft(spectrum * (0.5 + 0.5 * np.cos(np.pi * fall)), longer) / finer
+    return kept[_MARGIN : _MARGIN + n]
+
+
+def _upsampled(samples: FloatArray, finer: int) -> FloatArray:
+    """Return band-limited samples at finer steps, (n * finer,) array."""
+    padded = np.pad(samples, _MARGIN)
+    spectrum = fft.rfft(padded)
+    longer: FloatArray = fft.irfft(spectrum, padded.size * finer) * finer
+    return longer[_MARGIN * finer : (_MARGIN + samples.size) * finer]
