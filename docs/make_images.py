@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 BATCH = {
-    "trends/omega_e_against_clearance_random.png": "trend.png",
+    "trends/figure_5_45_omega_e_against_clearance_random.png": "trend.png",
     "runs/test_3/psd_and_response.png": "test_3_psd_and_response.png",
     "runs/test_12/sweep.png": "test_12_sweep.png",
 }

@@ -33,7 +33,7 @@ def test_a_trend_is_drawn(tmp_path):
     request = trends.standard_trends(FALLING)[0]
     trend = trends.trend([FALLING[0], cut, FALLING[2]], request, "ch3")
     with Image.open(draw_trend(trend, tmp_path / "t.png")) as image:
-        assert image.size == (910, 520)
+        assert image.size == (910, 613)
 
 
 def test_the_phase_is_broken_where_it_wraps():

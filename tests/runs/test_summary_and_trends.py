@@ -27,7 +27,9 @@ SPECTRUM = SpectrumSummary(
 
 
 def peak(frequency, height=1.0):
-    return PeakSummary(frequency, frequency, height, None, None, None, None, None, "", 0.9)
+    return PeakSummary(
+        frequency, frequency, height, None, None, None, None, None, None, "", 0.9
+    )
 
 
 def run(test, frequency, clearance, *, kind="random", joint="radial", height=1.0, **more):
@@ -94,12 +96,14 @@ def test_the_thesis_trends_are_there_by_name_and_sorted():
         run(f"s{g}", 250.0 + g, 1e-4, kind="sine sweep", level_g=float(g)) for g in (5, 1, 10)
     ]
     requests = {r.name: r for r in trends.standard_trends([*FALLING, *sweeps])}
-    level = trends.trend(sweeps, requests["omega_e_against_level_radial"], "ch3")
+    level = trends.trend(sweeps, requests["figure_5_46_omega_e_against_level_radial"], "ch3")
     assert "5.46" in level.title
     ((name, points),) = level.series.items()
     assert name == "0.10 mm, out of plane"
     assert [p.x for p in points] == [1.0, 5.0, 10.0]
-    clearance = trends.trend(FALLING, requests["omega_e_against_clearance_random"], "ch3")
+    clearance = trends.trend(
+        FALLING, requests["figure_5_45_omega_e_against_clearance_random"], "ch3"
+    )
     assert [p.x for p in clearance.series["radial, out of plane"]] == pytest.approx([
         0,
         0.05,

@@ -33,6 +33,10 @@ DetrendOption: TypeAlias = Annotated[
     ),
 ]
 FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
+StitchOption: TypeAlias = Annotated[
+    bool,
+    typer.Option("--stitch", help="Join the sweeps of one direction to one response."),
+]
 ThesisOption: TypeAlias = Annotated[
     bool,
     typer.Option("--thesis", help="Write the thesis' tables too, to the letter."),
@@ -71,8 +75,9 @@ def with_averaging(
     overlap: int | None,
     window: str | None,
     detrend: str | None,
+    stitch: bool = False,
 ) -> "Test":
-    """Return a test with other averaging than its log says.
+    """Return a test with other averaging than its log says, its sweeps stitched on request.
 
     Raises
     ------
@@ -95,4 +100,5 @@ def with_averaging(
         if detrend not in {"none", "mean", "segment mean"}:
             raise typer.BadParameter(f"{detrend!r} is not one of none, mean, segment mean")
         processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
-    return replace(test, processing=replace(processing, welch=welch))
+    stitch = stitch or processing.stitch
+    return replace(test, processing=replace(processing, welch=welch, stitch=stitch))

@@ -49,22 +49,22 @@ def write_up(
     """Write everything that concerns the whole campaign; return what report.json holds."""
     runs = campaign.runs
     channel = wish.channel or trends.trend_channel(runs)
-    found = _trends(runs, channel, wish)
+    requests = [
+        *(trends.chosen_trend(runs, x, wish.by) for x in wish.against),
+        *trends.standard_trends(runs),
+    ]
+    drawn = {request.title: trends.trend(runs, request, channel) for request in requests}
+    found = [trend for trend in drawn.values() if trend is not None]
+    missing = [title for title, trend in drawn.items() if trend is None]
     write_tables(runs, found, channel, root)
     if wish.figures:
         for trend in found:
             draw_trend(trend, root / "trends" / f"{trend.name}.png")
-    report = Report(title, runs, found, channel, command(), {}, verdict, sections)
+    report = Report(title, runs, found, channel, command(), {}, verdict, sections, missing)
     write_report(root / "report.html", report)
     document = _document(title, runs, found, channel)
     files.write_json(root / "report.json", document)
     return document
-
-
-def _trends(runs: Sequence[RunSummary], channel: str, wish: Wish) -> list[Trend]:
-    asked = [trends.chosen_trend(runs, x, wish.by) for x in wish.against]
-    requests = [*asked, *trends.standard_trends(runs)]
-    return [t for request in requests if (t := trends.trend(runs, request, channel))]
 
 
 def command() -> str:
@@ -140,7 +140,7 @@ def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
     response = seen.response_peaks[0] if seen and seen.response_peaks else None
     return (
         run.test,
-        "incomplete" if run.incomplete else run.status,
+        run.told_status,
         run.facts.get("joint"),
         trends.shown("clearance_m", run.facts.get("clearance_m")),
         run.facts.get("orientation"),

@@ -62,6 +62,8 @@ class Report:
         Sentence to put before the trend's own.
     sections : sequence of Section
         What comes between the trends and the runs.
+    without_points : sequence of str
+        Titles of trends for which the log has not two values with a run.
     """
 
     title: str
@@ -72,6 +74,7 @@ class Report:
     options: Mapping[str, str] = field(default_factory=dict)
     verdict: str = ""
     sections: Sequence[Section] = ()
+    without_points: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +119,7 @@ class _Page:
     rows: Sequence[Sequence[_Cell]]
     table_note: str
     trends: Sequence[Drawing]
+    not_drawn: str
     sections: Sequence[Section]
     runs: Sequence[RunView]
     methods: Sequence[str]
@@ -126,6 +130,7 @@ class _Page:
 COLUMNS: Final = (
     _Column("test", numeric=True),
     _Column("status", numeric=False),
+    _Column("joint", numeric=False),
     _Column("specimen", numeric=False),
     _Column("clearance", numeric=True),
     _Column("orientation", numeric=False),
@@ -193,12 +198,18 @@ def _page(report: Report) -> _Page:
         rows=_rows(shown, views, report.channel),
         table_note=_table_note(report),
         trends=[trend_view.drawing(trend) for trend in report.trends],
+        not_drawn=_not_drawn(report),
         sections=report.sections,
         runs=views,
         methods=methods.paragraphs,
         references=methods.references,
         provenance=_provenance(report, methods),
     )
+
+
+def _not_drawn(report: Report) -> str:
+    titles = "; ".join(title.rstrip(".") for title in report.without_points)
+    return f"Not drawn, as no two values have a run: {titles}." if titles else ""
 
 
 def _told(report: Report) -> str:
@@ -265,8 +276,9 @@ def _row(run: RunSummary, view: RunView, channel: str) -> list[_Cell]:
     clearance = run.facts.get("clearance_m")
     return [
         _Cell(run.test, "n", anchor=view.anchor),
-        _Cell("incomplete" if run.incomplete else run.status, f"status-{run.status}"),
-        _Cell(_told_or(run, "specimen") or _told_or(run, "joint")),
+        _Cell(run.told_status, "status-odd" if run.incomplete else f"status-{run.status}"),
+        _Cell(_told_or(run, "joint")),
+        _Cell(_told_or(run, "specimen")),
         _Cell(trends.shown("clearance_m", clearance), "n", _order(clearance)),
         _Cell(_told_or(run, "orientation")),
         _Cell(_told_or(run, "excitation")),

@@ -12,6 +12,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.report import style
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summing_up import shown_part
+from shakerproc.spectra import psd as densities
 from shakerproc.testlog import ThresholdCrop
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def _styles(result: RunResult) -> list[int]:
 def time_series(result: RunResult, title: str) -> "Figure":
     """Return every channel over the whole recording, what was cropped away shaded."""
     n = len(result.channels)
-    figure, axes = style.figure(7.0, 0.7 + 0.85 * n, n, sharex=True, left=LEFT)
+    figure, axes = style.figure(7.0, 0.5 + 0.85 * n, n, sharex=True, left=LEFT, legend=False)
     e, chosen = result.envelope, _styles(result)
     start = result.crop.start / result.sample_rate
     stop = result.crop.stop / result.sample_rate
@@ -73,7 +74,7 @@ def time_series(result: RunResult, title: str) -> "Figure":
     if result.incomplete:
         for axis in axes:
             axis.axvline(result.duration, color="#a62b00", lw=1.2)
-    axes[0].set_title(_titled(title, f"processed {start:.2f} to {stop:.2f} s", result))
+    _head(axes[0], result, title, f"processed {start:.2f} to {stop:.2f} s", legend=False)
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, result.promised_duration)
     return figure
@@ -93,19 +94,34 @@ def _name(axis: "Axes", name: str, unit: str) -> None:
 
 
 def _threshold(axes: Sequence["Axes"], result: RunResult) -> None:
-    crop = result.test.processing.crop
-    if not isinstance(crop, ThresholdCrop) or not result.controls:
+    """Draw the threshold on the channel that it is held against, and a doubtful start."""
+    crop, row = result.test.processing.crop, result.crop_channel
+    if not isinstance(crop, ThresholdCrop) or row is None:
         return
-    row = result.controls[-1]
     level = crop.threshold * shown_unit(result.channels[row].unit)[1]
-    axes[row].axhline(level, color="#d55e00", lw=0.8, ls=(0, (4, 2)))
+    for sign in (1.0, -1.0) if crop.absolute else (1.0,):
+        axes[row].axhline(sign * level, color="#d55e00", lw=0.8, ls=(0, (4, 2)))
+    if result.crop.warning is not None:
+        axes[row].annotate(
+            "stands alone: a spike?",
+            (result.crop.start / result.sample_rate, level),
+            xytext=(14, -16),
+            textcoords="offset points",
+            color="#a62b00",
+            fontsize=8.0,
+            arrowprops={"arrowstyle": "->", "color": "#a62b00"},
+        )
 
 
-def _titled(title: str, more: str, result: RunResult) -> str:
-    note = ""
+def _head(
+    axis: "Axes", result: RunResult, title: str, more: str = "", *, legend: bool = True
+) -> None:
+    """Write the title of the run, and below it what is shown and whether it was cut short."""
+    notes = [more] if more else []
     if result.incomplete:
-        note = f", INCOMPLETE: {result.duration:.4g} of {result.promised_duration:.4g} s"
-    return f"{title}{note}: {more}" if more else f"{title}{note}"
+        cut = f"INCOMPLETE: {result.duration:.2f} of {result.promised_duration:.2f} s"
+        notes.insert(0, cut)
+    style.head(axis, title, ", ".join(notes), alarming=result.incomplete, legend=legend)
 
 
 def _frequency_axis(axis: "Axes", result: RunResult) -> None:
@@ -119,9 +135,9 @@ def _frequency_axis(axis: "Axes", result: RunResult) -> None:
 
 def psd(result: RunResult, title: str) -> "Figure":
     """Return the density of every channel, with bounds for the tallest response."""
-    figure, (axis,) = style.figure(7.0, 3.8, left=LEFT)
+    figure, (axis,) = style.figure(7.0, 3.5, left=LEFT)
     _draw_psd(axis, result)
-    axis.set_title(_titled(title, _worth(result), result))
+    _head(axis, result, title, _worth(result))
     return figure
 
 
@@ -154,7 +170,7 @@ def _draw_psd(axis: "Axes", result: RunResult) -> None:
     )
     _mark_peak(axis, result)
     _frequency_axis(axis, result)
-    axis.legend(ncols=3, loc="upper right")
+    style.legend(axis)
 
 
 def _mark_peak(axis: "Axes", result: RunResult) -> None:
@@ -168,7 +184,7 @@ def _mark_peak(axis: "Axes", result: RunResult) -> None:
     peak = result.psd_peaks[i][0].peak
     height = peak.value * shown_unit(result.channels[i].unit)[1] ** 2
     axis.annotate(
-        f"{peak.frequency:.1f} Hz",
+        f"ω_e {peak.frequency:.1f} Hz",
         (peak.frequency, height),
         xytext=(8, -2),
         textcoords="offset points",
@@ -181,7 +197,7 @@ def _decades(axis: "Axes", rows: Sequence[FloatArray], most: int = 9) -> None:
     """Make the vertical axis logarithmic, whole decades around the values."""
     values = np.concatenate([row[np.isfinite(row) & (row > 0.0)] for row in rows])
     if values.size:
-        high = np.ceil(np.log10(values.max()) + 0.5)  # room for the legend
+        high = np.ceil(np.log10(values.max()) + 0.1)  # room for the mark of the peak
         low = max(np.floor(np.log10(values.min()) - 0.05), high - most)
         style.logarithmic(axis, 10.0**low, 10.0**high)
 
@@ -200,7 +216,7 @@ def _positive(values: FloatArray) -> FloatArray:
 
 def response(result: RunResult, title: str) -> "Figure | None":
     """Return gain and phase of H1 and the square root of the PSD ratio."""
-    if result.against is None:
+    if result.against is None or result.test.excitation == "sine":
         return None
     figure, (gain, phase) = style.figure(7.0, 5.2, 2, sharex=True, left=LEFT)
     shown, chosen, against = shown_part(result), _styles(result), result.against
@@ -214,22 +230,25 @@ def response(result: RunResult, title: str) -> "Figure | None":
         phase.plot(x, unbroken_phase(h1), **style.line(chosen[i]))
     _decades(gain, [np.abs(h[shown][against.valid[shown]]) for h in against.h1])
     gain.set_ylabel("response over control [-]")
-    gain.set_title(_titled(title, "H1 (thin: root of the PSD ratio)", result))
-    gain.legend(ncols=3, loc="upper right")
-    phase.set_ylabel("phase of H1 [°]")
-    phase.set_ylim(-275.0, 95.0)
-    phase.set_yticks([-270, -180, -90, 0, 90])
+    _head(gain, result, title, "H1; thin: root of the PSD ratio")
+    style.legend(gain)
+    _phase_axis(phase, "phase of H1 [°]")
     _frequency_axis(phase, result)
     return figure
 
 
 def coherence(result: RunResult, title: str) -> "Figure | None":
     """Return the coherence of every response, multiple coherence thin where it differs."""
-    if result.against is None:
+    if result.against is None or result.test.excitation == "sine":
         return None
-    figure, (axis,) = style.figure(7.0, 3.2, left=LEFT)
+    figure, (axis,) = style.figure(7.0, 2.9, left=LEFT)
     _draw_coherence(axis, result)
-    axis.set_title(_titled(title, "coherence with the mean control", result))
+    _head(
+        axis,
+        result,
+        title,
+        "coherence with the mean control; thin: multiple, with all controls",
+    )
     return figure
 
 
@@ -246,28 +265,56 @@ def _draw_coherence(axis: "Axes", result: RunResult) -> None:
             axis.plot(x, multiple, color=style.COLOURS[chosen[i]], lw=0.6)
     axis.set_ylim(0.0, 1.05)
     axis.set_ylabel("coherence [-]")
-    axis.legend(ncols=3, loc="lower left")
+    style.legend(axis)
     _frequency_axis(axis, result)
 
 
 def psd_and_response(result: RunResult, title: str) -> "Figure | None":
-    """Return the thesis' two-in-one figure: densities above, PSD ratio below."""
-    if result.against is None:
+    """Return the thesis' two-in-one figure: densities above, PSD ratio below.
+
+    At a single frequency a ratio of densities says nothing: the harmonics stand there instead.
+    """
+    single = result.test.excitation == "sine"
+    if result.against is None or (single and not result.tracking.tones):
         return None
-    figure, (above, below) = style.figure(7.0, 6.2, 2, sharex=True, left=LEFT)
+    figure, (above, below) = style.figure(7.0, 6.2, 2, sharex=not single, left=LEFT)
     _draw_psd(above, result)
-    above.set_xlabel("")
-    above.set_title(_titled(title, _worth(result), result))
-    shown, chosen, against = shown_part(result), _styles(result), result.against
+    _head(above, result, title, _worth(result))
+    if single:
+        _draw_harmonics(below, result)
+    else:
+        above.set_xlabel("")
+        _draw_psd_ratio(below, result)
+    return figure
+
+
+def _draw_psd_ratio(axis: "Axes", result: RunResult) -> None:
+    against = result.against
+    assert against is not None  # noqa: S101 - the caller returns before
+    shown, chosen = shown_part(result), _styles(result)
     x = result.spectra.frequency[shown]
     for row, i in enumerate(result.responses):
         ratio = np.where(against.valid, against.psd_ratio[row], np.nan)[shown]
-        name = result.channels[i].name
-        below.plot(x, _positive(ratio), label=name, **style.line(chosen[i]))
-    _decades(below, [r[shown][against.valid[shown]] for r in against.psd_ratio])
-    below.set_ylabel("PSD ratio [-]")
-    _frequency_axis(below, result)
-    return figure
+        axis.plot(x, _positive(ratio), **style.line(chosen[i]))
+    _decades(axis, [r[shown][against.valid[shown]] for r in against.psd_ratio])
+    axis.set_ylabel("PSD ratio [-]")
+    _frequency_axis(axis, result)
+
+
+def _draw_harmonics(axis: "Axes", result: RunResult) -> None:
+    """Draw the amplitude of the tone and its harmonics in each channel, side by side."""
+    tone, chosen = result.tracking.tones[0], _styles(result)
+    count, number = len(result.channels), np.arange(1, tone.harmonics.shape[1] + 1)
+    heights = []
+    for i, channel in enumerate(result.channels):
+        heights.append(np.abs(tone.harmonics[i]) * shown_unit(channel.unit)[1])
+        place = number + 0.8 * ((i + 0.5) / count - 0.5)
+        axis.bar(place, heights[-1], 0.8 / count, color=style.COLOURS[chosen[i] % 8])
+    _decades(axis, heights, 6)
+    axis.set_xticks(number, [f"{k} x {tone.frequency:.4g} Hz" for k in number])
+    unit = {shown_unit(c.unit)[0] for c in result.channels}
+    axis.set_ylabel(f"amplitude [{unit.pop() if len(unit) == 1 else 'unit'}]")
+    axis.set_xlabel("harmonic")
 
 
 def notched(result: RunResult, title: str) -> "Figure | None":
@@ -285,9 +332,31 @@ def notched(result: RunResult, title: str) -> "Figure | None":
         )
         axis.plot(notch.time, notch.after[row] * factor, label="after", **style.line(chosen[i]))
         _name(axis, result.channels[i].name, unit)
-    axes[0].set_title(_titled(title, f"two periods, {notch.frequency:g} Hz taken out", result))
-    axes[0].legend(ncols=2, loc="upper right")
+    _head(axes[0], result, title, f"two periods, {notch.frequency:g} Hz taken out")
+    style.legend(axes[0])
     axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def notched_psd(result: RunResult, title: str) -> "Figure | None":
+    """Return the density of each response with and without the tone (figures 5.43 and 5.44)."""
+    notch = result.notch
+    if notch is None:
+        return None
+    n = len(result.responses)
+    figure, axes = style.figure(7.0, 0.5 + 1.8 * n, n, sharex=True, left=LEFT)
+    chosen, shown = _styles(result), shown_part(result)
+    x, without = result.spectra.frequency[shown], densities(notch.spectra)
+    for axis, i in zip(axes, result.responses, strict=True):
+        unit, factor = shown_unit(result.channels[i].unit)
+        before, after = (_positive(p[i, shown] * factor**2) for p in (result.psd, without))
+        axis.plot(x, before, color="#767676", lw=1.0, label="before")
+        axis.plot(x, after, label="after", **style.line(chosen[i]))
+        _decades(axis, [before, after])
+        _name(axis, result.channels[i].name, f"{unit}²/Hz")
+    _head(axes[0], result, title, f"PSD, {notch.frequency:g} Hz taken out")
+    style.legend(axes[0])
+    _frequency_axis(axes[-1], result)
     return figure
 
 
@@ -296,25 +365,46 @@ def sweep(result: RunResult, title: str) -> "Figure | None":
     sweeps, loudest = result.tracking.sweeps, result.loudest
     if not sweeps or loudest not in result.responses:
         return None
-    figure, (above, below) = style.figure(7.0, 5.6, 2, sharex=True, left=LEFT)
+    figure, (gain, phase, below) = style.figure(7.0, 6.6, 3, sharex=True, left=LEFT)
     chosen = _styles(result)
-    for one in sweeps:
+    for number, one in enumerate(sweeps):
         for i in result.responses:
             label = f"{result.channels[i].name} {one.direction}"
-            above.plot(one.frequency, np.abs(one.gain[i]), label=label, **style.line(chosen[i]))
+            how = style.line(chosen[i] if len(sweeps) == 1 else number)
+            gain.plot(one.frequency, np.abs(one.gain[i]), label=label, **how)
+            phase.plot(one.frequency, unbroken_phase(one.gain[i]), **how)
         for k in range(1, one.harmonics.shape[1]):
             ratio = np.abs(one.harmonics[loudest, k]) / np.abs(one.harmonics[loudest, 0])
-            below.plot(one.frequency, ratio, label=f"harmonic {k + 1}", **style.line(k - 1))
-    _decades(above, [np.abs(s.gain[i]) for s in sweeps for i in result.responses], 5)
-    style.logarithmic(below, 1e-4, 1e1)
-    above.set_ylabel("fundamental over control [-]")
-    above.set_title(_titled(title, "swept response", result))
-    above.legend(ncols=3, loc="upper left")
+            label = f"harmonic {k + 1}" if number == 0 else "_"  # hidden from the legend
+            below.plot(one.frequency, ratio, label=label, **style.line(k - 1))
+    _decades(gain, [np.abs(s.gain[i]) for s in sweeps for i in result.responses], 5)
+    style.logarithmic(below, 1e-4, 1e2)
+    gain.set_ylabel("fundamental over\ncontrol [-]")
+    _head(gain, result, title, "swept response" + _spans(result))
+    style.legend(gain)
+    _phase_axis(phase, "phase of the\nfundamental [°]")
     below.set_ylabel(f"harmonics of {result.channels[loudest].name}\nover its fundamental [-]")
     below.legend(ncols=4, loc="upper right")
-    below.set_xlim(0.0, 1.02 * max(float(s.frequency.max()) for s in sweeps))
+    lowest = min(float(s.frequency.min()) for s in sweeps)
+    highest = max(float(s.frequency.max()) for s in sweeps)
+    below.set_xlim(0.98 * lowest, 1.02 * highest)
     below.set_xlabel("frequency [Hz]")
     return figure
+
+
+def _spans(result: RunResult) -> str:
+    """Return from where to where each sweep goes, in words."""
+    told = [
+        f"{s.direction} {s.frequency.min():.4g} to {s.frequency.max():.4g} Hz"
+        for s in result.tracking.sweeps
+    ]
+    return f": {', '.join(told)}" if len(told) <= 4 else f", {len(told)} sweeps"
+
+
+def _phase_axis(axis: "Axes", label: str) -> None:
+    axis.set_ylabel(label)
+    axis.set_ylim(-275.0, 95.0)
+    axis.set_yticks([-270, -180, -90, 0, 90])
 
 
 def spectrogram(result: RunResult, title: str) -> "Figure | None":
@@ -322,9 +412,10 @@ def spectrogram(result: RunResult, title: str) -> "Figure | None":
     found = result.spectrogram
     if found is None or found.time.size < 2:
         return None
-    figure, (axis,) = style.figure(7.0, 3.8, left=LEFT)
+    figure, (axis,) = style.figure(7.0, 3.6, left=LEFT, legend=False)
     unit, factor = shown_unit(result.channels[result.loudest].unit)
-    decibel = 10.0 * np.log10(np.maximum(found.density[0] * factor**2, 1e-30))
+    drawn = found.frequency <= result.spectra.frequency[shown_part(result)][-1]
+    decibel = 10.0 * np.log10(np.maximum(found.density[0, drawn] * factor**2, 1e-30))
     start = result.crop.start / result.sample_rate
     image = axis.imshow(
         decibel,
@@ -334,7 +425,7 @@ def spectrogram(result: RunResult, title: str) -> "Figure | None":
             start + found.time[0],
             start + found.time[-1],
             found.frequency[0],
-            found.frequency[-1],
+            found.frequency[drawn][-1],
         ),
         vmin=float(decibel.max()) - 80.0,
         vmax=float(decibel.max()),
@@ -342,13 +433,18 @@ def spectrogram(result: RunResult, title: str) -> "Figure | None":
         interpolation="nearest",
     )
     axis.grid(visible=False)
-    shown = result.spectra.frequency[shown_part(result)]
-    axis.set_ylim(0.0, shown[-1])
+    axis.set_ylim(0.0, float(found.frequency[drawn][-1]))
     axis.set_xlabel("time [s]")
     axis.set_ylabel("frequency [Hz]")
     bar = figure.colorbar(image, ax=axis, pad=0.02)
     bar.set_label(f"dB re 1 {unit}²/Hz")
-    axis.set_title(_titled(title, result.channels[result.loudest].name, result))
+    _head(
+        axis,
+        result,
+        title,
+        f"spectrogram of {result.channels[result.loudest].name}",
+        legend=False,
+    )
     return figure
 
 
@@ -359,6 +455,7 @@ FIGURES: Mapping[str, Callable[[RunResult, str], "Figure | None"]] = MappingProx
     "coherence": coherence,
     "psd_and_response": psd_and_response,
     "notch": notched,
+    "notch_psd": notched_psd,
     "sweep": sweep,
     "spectrogram": spectrogram,
 })

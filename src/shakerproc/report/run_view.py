@@ -1,7 +1,7 @@
 """One run as the report shows it: a line of facts, flags, four drawings, a table."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -178,7 +178,15 @@ def figures(run: RunSummary) -> list[Drawing]:
     roles = [c.role for c in run.channels]
     chosen = dict(zip((c.name for c in run.channels), style.styles(roles), strict=True))
     drawn = [draw(run, chosen) for draw in (_time, _psd, _gain, _sweep, _coherence, _notch)]
-    return [drawing for drawing in drawn if drawing is not None]
+    return [_marked(drawing, run) for drawing in drawn if drawing is not None]
+
+
+def _marked(drawing: Drawing, run: RunSummary) -> Drawing:
+    """Return a drawing that says so where the recording was cut short."""
+    if not run.incomplete:
+        return drawing
+    told = run.told_status.replace("incomplete,", "INCOMPLETE:")
+    return replace(drawing, caption=f"{drawing.caption} {told}.")
 
 
 def _time(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:

@@ -20,6 +20,13 @@ CONTROL_STYLES: Final = (6, 7)
 RESPONSE_STYLES: Final = (0, 1, 2, 3, 4, 5)
 
 
+HEAD: Final = 0.45
+"""Room for a title and a note [in]."""
+
+LEGEND: Final = 0.27
+"""Room for a legend of one or two rows [in]."""
+
+
 def styles(roles: Sequence[str]) -> list[int]:
     """Return the style of each channel: responses in colour, controls in black and grey."""
     counts = {"control": 0, "other": 0}
@@ -73,11 +80,13 @@ def figure(
     *,
     sharex: bool = False,
     left: float | None = None,
+    legend: bool = True,
 ) -> tuple["Figure", list["Axes"]]:
     """Return a figure and its axes, one above the other; call it inside `look`.
 
-    With a left margin [in] all margins are fixed, which draws twice as fast; otherwise
-    matplotlib finds room for every label.
+    With a left margin [in] all margins are fixed, which draws twice as fast, and there is room
+    for a `head` and, if wanted, a `legend` above the axes; otherwise matplotlib finds room for
+    every label.
     """
     from matplotlib.figure import Figure
 
@@ -85,12 +94,14 @@ def figure(
         made = Figure(figsize=(width, height), layout="constrained")
         axes = made.subplots(rows, 1, sharex=sharex, squeeze=False)
     else:
+        above = HEAD + (LEGEND if legend else 0.0)
+        height += above
         made = Figure(figsize=(width, height))
         grid = {
             "left": left / width,
             "right": 1.0 - 0.15 / width,
             "bottom": 0.48 / height,
-            "top": 1.0 - 0.3 / height,
+            "top": 1.0 - above / height,
             "hspace": 0.12 if sharex else 0.35,
         }
         axes = made.subplots(rows, 1, sharex=sharex, squeeze=False, gridspec_kw=grid)
@@ -105,3 +116,44 @@ def logarithmic(axis: "Axes", low: float, high: float) -> None:
     axis.set_ylim(low, high)
     axis.yaxis.set_major_locator(LogLocator(numticks=8))
     axis.yaxis.set_minor_locator(NullLocator())
+
+
+def head(
+    axis: "Axes", title: str, note: str = "", *, alarming: bool = False, legend: bool = True
+) -> None:
+    """Write a title above the axes and a note below it; a legend has room beneath."""
+    points = 5.0 + (72.0 * LEGEND if legend else 0.0)
+    axis.set_title(title, pad=points + 12.0)
+    axis.annotate(
+        note,
+        (0.0, 1.0),
+        xytext=(0.0, points),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        fontsize=8.5,
+        color="#a62b00" if alarming else "#444444",
+    )
+
+
+def legend(axis: "Axes", width: float = 6.0) -> None:
+    """Write the legend above the axes [in], where it hides nothing if it has room there."""
+    lines, labels = axis.get_legend_handles_labels()
+    widths = [0.45 + 0.06 * len(label) for label in labels]
+    n_rows = 1 if sum(widths) <= width else 2
+    columns = max(1, -(-len(labels) // n_rows))
+    if max(widths, default=0.0) * columns > n_rows * width or sum(widths) > 2.0 * width:
+        axis.legend(lines, labels, loc="best", fontsize=7.0)
+        return
+    axis.legend(
+        lines,
+        labels,
+        ncols=columns,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        borderaxespad=0.1,
+        borderpad=0.1,
+        labelspacing=0.1,
+        fontsize=8.0 if n_rows == 1 else 6.5,
+        handlelength=2.0,
+        columnspacing=1.2,
+    )

@@ -29,8 +29,11 @@ def draw_trend(trend: Trend, path: Path) -> Path:
             axis.set_xticks(list(names), list(names.values()))
         axis.set_xlabel(trend.x_label)
         axis.set_ylabel("ω_e [Hz]")
-        axis.set_title(trend.title.rstrip("."))
-        axis.legend(ncols=2)
+        note = f"{trend.channel}; bars: width of a bin"
+        if any(p.incomplete for points in trend.series.values() for p in points):
+            note += "; hollow: incomplete recording"
+        style.head(axis, trend.title.rstrip("."), note)
+        style.legend(axis)
         return save(figure, path)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -35,6 +36,12 @@ AUDIBLE: Final = 1e-4
 
 DAMPED: Final = 3
 """Peaks of each channel, tallest first, whose damping is read."""
+
+FINER: Final = 16
+"""How many times longer the segments may be where damping is not resolved otherwise."""
+
+SEGMENTS: Final = 8
+"""Segments without overlap that must remain then."""
 
 _DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
 
@@ -104,7 +111,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
     crop = find_crop(recording, test)
     cross = welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test)
     band = excited_band(test, cross)
-    search = _Search(cross, test, band)
+    search = _Search(cross, test, band, _finer(recording, crop, test))
     against = _against(search, controls, responses)
     density = spectra.psd(cross)
     notch, problem = _notch(recording, crop, test)
@@ -122,6 +129,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         start_time=recording.start_time,
         notes=recording.notes,
         crop=crop,
+        crop_channel=_crop_channel(recording, test),
         band=band,
         spectra=cross,
         psd=density,
@@ -182,6 +190,14 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         remove_offset=crop.remove_offset,
         unit=only.channels[0].unit,
     )
+
+
+def _crop_channel(recording: Recording, test: Test) -> int | None:
+    """Return the row that a threshold is held against, None where there is none."""
+    crop = test.processing.crop
+    if crop is None or isinstance(crop, TimeCrop):
+        return None
+    return crop_row(recording, test, crop.channel)
 
 
 def _first(recording: Recording) -> Iterator[FloatArray]:
@@ -248,11 +264,12 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """Where peaks are looked for."""
+    """Where peaks are looked for; `finer` gives spectra of longer segments, if any."""
 
     spectra: CrossSpectra
     test: Test
     band: tuple[float, float]
+    finer: Callable[[], CrossSpectra | None]
 
     @property
     def one_frequency(self) -> bool:
@@ -335,15 +352,57 @@ Reader: TypeAlias = Callable[[float], Damping]
 
 
 def _reader_of_density(search: _Search, channel: int) -> Reader:
-    return lambda frequency: spectra.damping_of_density(
-        search.spectra, channel, frequency, search.band
+    return _resolved(
+        search,
+        lambda cross, frequency: spectra.damping_of_density(
+            cross, channel, frequency, search.band
+        ),
     )
 
 
 def _reader_of_response(search: _Search, controls: Sequence[int], channel: int) -> Reader:
-    return lambda frequency: spectra.damping_of_response(
-        search.spectra, controls, channel, frequency, search.band
+    return _resolved(
+        search,
+        lambda cross, frequency: spectra.damping_of_response(
+            cross, controls, channel, frequency, search.band
+        ),
     )
+
+
+def _resolved(search: _Search, read: Callable[[CrossSpectra, float], Damping]) -> Reader:
+    """Return a reader of damping that looks again with longer segments where it is withheld."""
+
+    def reader(frequency: float) -> Damping:
+        first = read(search.spectra, frequency)
+        if first.ratio is not None:
+            return first
+        finer = search.finer()
+        second = first if finer is None else read(finer, first.frequency)
+        return first if second.ratio is None else second
+
+    return reader
+
+
+def _finer(recording: Recording, crop: Crop, test: Test) -> Callable[[], CrossSpectra | None]:
+    """Return what makes spectra of longer segments, once, for steady excitation only."""
+
+    @cache
+    def make() -> CrossSpectra | None:
+        averaging = test.processing.welch
+        times = 1
+        while times < FINER and 2 * times * averaging.segment * SEGMENTS <= crop.n_samples:
+            times *= 2
+        if times == 1 or averaging.n_fft is not None or test.excitation not in {None, "random"}:
+            return None
+        return spectra.cross_spectra(
+            recording.blocks(crop.start, crop.stop),
+            recording.sample_rate,
+            segment=times * averaging.segment,
+            window=averaging.window,
+            detrend=test.processing.detrend,
+        )
+
+    return make
 
 
 def _read(

@@ -152,6 +152,8 @@ class RunResult:
         What the reader had to decide.
     crop : Crop
         The part that was worked through.
+    crop_channel : int, optional
+        Row of the channel that the threshold was held against.
     band : (float, float)
         Excited band [Hz].
     spectra : CrossSpectra
@@ -199,6 +201,7 @@ class RunResult:
     start_time: datetime | None
     notes: tuple[str, ...]
     crop: Crop
+    crop_channel: int | None
     band: tuple[float, float]
     spectra: CrossSpectra
     psd: FloatArray

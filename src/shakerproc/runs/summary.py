@@ -51,6 +51,8 @@ class PeakSummary:
         Damping ratio and its 95 % interval [-]; None where it is withheld.
     quality : float or None
         Quality factor [-].
+    damping_bin_hz : float or None
+        Bin width of the spectra that the damping was read from [Hz].
     why_not : str
         Why the damping is withheld.
     coherence : float or None
@@ -65,6 +67,7 @@ class PeakSummary:
     damping_low: float | None
     damping_high: float | None
     quality: float | None
+    damping_bin_hz: float | None
     why_not: str
     coherence: float | None
 
@@ -234,6 +237,13 @@ class RunSummary:
     def incomplete(self) -> bool:
         """Whether the recording was cut short."""
         return self.promised_s is not None
+
+    @property
+    def told_status(self) -> str:
+        """What became of the test, for people: how much of a recording that was cut short."""
+        if self.promised_s is None or self.duration_s is None:
+            return self.status
+        return f"incomplete, {self.duration_s:.2f} of {self.promised_s:.2f} s"
 
 
 _FORM: Final = TypeAdapter(RunSummary)

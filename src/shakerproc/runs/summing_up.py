@@ -144,6 +144,7 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
         damping_low=damping.ratio_low if damping else None,
         damping_high=damping.ratio_high if damping else None,
         quality=damping.quality_factor if damping else None,
+        damping_bin_hz=damping.bin_width if damping else None,
         why_not=(damping.reason or "") if damping else "",
         coherence=found.coherence,
     )

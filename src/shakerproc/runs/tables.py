@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.runs.trends import Trend
-from shakerproc.spectra import Table, ThesisTables, cumulative_rms
+from shakerproc.spectra import CrossSpectra, Table, ThesisTables, cumulative_rms, psd
 
 Columns: TypeAlias = dict[str, Any]
 """Columns of equal length by header: arrays and sequences."""
@@ -40,6 +40,26 @@ def spectra_columns(result: RunResult) -> Columns:
         columns[f"cumulative_rms_{channel.name}{spelled(unit)}"] = running[i] * factor
     if result.against is not None:
         columns |= _response_columns(result)
+    if result.notch is not None:
+        columns |= _notched_columns(result, result.notch.spectra)
+    return marked(columns, result)
+
+
+def marked(columns: Columns, result: RunResult) -> Columns:
+    """Return columns with one more where the recording was cut short: how much is there."""
+    if not result.incomplete or not columns:
+        return columns
+    there = f"{result.duration:.2f} of {result.promised_duration:.2f} s"
+    return columns | {"incomplete": [there] * len(next(iter(columns.values())))}
+
+
+def _notched_columns(result: RunResult, cross: CrossSpectra) -> Columns:
+    density = psd(cross)
+    columns: Columns = {}
+    for i in result.responses:
+        unit, factor = shown_unit(result.channels[i].unit)
+        name = f"psd_notched_{result.channels[i].name}{spelled(unit, power=2)}"
+        columns[name] = density[i] * factor**2
     return columns
 
 
@@ -68,7 +88,7 @@ def notch_columns(result: RunResult) -> Columns:
         name = f"{result.channels[i].name}{spelled(unit)}"
         columns[f"before_{name}"] = result.notch.before[row] * factor
         columns[f"after_{name}"] = result.notch.after[row] * factor
-    return columns
+    return marked(columns, result)
 
 
 def sweep_columns(result: RunResult) -> Columns:
@@ -92,10 +112,12 @@ def sweep_columns(result: RunResult) -> Columns:
         columns[f"gain_{name}_magnitude"] = _joined([np.abs(g) for g in gains])
         columns[f"gain_{name}_phase_deg"] = _joined([np.degrees(np.angle(g)) for g in gains])
         for k in range(1, sweeps[0].harmonics.shape[1]):
-            columns[f"harmonic_{k + 1}_{name}_ratio"] = _joined([
-                np.abs(s.harmonics[i, k]) / np.abs(s.harmonics[i, 0]) for s in sweeps
+            ratios = [s.harmonics[i, k] / np.abs(s.harmonics[i, 0]) for s in sweeps]
+            columns[f"harmonic_{k + 1}_{name}_ratio"] = _joined([np.abs(r) for r in ratios])
+            columns[f"harmonic_{k + 1}_{name}_phase_deg"] = _joined([
+                np.degrees(np.angle(r)) for r in ratios
             ])
-    return columns
+    return marked(columns, result)
 
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
@@ -117,7 +139,7 @@ def tone_columns(result: RunResult) -> Columns:
                     "phase_deg": float(np.degrees(np.angle(value))),
                     f"residual_rms{spelled(unit)}": float(tone.residual[i]) * factor,
                 })
-    return _columns(rows)
+    return marked(_columns(rows), result)
 
 
 def _columns(rows: Sequence[Mapping[str, Value]]) -> Columns:
@@ -180,6 +202,7 @@ def _peak_cells(
         "damping_low": peak.damping_low,
         "damping_high": peak.damping_high,
         "quality": peak.quality,
+        "damping_bin_width_hz": peak.damping_bin_hz,
         "damping_withheld": peak.why_not,
         "coherence": peak.coherence,
     }
@@ -240,6 +263,8 @@ def trend_columns(trend: Trend, channel: str) -> Columns:
             "omega_e_hz": point.frequency_hz,
             "bin_width_hz": point.bin_width_hz,
             "incomplete": point.incomplete,
+            "present_s": point.present_s,
+            "promised_s": point.promised_s,
         }
         for name, points in trend.series.items()
         for point in points

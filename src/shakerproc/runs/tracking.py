@@ -10,6 +10,7 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import Crop, Spectrogram, Sweep, Tone
+from shakerproc.spectra.swept import Direction
 from shakerproc.testlog import Test
 
 N_HARMONICS: Final = 5
@@ -80,7 +81,7 @@ def tracked(
             sweeps = spectra.swept_response(
                 read, rate, controls, band, n_samples=crop.n_samples, n_harmonics=N_HARMONICS
             )
-            return Tracking(sweeps=sweeps)
+            return Tracking(sweeps=joined(sweeps) if test.processing.stitch else sweeps)
         stop = min(crop.stop, crop.start + round(LONGEST_TONE * rate))
         samples = recording.samples(crop.start, stop)
         if kind == "sine" and test.frequency_hz is not None:
@@ -95,6 +96,13 @@ def tracked(
         )
     except SpectrumError as error:
         return Tracking(problem=str(error))
+
+
+def joined(sweeps: Sequence[Sweep]) -> tuple[Sweep, ...]:
+    """Return the sweeps of each direction as one, upwards first."""
+    there = {sweep.direction for sweep in sweeps}
+    ways: tuple[Direction, ...] = ("up", "down")
+    return tuple(spectra.stitched(sweeps, way) for way in ways if way in there)
 
 
 def swept_peak(frequency: FloatArray, gain: FloatArray) -> tuple[float, float]:

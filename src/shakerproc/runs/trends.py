@@ -1,6 +1,7 @@
 """omega_e across the runs of a log: against clearance, level, joint and the rest."""
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -34,15 +35,21 @@ class Point:
         omega_e, interpolated [Hz].
     bin_width_hz : float
         Distance of the bins it was read from [Hz].
-    incomplete : bool
-        Whether its recording was cut short.
+    present_s, promised_s : float or None
+        How long its recording is, and how long it should be where it was cut short.
     """
 
     test: str
     x: float | str
     frequency_hz: float
     bin_width_hz: float
-    incomplete: bool
+    present_s: float | None = None
+    promised_s: float | None = None
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether its recording was cut short."""
+        return self.promised_s is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +62,8 @@ class Trend:
         Name of its files.
     title, caption, x_label : str
         What it shows, and what to look for.
+    channel : str
+        Whose omega_e it is.
     series : mapping
         Points by the name of the series, in order of x.
     """
@@ -63,6 +72,7 @@ class Trend:
     title: str
     caption: str
     x_label: str
+    channel: str
     series: Mapping[str, tuple[Point, ...]]
 
     def connected(self, name: str) -> bool:
@@ -130,8 +140,8 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
     numbers = {"radial": ("5.46", "5.48"), "slot": ("5.47", "5.49")}
     requests = [
         TrendRequest(
-            "omega_e_against_clearance_random",
-            "ω_e against clearance, random excitation (thesis figure 5.45).",
+            _file_name("5.45", "clearance_random"),
+            f"ω_e against clearance, random excitation{_as_in('5.45')}.",
             "Look for a fall from zero clearance to the first gap.",
             "clearance_m",
             ("joint", "orientation", "level"),
@@ -139,20 +149,19 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
         )
     ]
     for joint in joints:
-        level, clearance = numbers.get(joint, ("5.46", "5.48"))
+        level, clearance = numbers.get(joint, ("", ""))
         requests += [
             TrendRequest(
-                f"omega_e_against_level_{joint}",
-                f"ω_e against level, {joint} joint, sweeps (thesis figure {level}).",
+                _file_name(level, f"level_{joint}"),
+                f"ω_e against level, {joint} joint, sweeps{_as_in(level)}.",
                 "A frequency that moves with level is the mark of a nonlinear joint.",
                 "level_g",
                 ("clearance_m", "orientation"),
                 (("joint", joint), ("excitation", "sine sweep")),
             ),
             TrendRequest(
-                f"omega_e_against_clearance_{joint}",
-                f"ω_e against clearance, every {joint} out-of-plane test "
-                f"(thesis figure {clearance}).",
+                _file_name(clearance, f"clearance_{joint}"),
+                f"ω_e against clearance, every {joint} out-of-plane test{_as_in(clearance)}.",
                 "All levels and kinds of excitation together: look whether they agree.",
                 "clearance_m",
                 ("excitation", "level"),
@@ -176,6 +185,17 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
     ]
 
 
+def _file_name(figure: str, quantity: str) -> str:
+    """Return the name of a trend's files, harmless whatever the log calls its joints."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", quantity)[:80]
+    number = f"figure_{figure.replace('.', '_')}_" if figure else ""
+    return f"{number}omega_e_against_{plain}"
+
+
+def _as_in(figure: str) -> str:
+    return f" (thesis figure {figure})" if figure else ""
+
+
 def _word(column: str) -> str:
     return label_of(column).partition(" [")[0]
 
@@ -191,7 +211,7 @@ def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> Trend
     known = list(dict.fromkeys(name for run in runs for name in run.facts))
     columns = [_column(name, known) for name in (x, *by)]
     grouping = f" by {', '.join(by)}" if by else ""
-    name = "_".join(("omega_e_against", columns[0], *(("by", *columns[1:]) if by else ())))
+    name = _file_name("", "_".join((columns[0], *(("by", *columns[1:]) if by else ()))))
     return TrendRequest(
         name, f"ω_e against {x}{grouping}.", "Asked for.", columns[0], tuple(columns[1:])
     )
@@ -215,7 +235,7 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
         label = ", ".join(filter(None, (shown(c, run.facts.get(c)) for c in request.by)))
         width = run.spectrum.bin_width_hz if run.spectrum else math.nan
         place = float(x) * _scale(request.x) if _is_number(x) else str(x)
-        point = Point(run.test, place, peak.frequency_hz, width, run.incomplete)
+        point = Point(run.test, place, peak.frequency_hz, width, run.duration_s, run.promised_s)
         series.setdefault(label or "all runs", []).append(point)
     if len({p.x for points in series.values() for p in points}) < 2:
         return None
@@ -226,7 +246,7 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
     caption = f"{request.caption} Channel {channel}, tallest peak of the PSD in the band."
-    return Trend(request.name, request.title, caption, label_of(request.x), ordered)
+    return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
 
 
 def _takes_part(run: RunSummary, request: TrendRequest, runs: Sequence[RunSummary]) -> bool:

@@ -27,6 +27,9 @@ SHORTEST: Final = 64
 PERIODS: Final = 8
 """Periods in a frame at the lower end of its octave."""
 
+QUIET: Final = 0.01
+"""Share of the largest amplitude of a line below which it is not followed [-]."""
+
 GRID: Final = 20_000
 """Places at most where the ridge is taken."""
 
@@ -118,8 +121,22 @@ def ridge_of(
 
 
 def monotone_sections(ridge: Ridge) -> list[tuple[int, int]]:
-    """Return the parts of a ridge that only rise or only fall, as (first, last) places."""
-    octaves = np.log2(median_of_five(ridge.frequency))
+    """Return the parts of a ridge that only rise or only fall, as (first, last) places.
+
+    Where the line is below a hundredth of its largest amplitude there is only noise to follow.
+    """
+    loud = ridge.amplitude > QUIET * ridge.amplitude.max()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], loud, [False]])))
+    return [
+        (int(a + first), int(a + last))
+        for a, b in edges.reshape(-1, 2)
+        if b - a > 4
+        for first, last in _monotone(np.log2(median_of_five(ridge.frequency[a:b])))
+    ]
+
+
+def _monotone(octaves: FloatArray) -> list[tuple[int, int]]:
+    """Return the parts of a course that only rise or only fall."""
     turns, direction, extreme = [0], 0, 0
     for k in range(1, octaves.size):
         if direction == 0:

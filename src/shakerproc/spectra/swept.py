@@ -10,6 +10,7 @@ from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.ridges import (
+    QUIET,
     SampleReader,
     mean_control,
     monotone_sections,
@@ -117,18 +118,22 @@ def swept_response(
     read, count = _reader(samples, n_samples)
     control = mean_control(read, count, controls)
     ridge = ridge_of(control, count, sample_rate, band)
-    sweeps = []
+    sweeps: list[Sweep] = []
+    problem = (
+        f"no sweep between {band[0]:g} and {band[1]:g} Hz in the control signal: its "
+        "strongest line stays where it is"
+    )
     for section in monotone_sections(ridge):
         ends = ridge.frequency[[section[0], section[1]]]
         if abs(np.log2(ends[1] / ends[0])) < SPAN:
             continue
-        track = track_of(control, ridge, section, sample_rate)
-        sweeps.append(_sweep(read, list(controls), track, sample_rate, n_harmonics))
+        try:
+            track = track_of(control, ridge, section, sample_rate)
+            sweeps.append(_sweep(read, list(controls), track, sample_rate, n_harmonics))
+        except SpectrumError as error:  # a knock before the sweep, say
+            problem = str(error)
     if not sweeps:
-        raise SpectrumError(
-            f"no sweep between {band[0]:g} and {band[1]:g} Hz in the control signal: its "
-            "strongest line stays where it is"
-        )
+        raise SpectrumError(problem)
     return tuple(sweeps)
 
 
@@ -275,7 +280,7 @@ def _sweep(
     frequency = omega * sample_rate / (2.0 * np.pi)
     beyond = number[:, np.newaxis] * frequency * (1.0 + 2.0 / periods) > sample_rate / 2.0
     harmonics[:, beyond] = np.nan
-    return Sweep(
+    found = Sweep(
         direction="up" if frequency[-1] > frequency[0] else "down",
         time=position / sample_rate,
         frequency=frequency,
@@ -284,6 +289,7 @@ def _sweep(
         purity=0.5 * np.abs(control) ** 2 / np.maximum(power[-1], 1e-300),
         harmonics=harmonics,
     )
+    return _selected(found, found.control > QUIET * found.control.max())
 
 
 def _with_mean(read: SampleReader, controls: list[int]) -> SampleReader:

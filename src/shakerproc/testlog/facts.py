@@ -37,7 +37,7 @@ def facts_of(test: Test) -> dict[str, Fact]:
         "from_hz": test.from_hz,
         "to_hz": test.to_hz,
         "rate_oct_per_min": test.rate_oct_per_min,
-        "frequency_hz": test.frequency_hz,
+        "excitation_hz": test.frequency_hz,
         "notch_hz": test.notch_hz,
         "hold_out": test.hold_out,
         "discarded": test.discarded,

@@ -163,6 +163,8 @@ class Processing:
         How a notch is cut.
     tolerance : Tolerance
         Of the control spectrum.
+    stitch : bool
+        Whether the sweeps of one direction are joined to one response.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -173,6 +175,7 @@ class Processing:
     peaks: Peaks = Peaks()
     notch: NotchFilter = NotchFilter()
     tolerance: Tolerance = Tolerance()
+    stitch: bool = False
 
 
 @final

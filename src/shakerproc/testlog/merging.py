@@ -80,6 +80,7 @@ def merged_processing(
         sample_rate=given.get("sample_rate", base.sample_rate),
         welch=_welch(base.welch, section.welch),
         detrend=given.get("detrend", base.detrend),
+        stitch=given.get("stitch", base.stitch),
         band=band,
         peaks=_overridden(base.peaks, section.peaks),
         notch=notch,

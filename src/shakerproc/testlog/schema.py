@@ -193,6 +193,7 @@ class ProcessingSection(Section):
     peaks: PeaksSection = PeaksSection()
     notch: NotchSection = NotchSection()
     tolerance: ToleranceSection = ToleranceSection()
+    stitch: bool | None = None
 
 
 class ExpectSection(Section):

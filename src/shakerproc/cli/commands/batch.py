@@ -37,6 +37,7 @@ def batch(
     window: options.WindowOption = None,
     detrend: options.DetrendOption = None,
     export: options.ExportOption = "",
+    stitch: options.StitchOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     accept_changed: Annotated[
@@ -55,7 +56,12 @@ def batch(
     log = read_testlog(testlog)
     averaged = tuple(
         options.with_averaging(
-            test, segment=segment, overlap=overlap, window=window, detrend=detrend
+            test,
+            segment=segment,
+            overlap=overlap,
+            window=window,
+            detrend=detrend,
+            stitch=stitch,
         )
         for test in log.tests
     )

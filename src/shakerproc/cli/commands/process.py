@@ -62,6 +62,7 @@ def process(
     window: options.WindowOption = None,
     detrend: options.DetrendOption = None,
     export: options.ExportOption = "",
+    stitch: options.StitchOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
@@ -81,10 +82,13 @@ def process(
     )
     if no_crop:
         chosen = replace(chosen, processing=replace(chosen.processing, crop=None))
-    if no_crop:
-        chosen = replace(chosen, processing=replace(chosen.processing, crop=None))
     chosen = options.with_averaging(
-        chosen, segment=segment, overlap=overlap, window=window, detrend=detrend
+        chosen,
+        segment=segment,
+        overlap=overlap,
+        window=window,
+        detrend=detrend,
+        stitch=stitch,
     )
     if sample_rate_hz is not None:
         chosen = replace(
@@ -265,4 +269,16 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
             f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
             json_target=json,
         )
+    for text in _withheld(summary):
+        output.data(text, json_target=json)
     output.message(f"results in {folder}")
+
+
+def _withheld(summary: "RunSummary") -> list[str]:
+    """Return why there is no Q, once for each reason."""
+    told: dict[str, list[str]] = {}
+    for channel in summary.channels:
+        peak = channel.response_peaks[0] if channel.response_peaks else None
+        if peak is not None and peak.why_not:
+            told.setdefault(peak.why_not, []).append(channel.name)
+    return [f"no Q of {', '.join(names)}: {why}" for why, names in told.items()]

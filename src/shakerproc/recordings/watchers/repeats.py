@@ -18,8 +18,8 @@ DISTINCT: Final = 24
 TOP_BITS: Final = 8
 """Places are looked at where the top 8 bits of a mix of the sample are 0: one in 256."""
 
-MOST: Final = 1 << 16
-"""Places that are remembered."""
+MOST: Final = 1 << 13
+"""Places that are remembered of a channel: some two million samples back."""
 
 FEWEST: Final = 4
 """Places in a row, one behind the other at the same distance, that make a repetition."""
@@ -35,23 +35,41 @@ _LIMIT: Final = np.uint64(1 << (64 - TOP_BITS))
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """A place that was seen before: where, how far back, how often in all."""
+@dataclass(slots=True)
+class _Row:
+    """Places that were seen before, one behind the other at the same distance.
 
-    at: int
+    Attributes
+    ----------
+    first, last : int
+        The first and the last of them.
+    distance : int
+        How far back they were seen.
+    places, often : int
+        How many there are, and how many of them came for the third time or more.
+    """
+
+    first: int
+    last: int
     distance: int
-    times: int
+    places: int = 0
+    often: int = 0
+
+    def take(self, at: int, times: int) -> None:
+        """Take in the next place."""
+        self.last = at
+        self.places += 1
+        self.often += times > 2
 
 
 @final
 class _Channel:
-    """Places of one channel that were seen, and those seen again."""
+    """Places of one channel that were seen, and the rows of those seen again."""
 
     def __init__(self) -> None:
         self.seen: OrderedDict[int, tuple[int, int]] = OrderedDict()
-        self.row: list[_Place] = []
-        self.rows: list[list[_Place]] = []
+        self.row: _Row | None = None
+        self.all: _Row | None = None  # the rows that count, as one from first to last
 
     def add(self, first: int, samples: FloatArray) -> None:
         """Look at the places in a block that the samples themselves choose."""
@@ -65,21 +83,25 @@ class _Channel:
 
     def _look(self, at: int, key: int) -> None:
         before, times = self.seen.pop(key, (-1, 0))
-        if times:
-            place = _Place(at, at - before, times + 1)
-            if self.row and self.row[-1].distance != place.distance:
-                self._close_row()
-            self.row.append(place)
-        else:
+        if self.row is not None and (not times or self.row.distance != at - before):
             self._close_row()
+        if times:
+            self.row = self.row or _Row(at, at, at - before)
+            self.row.take(at, times + 1)
         self.seen[key] = (at, times + 1)
         if len(self.seen) > MOST:
             self.seen.popitem(last=False)
 
     def _close_row(self) -> None:
-        if len(self.row) >= FEWEST and self.row[-1].at - self.row[0].at >= SHORTEST:
-            self.rows.append(self.row)
-        self.row = []
+        row, self.row = self.row, None
+        if row is None or row.places < FEWEST or row.last - row.first < SHORTEST:
+            return
+        if self.all is None:
+            self.all = row
+            return
+        self.all.last = row.last
+        self.all.places += row.places
+        self.all.often += row.often
 
     def repetition(self, n_samples: int) -> tuple[int, int, int] | None:
         """Return start, stop and distance of what is repeated.
@@ -87,13 +109,10 @@ class _Channel:
         None where the same stretch came again and again from early on: a periodic signal.
         """
         self._close_row()
-        if not self.rows:
+        rows = self.all
+        if rows is None or (rows.first < n_samples // 4 and 2 * rows.often > rows.places):
             return None
-        times = [place.times for row in self.rows for place in row]
-        first = self.rows[0][0]
-        if first.at < n_samples // 4 and float(np.median(times)) > 2:
-            return None
-        return first.at, self.rows[-1][-1].at + WINDOW, first.distance
+        return rows.first, rows.last + WINDOW, rows.distance
 
 
 @final

@@ -28,6 +28,9 @@ ALONE: Final = 0.2
 MOST: Final = 200
 """Departures in a block beyond which it is a rough block, without isolated spikes."""
 
+MOST_BLOCKS: Final = 1000
+"""Blocks of which what is rough is kept."""
+
 QUIET: Final = 0.25
 """Time before and after an isolated spike without another [s]; impacts come in series."""
 
@@ -40,7 +43,7 @@ class Spikes(AbstractWatcher):
         self._recording = recording
         self._tail: FloatArray | None = None
         self._found: list[dict[int, float]] = [{} for _ in recording.channels]
-        self._rough: list[set[int]] = [set() for _ in recording.channels]
+        self._rough: list[list[NDArray[np.int64]]] = [[] for _ in recording.channels]
 
     def add(self, first: int, block: FloatArray) -> None:
         edge = 2 * AROUND
@@ -51,8 +54,8 @@ class Spikes(AbstractWatcher):
             if samples.size > 2 * edge:
                 spikes, rough = _spikes(first, samples)
                 self._found[row] |= spikes
-                if len(self._rough[row]) < 1000 * MOST:
-                    self._rough[row] |= rough
+                if rough.size and len(self._rough[row]) < MOST_BLOCKS:
+                    self._rough[row].append(rough)
         self._tail = block[:, -edge:].copy()
 
     def flags(self) -> list[Flag]:
@@ -81,7 +84,9 @@ class Spikes(AbstractWatcher):
 
     def _isolated(self, row: int) -> dict[int, float]:
         """Return the spikes that have nothing rough within a quarter of a second."""
-        rough = np.array(sorted(self._rough[row]))
+        if not self._found[row]:
+            return {}
+        rough = np.concatenate([*self._rough[row], np.empty(0, dtype=np.int64)])
         apart = max(QUIET * self._recording.sample_rate, AROUND)
         isolated = {}
         for at, height in self._found[row].items():
@@ -99,14 +104,14 @@ def _departure(samples: FloatArray) -> FloatArray:
     return np.abs(departure, out=departure)
 
 
-def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], set[int]]:
+def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[np.int64]]:
     """Return number and height of the spikes, and the number of everything that is rough."""
     departure = _departure(samples)
     limits = _limits(departure)
     if np.all(np.maximum.reduceat(departure, np.arange(0, departure.size, PART)) <= limits):
-        return {}, set()
+        return {}, np.empty(0, dtype=np.int64)
     candidates = np.flatnonzero(departure > np.repeat(limits, PART)[: departure.size]) + 1
-    rough = set((first + candidates[:: 1 + candidates.size // MOST]).tolist())
+    rough = first + candidates[:: 1 + candidates.size // MOST]
     if candidates.size > MOST:
         return {}, rough
     groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > WIDEST) + 1)
