@@ -70,10 +70,12 @@ def linear_sweep(
     rate = (last - first) / duration
 
     def signal(time: FloatArray) -> FloatArray:
-        exact = time.astype(np.longdouble)  # so that late turns are as sharp as early ones
-        turns = (first + 0.5 * rate * exact) * exact
-        angle = 2.0 * np.pi * (turns - np.floor(turns)).astype(float)
-        result: FloatArray = amplitude * np.sin(angle + phase)
+        turns = (0.5 * rate * time + first) * time
+        turns -= np.floor(turns)  # a sine loses digits where its angle is large
+        turns *= 2.0 * np.pi
+        turns += phase
+        result: FloatArray = np.sin(turns, out=turns)
+        result *= amplitude
         return result
 
     return signal

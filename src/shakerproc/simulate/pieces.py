@@ -7,6 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from shakerproc.data import FloatArray
+from shakerproc.simulate.kernels.powers import through
 
 Hold: TypeAlias = Literal["band-limited", "linear"]
 Signal: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -67,10 +68,15 @@ def pieces_of_signal(signal: Signal, n_intervals: int, sample_rate: float) -> Fl
         Coefficients, in powers of the share of the interval that has passed.
     """
     nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(_ANALYTIC_DEGREE + 1) / _ANALYTIC_DEGREE))
-    time = (np.arange(n_intervals)[:, None] + nodes) / sample_rate
-    values = signal(time.ravel()).reshape(time.shape)
-    powers = np.vander(nodes, increasing=True)
-    return np.ascontiguousarray(np.linalg.solve(powers, values.T).T)  # an inverse loses 1e-10
+    shared = (
+        np.arange(n_intervals + 1)[:, None] + nodes[:-1]
+    )  # the last is the next one's first
+    time = shared.ravel()[: n_intervals * _ANALYTIC_DEGREE + 1] / sample_rate
+    values = signal(time)
+    pieces = np.empty((n_intervals, nodes.size))
+    apart = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
+    through(np.asarray(values, dtype=float), nodes, apart, pieces)
+    return pieces
 
 
 def _finer(samples: FloatArray, upsample: int, derivatives: int) -> tuple[FloatArray, ...]:

@@ -1,5 +1,6 @@
 """Branches of the laws: where each one ends, and what follows it."""
 
+import math
 from typing import Final
 
 from shakerproc.models.compiled import inlined, inner
@@ -38,9 +39,11 @@ def wall(law: int) -> bool:
 def signed(law: int, exponent: float) -> bool:
     """Return whether a power law changes its formula with the sign of displacement."""
     if law == ODD_POWER:
-        return exponent % 2.0 != 1.0
+        half = 0.5 * (exponent - 1.0)
+        return half != math.floor(half)  # a remainder takes as long as all else in an order
     if law == EVEN_POWER or law == POWER_DAMPING:
-        return exponent % 2.0 != 0.0
+        half = 0.5 * exponent
+        return half != math.floor(half)
     return False
 
 
