@@ -1,8 +1,9 @@
 """Memory and speed from TDMS to the cross-spectral matrix, whatever the layout of the file.
 
 ``python -m benchmarks memory_tdms`` writes 2 GB of 8 channels in each layout to a temporary
-folder, works through each in a process of its own, and prints its peak memory; then the time
-from file to matrix over the time of the same from memory, on a file of 256 MB.
+folder, runs `shakerproc process` on it, figures and all, and prints the peak memory of that
+process; then the time from file to matrix over the time of the same from memory, on a file of
+256 MB.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from tests.recordings.tdms_bytes import AS_BEFORE, INTERLEAVED, METADATA, NEW_LI
 CHANNELS = 8
 RATE = 5688.9
 BLOCK = 1 << 20
+QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 LAYOUTS = {
     # number type, samples of a segment (0: all in one), interleaved
@@ -76,20 +78,30 @@ def noise(dtype: str, count: int, seed: int) -> Iterator[bytes]:
         yield stored[: min(BLOCK, count - start) * np.dtype(dtype).itemsize]
 
 
+LOG = """testlog: 1
+recordings: .
+channels:
+{channels}
+processing: {{crop: none}}
+tests:
+  - {{id: 1, recording: big.tdms, excitation: random, from: 5 Hz, to: 1000 Hz}}
+"""
+
+
 def work(path: Path) -> dict[str, float]:
-    """Go through a recording as `process` does; return time [s] and peak memory [MB]."""
+    """Run `shakerproc process` with all it does; return time [s] and its peak memory [MB]."""
     import resource
 
-    from shakerproc.recordings import open_recording
-    from shakerproc.spectra import cross_spectra
-
+    log = path.with_name("log.yaml")
+    roles = ["control", "control", *["response"] * (CHANNELS - 2)]
+    lines = [f"  {i}: {{role: {role}}}" for i, role in enumerate(roles, 1)]
+    log.write_text(LOG.format(channels="\n".join(lines)))
+    command = [sys.executable, "-m", "shakerproc", "process", str(path), "--log", str(log)]
     start = time.perf_counter()
-    with open_recording(path) as recording:
-        opened = time.perf_counter() - start
-        cross_spectra(recording.blocks(), recording.sample_rate)
+    subprocess.run([*command, "--out", str(path.parent / "results")], **QUIET, check=True)
     seconds = time.perf_counter() - start
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return {"open_s": opened, "seconds": seconds, "peak_mb": peak}
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6
+    return {"seconds": seconds, "peak_mb": peak}
 
 
 def ratio(path: Path) -> dict[str, float]:
@@ -138,6 +150,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--megabytes", type=int, default=2048)
+    parser.add_argument("--only", default="", help="layouts whose name holds this")
     parser.add_argument("--job", choices=["work", "ratio"])
     parser.add_argument("--file", type=Path)
     options = parser.parse_args()
@@ -146,7 +159,7 @@ def main() -> None:
         return
     print("| layout | MB | s | MB/s | peak MB | file / memory | blocks alone MB/s |")
     print("|---|---|---|---|---|---|---|")
-    for layout in LAYOUTS:
+    for layout in (name for name in LAYOUTS if options.only in name):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "big.tdms"
             write(path, layout, options.megabytes << 20)

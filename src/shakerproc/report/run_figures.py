@@ -12,7 +12,6 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.report import style
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summing_up import shown_part
-from shakerproc.spectra import psd as densities
 from shakerproc.testlog import ThresholdCrop
 
 if TYPE_CHECKING:
@@ -346,10 +345,11 @@ def notched_psd(result: RunResult, title: str) -> "Figure | None":
     n = len(result.responses)
     figure, axes = style.figure(7.0, 0.5 + 1.8 * n, n, sharex=True, left=LEFT)
     chosen, shown = _styles(result), shown_part(result)
-    x, without = result.spectra.frequency[shown], densities(notch.spectra)
-    for axis, i in zip(axes, result.responses, strict=True):
+    x = result.spectra.frequency[shown]
+    for row, (axis, i) in enumerate(zip(axes, result.responses, strict=True)):
         unit, factor = shown_unit(result.channels[i].unit)
-        before, after = (_positive(p[i, shown] * factor**2) for p in (result.psd, without))
+        before = _positive(result.psd[i, shown] * factor**2)
+        after = _positive(notch.psd[row, shown] * factor**2)
         axis.plot(x, before, color="#767676", lw=1.0, label="before")
         axis.plot(x, after, label="after", **style.line(chosen[i]))
         _decades(axis, [before, after])

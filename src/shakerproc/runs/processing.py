@@ -25,8 +25,11 @@ from shakerproc.runs.tracking import density_against_time, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Peak, masks
 from shakerproc.testlog import Test, TestLog, TimeCrop
 
-IN_MEMORY: Final = 1.0e8
+IN_MEMORY: Final = 3.2e7
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
+
+FILTERED: Final = 2**20
+"""Samples of each channel that a notch is cut into at most, from the middle."""
 
 SINGLE_FREQUENCY: Final = ("sine",)
 """Kinds of excitation that reach one frequency only."""
@@ -423,7 +426,7 @@ def _notch(recording: Recording, crop: Crop, test: Test) -> tuple[NotchResult | 
     """Return the second look that the log asks for, or why it cannot be had."""
     if test.notch_hz is None:
         return None, ""
-    longest = int(IN_MEMORY / 8.0 / len(recording.channels))
+    longest = FILTERED
     part, problem = crop, ""
     if crop.n_samples > longest:
         first = crop.start + (crop.n_samples - longest) // 2
@@ -438,28 +441,30 @@ def _notch(recording: Recording, crop: Crop, test: Test) -> tuple[NotchResult | 
 def _without_tone(
     recording: Recording, crop: Crop, test: Test, frequency: float
 ) -> NotchResult:
-    """Return the responses without the tone: two periods from the middle, and spectra."""
-    notch = test.processing.notch
-    samples = recording.samples(crop.start, crop.stop)
-    rows = [i for i, c in enumerate(recording.channels) if c.role != "control"]
-    result = spectra.notch(
-        samples[rows],
-        recording.sample_rate,
-        frequency,
-        width=notch.width,
-        harmonics=notch.harmonics,
-        trim=notch.trim,
-    )
-    filtered = samples[:, result.start : result.stop].copy()
-    filtered[rows] = result.samples
-    size = round(2.0 * recording.sample_rate / frequency) + 1
-    first = max(0, (filtered.shape[1] - size) // 2)
-    part = slice(first, min(first + size, filtered.shape[1]))
-    start = crop.start + result.start
+    """Return the responses without the tone: two periods from the middle, and densities.
+
+    One channel after the other, so that a long recording needs little memory.
+    """
+    rate, cut = recording.sample_rate, test.processing.notch
+    before, after, density = [], [], []
+    start, part = 0, slice(0)
+    for row, channel in enumerate(recording.channels):
+        if channel.role == "control":
+            continue
+        samples = recording.select([row]).samples(crop.start, crop.stop)
+        result = spectra.notch(
+            samples, rate, frequency, width=cut.width, harmonics=cut.harmonics, trim=cut.trim
+        )
+        n_samples, size = result.samples.shape[1], round(2.0 * rate / frequency) + 1
+        first = max(0, (n_samples - size) // 2)
+        start, part = result.start, slice(first, min(first + size, n_samples))
+        before.append(samples[0, start + part.start : start + part.stop].copy())
+        after.append(result.samples[0, part].copy())
+        density.append(spectra.psd(welch(iter((result.samples,)), rate, test))[0])
     return NotchResult(
         frequency=frequency,
-        time=(start + np.arange(part.start, part.stop)) / recording.sample_rate,
-        before=samples[rows, result.start : result.stop][:, part].copy(),
-        after=filtered[rows, part].copy(),
-        spectra=welch(iter((filtered,)), recording.sample_rate, test),
+        time=(crop.start + start + np.arange(part.start, part.stop)) / rate,
+        before=np.array(before),
+        after=np.array(after),
+        psd=np.array(density),
     )

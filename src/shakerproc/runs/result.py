@@ -114,15 +114,15 @@ class NotchResult:
         From the start of the recording [s].
     before, after : (n_responses, n) arrays
         Samples [unit of the channel].
-    spectra : CrossSpectra
-        Of all channels, the responses filtered.
+    psd : (n_responses, n_frequencies) array
+        Densities of the filtered responses [unit²/Hz].
     """
 
     frequency: float
     time: FloatArray
     before: FloatArray
     after: FloatArray
-    spectra: CrossSpectra
+    psd: FloatArray
 
 
 @final

@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.runs.trends import Trend
-from shakerproc.spectra import CrossSpectra, Table, ThesisTables, cumulative_rms, psd
+from shakerproc.spectra import Table, ThesisTables, cumulative_rms
 
 Columns: TypeAlias = dict[str, Any]
 """Columns of equal length by header: arrays and sequences."""
@@ -41,7 +41,7 @@ def spectra_columns(result: RunResult) -> Columns:
     if result.against is not None:
         columns |= _response_columns(result)
     if result.notch is not None:
-        columns |= _notched_columns(result, result.notch.spectra)
+        columns |= _notched_columns(result, result.notch.psd)
     return marked(columns, result)
 
 
@@ -53,13 +53,12 @@ def marked(columns: Columns, result: RunResult) -> Columns:
     return columns | {"incomplete": [there] * len(next(iter(columns.values())))}
 
 
-def _notched_columns(result: RunResult, cross: CrossSpectra) -> Columns:
-    density = psd(cross)
+def _notched_columns(result: RunResult, density: FloatArray) -> Columns:
     columns: Columns = {}
-    for i in result.responses:
+    for row, i in enumerate(result.responses):
         unit, factor = shown_unit(result.channels[i].unit)
         name = f"psd_notched_{result.channels[i].name}{spelled(unit, power=2)}"
-        columns[name] = density[i] * factor**2
+        columns[name] = density[row] * factor**2
     return columns
 
 

@@ -15,8 +15,11 @@ from shakerproc.testlog import Test
 
 N_HARMONICS: Final = 5
 
-LONGEST_TONE: Final = 300.0
-"""How much of a steady or stepped sine is looked at, from its start [s]."""
+LONGEST_TONE: Final = 20.0
+"""How much of a steady sine is looked at, from its start [s]."""
+
+LONGEST_STEPS: Final = 300.0
+"""How much of a stepped sine is looked at, from its start [s]."""
 
 MOST_TIMES: Final = 400
 """Columns of a spectrogram."""
@@ -82,18 +85,18 @@ def tracked(
                 read, rate, controls, band, n_samples=crop.n_samples, n_harmonics=N_HARMONICS
             )
             return Tracking(sweeps=joined(sweeps) if test.processing.stitch else sweeps)
-        stop = min(crop.stop, crop.start + round(LONGEST_TONE * rate))
+        steady = kind == "sine" and test.frequency_hz is not None
+        longest = LONGEST_TONE if steady else LONGEST_STEPS
+        stop = min(crop.stop, crop.start + round(longest * rate))
         samples = recording.samples(crop.start, stop)
         if kind == "sine" and test.frequency_hz is not None:
             tone = spectra.tone_response(
                 samples, rate, controls, frequency=test.frequency_hz, n_harmonics=N_HARMONICS
             )
             return Tracking(tones=(tone,))
-        return Tracking(
-            tones=spectra.stepped_response(
-                samples, rate, controls, band, n_harmonics=N_HARMONICS
-            )
-        )
+        tones = spectra.stepped_response(samples, rate, controls, band, n_harmonics=N_HARMONICS)
+        cut = f"only the first {longest:g} s were looked at" if stop < crop.stop else ""
+        return Tracking(tones=tones, problem=cut)
     except SpectrumError as error:
         return Tracking(problem=str(error))
 

@@ -15,7 +15,7 @@ from shakerproc.spectra.windows import window_samples
 SampleReader: TypeAlias = Callable[[int, int], FloatArray]
 """Samples start to stop of every channel, an (n_channels, stop - start) array."""
 
-CHUNK: Final = 2**18
+CHUNK: Final = 2**16
 """Samples of every channel read at a time."""
 
 KEPT: Final = 2**22

@@ -27,8 +27,14 @@ SMEAR: Final = 0.004
 FEWEST, MOST = 3.0, 40.0
 """Periods in a window at least and at most."""
 
+MOST_WINDOWS: Final = 1000
+"""Windows of a sweep, in whole widths: slower ones have longer windows instead."""
+
 SPAN: Final = 0.1
 """Octaves that a section must sweep to count as a sweep."""
+
+SHARE: Final = 0.01
+"""Share of the recording that a section must last to count: noise wanders up and down."""
 
 
 @final
@@ -125,7 +131,8 @@ def swept_response(
     )
     for section in monotone_sections(ridge):
         ends = ridge.frequency[[section[0], section[1]]]
-        if abs(np.log2(ends[1] / ends[0])) < SPAN:
+        short = section[1] - section[0] < SHARE * ridge.frequency.size
+        if short or abs(np.log2(ends[1] / ends[0])) < SPAN:
             continue
         try:
             track = track_of(control, ridge, section, sample_rate)
@@ -228,8 +235,9 @@ def _windows(track: Track) -> tuple[FloatArray, FloatArray]:
     slope = np.abs(np.gradient(track.omega, track.position))
     smooth = np.interp(track.phase, *_thinned(track.phase, slope))
     change = 2.0 * np.pi * smooth / np.maximum(track.omega, 1e-12) ** 2  # per period
-    wanted = np.clip(SMEAR / np.maximum(change, 1e-9), FEWEST, MOST)
     phase, end = float(track.phase[0]), float(track.phase[-1])
+    most = max(MOST, (end - phase) / (2.0 * np.pi * MOST_WINDOWS))
+    wanted = np.clip(SMEAR / np.maximum(change, 1e-9), FEWEST, most)
     centres, periods = [], []
     while True:
         n = float(np.floor(np.interp(phase, track.phase, wanted)))
