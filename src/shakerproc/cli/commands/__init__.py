@@ -15,6 +15,7 @@ from shakerproc.cli.commands.convert import convert
 from shakerproc.cli.commands.demo import demo
 from shakerproc.cli.commands.diagnose import diagnose
 from shakerproc.cli.commands.doctor import doctor
+from shakerproc.cli.commands.effects import effects
 from shakerproc.cli.commands.init import init
 from shakerproc.cli.commands.inspect import inspect
 from shakerproc.cli.commands.modes import modes
@@ -35,6 +36,7 @@ COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "compare": compare,
     "diagnose": diagnose,
     "add": add,
+    "effects": effects,
     "simulate": simulate,
     "response": response,
     "study": study,

@@ -44,6 +44,9 @@ class AttachedMode(AbstractEffect):
     formula: ClassVar[str] = (
         "F = kt (x - xt) + ct (x' - xt'), kt = mt (2π ft)², ct = 2 ζt mt 2π ft"
     )
+    signature: ClassVar[str] = (
+        "Two peaks with a notch between them, the same at every level: linear."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "mass": Parameter("kg", "mt", "attached mass", linear=True),
         "frequency": Parameter("Hz", "ft", "natural frequency on a held place"),

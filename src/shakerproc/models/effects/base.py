@@ -80,6 +80,8 @@ class AbstractEffect(ABC):
         Every field, in order.
     formula : str
         The law in one line of plain text.
+    signature : str
+        What betrays it in measurements, in one sentence.
     """
 
     __slots__ = ()
@@ -87,6 +89,7 @@ class AbstractEffect(ABC):
     kind: ClassVar[str]
     parameters: ClassVar[Mapping[str, Parameter]]
     formula: ClassVar[str]
+    signature: ClassVar[str]
 
     @abstractmethod
     def force_along(

@@ -37,6 +37,10 @@ class BoucWen(AbstractEffect):
 
     kind: ClassVar[str] = "bouc_wen"
     formula: ClassVar[str] = "F = k h; h' = v (1 - (1 + sign(v h)) / 2 · |h / zy|ⁿ)"
+    signature: ClassVar[str] = (
+        "A smooth leaning loop: the resonance falls with level, damping has a maximum in "
+        "between."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness before yield", linear=True),
         "yield_displacement": Parameter("m", "zy", "yield displacement"),

@@ -38,6 +38,10 @@ class ContactDamping(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "contact_damping"
     formula: ClassVar[str] = "F = c v for |z| > a, 0 inside"
+    signature: ClassVar[str] = (
+        "Damping only past the play: the loop is open in the middle; the gain falls once "
+        "the walls are reached."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "damping": Parameter("N s/m", "c", "damping in contact", linear=True),
         "clearance": Parameter("m", "a", "free play to each side", sign="not negative"),

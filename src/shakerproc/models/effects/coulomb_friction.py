@@ -42,6 +42,10 @@ class CoulombFriction(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "coulomb_friction"
     formula: ClassVar[str] = "F = Fc sign v; at rest whatever holds it, up to Fc"
+    signature: ClassVar[str] = (
+        "A rectangle: stuck at low level (the joint is rigid), a high peak at high level;"
+        " damping falls as 1 over amplitude, odd harmonics."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "sliding_force": Parameter("N", "Fc", "sliding force", linear=True),
     })

@@ -38,6 +38,10 @@ class CubicStiffness(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "cubic_stiffness"
     formula: ClassVar[str] = "F = k₃ z³"
+    signature: ClassVar[str] = (
+        "The backbone bends steadily, up for k₃ > 0 and down below 0; a third harmonic "
+        "that grows with the square of the level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "coefficient": Parameter("N/m^3", "k₃", "cubic coefficient", linear=True, sign="any")
     })

@@ -44,6 +44,10 @@ class Damper(AbstractMemorylessEffect, DependsOnSurroundings):
 
     kind: ClassVar[str] = "damper"
     formula: ClassVar[str] = "F = c v, with c = 2 ζ √(k m) where the damping ratio is given"
+    signature: ClassVar[str] = (
+        "An ellipse that widens in proportion to frequency; the peak keeps its place and "
+        "its Q at every level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "damping": Parameter(
             "N s/m", "c", "damping", linear=True, sign="not negative", optional=True

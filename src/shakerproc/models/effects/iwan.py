@@ -42,6 +42,10 @@ class Iwan(AbstractEffect):
     formula: ClassVar[str] = (
         "F = k z (1 - |z| / (2 zs)) on first loading, k zs / 2 beyond zs; then Masing's rules"
     )
+    signature: ClassVar[str] = (
+        "Slip that grows from the smallest motion: the resonance falls and damping rises "
+        "with level, both steadily."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness before slip", linear=True),
         "slip_displacement": Parameter("m", "zs", "displacement of full slip"),

@@ -33,6 +33,10 @@ class Jenkins(AbstractEffect):
 
     kind: ClassVar[str] = "jenkins"
     formula: ClassVar[str] = "F' = k v, held to |F| ≤ Fs"
+    signature: ClassVar[str] = (
+        "A leaning parallelogram: the resonance falls from stuck to free with level, "
+        "damping has a maximum in between."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness before slip"),
         "slip_force": Parameter("N", "Fs", "slip force"),

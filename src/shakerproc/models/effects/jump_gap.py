@@ -42,6 +42,10 @@ class JumpGap(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "jump_gap"
     formula: ClassVar[str] = "F = k z for |z| > a, 0 inside"
+    signature: ClassVar[str] = (
+        "The force jumps by k a at the wall: strong harmonics and chatter, the resonance "
+        "hardly falls."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness outside", linear=True),
         "clearance": Parameter("m", "a", "half width of the free play", sign="not negative"),

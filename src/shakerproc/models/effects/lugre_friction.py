@@ -49,6 +49,10 @@ class LuGreFriction(AbstractEffect):
     formula: ClassVar[str] = (
         "F = σ₀ s + σ₁ s' + σ₂ v; s' = v - σ₀ |v| s / (Fc + (Fs - Fc) exp(-(v / vs)²))"
     )
+    signature: ClassVar[str] = (
+        "A rectangle with rounded, leaning corners: stiff before it slides, friction "
+        "after; depends on velocity."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "sliding_force": Parameter("N", "Fc", "sliding force"),
         "breakaway_force": Parameter("N", "Fs", "breakaway force"),

@@ -42,6 +42,10 @@ class OffsetGap(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "offset_gap"
     formula: ClassVar[str] = "F = k (z - a₊) for z > a₊, k (z + a₋) for z < -a₋, 0 inside"
+    signature: ClassVar[str] = (
+        "As a gap, but one wall is nearer: even harmonics and a mean displacement appear "
+        "with the odd ones."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness of both contacts", linear=True),
         "clearance_positive": Parameter(

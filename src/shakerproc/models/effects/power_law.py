@@ -47,6 +47,10 @@ class PowerLaw(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "power_law"
     formula: ClassVar[str] = "F = κ |z / a|ⁿ sign z"
+    signature: ClassVar[str] = (
+        "The frequency runs as a power of the amplitude, A^((n-1)/2), down to nothing at "
+        "rest; odd harmonics at every level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "force": Parameter("N", "κ", "force at the reference displacement", linear=True),
         "reference_displacement": Parameter("m", "a", "reference displacement"),

@@ -43,6 +43,10 @@ class PowerLawDamping(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "power_law_damping"
     formula: ClassVar[str] = "F = c |z / a|ⁿ v"
+    signature: ClassVar[str] = (
+        "Damping that sets in with displacement: the gain at resonance falls with level "
+        "while the frequency stays."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "damping": Parameter("N s/m", "c", "damping at the reference", linear=True),
         "reference_displacement": Parameter("m", "a", "reference displacement"),

@@ -36,6 +36,10 @@ class QuadraticDamping(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "quadratic_damping"
     formula: ClassVar[str] = "F = c₂ v |v|"
+    signature: ClassVar[str] = (
+        "Damping in proportion to velocity: the gain at resonance falls with level, the "
+        "frequency stays."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "coefficient": Parameter("N s^2/m^2", "c₂", "quadratic damping", linear=True),
     })

@@ -40,6 +40,10 @@ class QuadraticStiffness(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "quadratic_stiffness"
     formula: ClassVar[str] = "F = k₂ z²"
+    signature: ClassVar[str] = (
+        "Softer one way than the other: a second harmonic and a mean displacement, both "
+        "in proportion to level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "coefficient": Parameter(
             "N/m^2", "k₂", "quadratic coefficient", linear=True, sign="any"

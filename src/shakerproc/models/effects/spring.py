@@ -36,6 +36,9 @@ class Spring(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "spring"
     formula: ClassVar[str] = "F = k z"
+    signature: ClassVar[str] = (
+        "A straight line through rest; the resonance is the same at every level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness", linear=True, sign="any")
     })

@@ -35,10 +35,17 @@ class StiffnessDrift(AbstractEffect, DependsOnSurroundings):
     stiffness : float, optional
         Stiffness that changes, :math:`k`; in a model, where it is left out, that of the springs
         between the same two places [N/m].
+
+    References
+    ----------
+    .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 12.
     """
 
     kind: ClassVar[str] = "stiffness_drift"
     formula: ClassVar[str] = "F = k r (t - t₀) z, k the stiffness of the springs in parallel"
+    signature: ClassVar[str] = (
+        "The peak wanders with time, whatever the level; a repeated run differs from the first."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "rate": Parameter("1/s", "r", "relative change a second", linear=True, sign="any"),
         "reference": Parameter("s", "t₀", "time of no change", sign="any"),

@@ -41,6 +41,10 @@ class Stop(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "stop"
     formula: ClassVar[str] = "F = k (z - s a) for s z > a, 0 else; s = +1 or -1, the side"
+    signature: ClassVar[str] = (
+        "A wall on one side: even harmonics, a mean displacement away from the wall, the "
+        "resonance rises with level."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness of the stop", linear=True),
         "clearance": Parameter("m", "a", "way to the stop", sign="not negative"),

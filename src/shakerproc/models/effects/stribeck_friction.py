@@ -46,6 +46,10 @@ class StribeckFriction(AbstractMemorylessEffect):
 
     kind: ClassVar[str] = "stribeck_friction"
     formula: ClassVar[str] = "F = (Fc + (Fs - Fc) exp(-(v / vs)²)) sign v; at rest up to Fs"
+    signature: ClassVar[str] = (
+        "As dry friction, but it holds better than it slides: stick-slip, jerks where the"
+        " motion turns."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "sliding_force": Parameter("N", "Fc", "sliding force", linear=True),
         "breakaway_force": Parameter("N", "Fs", "breakaway force", linear=True),

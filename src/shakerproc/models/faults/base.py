@@ -19,6 +19,8 @@ class AbstractFault(ABC):
         Every field, in order.
     formula : str
         What it does to the signal u, in one line.
+    signature : str
+        What betrays it in measurements, in one sentence.
     """
 
     __slots__ = ()
@@ -26,6 +28,7 @@ class AbstractFault(ABC):
     kind: ClassVar[str]
     parameters: ClassVar[Mapping[str, Parameter]]
     formula: ClassVar[str]
+    signature: ClassVar[str]
 
     @abstractmethod
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:

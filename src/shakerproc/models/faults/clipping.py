@@ -25,6 +25,9 @@ class Clipping(AbstractFault):
 
     kind: ClassVar[str] = "clipping"
     formula: ClassVar[str] = "u held to ±L"
+    signature: ClassVar[str] = (
+        "Flat tops at one value; odd harmonics at high level only, the same value in every run."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "level": Parameter("m/s^2", "L", "largest value recorded")
     })

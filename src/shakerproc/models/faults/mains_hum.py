@@ -27,6 +27,9 @@ class MainsHum(AbstractFault):
 
     kind: ClassVar[str] = "mains_hum"
     formula: ClassVar[str] = "u + A sin 2π f t"
+    signature: ClassVar[str] = (
+        "A line at 50 or 60 Hz and its multiples that is there while nothing shakes."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "frequency": Parameter("Hz", "f", "frequency of the hum"),
         "amplitude": Parameter("m/s^2", "A", "amplitude of the hum"),

@@ -27,6 +27,10 @@ class SensorDelay(AbstractFault):
 
     kind: ClassVar[str] = "sensor_delay"
     formula: ClassVar[str] = "u(t - d)"
+    signature: ClassVar[str] = (
+        "The phase falls in proportion to frequency, the gain stays: a slope of the phase"
+        " of every channel pair."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "delay": Parameter("s", "d", "delay of the channel", sign="any")
     })

@@ -23,6 +23,10 @@ class SensorGain(AbstractFault):
 
     kind: ClassVar[str] = "sensor_gain"
     formula: ClassVar[str] = "g u"
+    signature: ClassVar[str] = (
+        "The gain is off by one factor at every frequency and level, where nothing should"
+        " move against the table as well."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "gain": Parameter("1", "g", "recorded over true")
     })

@@ -17,6 +17,9 @@ class SensorPolarity(AbstractFault):
 
     kind: ClassVar[str] = "sensor_polarity"
     formula: ClassVar[str] = "-u"
+    signature: ClassVar[str] = (
+        "The phase is 180 degrees at low frequency, where the coupon must follow the table."
+    )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
 
     def __post_init__(self) -> None:

@@ -1,0 +1,179 @@
+"""``shakerproc effects``."""
+
+import inspect
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from shakerproc.models import AbstractEffect
+    from shakerproc.models.faults.base import AbstractFault
+
+    Kind = type[AbstractEffect] | type[AbstractFault]
+
+
+def effects(
+    kind: Annotated[
+        str | None, typer.Argument(metavar="[EFFECT]", help="One effect; by default all.")
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option("-o", "--figure", metavar="FILE", help="Picture of the one (PNG)."),
+    ] = None,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """List what a model may be made of: laws of force, and faults of the measurement.
+
+    Of one effect: formula, parameters with their units, what betrays it, where it comes from,
+    and with -o a picture of its loop and of what it makes of stiffness and damping as the
+    level rises. With --out a folder with the pictures of all, and a page that shows them.
+    """
+    from shakerproc.models import EFFECTS, FAULTS
+
+    known: Mapping[str, Kind] = {**EFFECTS, **FAULTS}
+    if kind is not None and kind not in known:
+        raise typer.BadParameter(_unknown(kind, list(known)), param_hint="EFFECT")
+    if figure is not None and kind is None:
+        raise typer.BadParameter("needs the name of one effect", param_hint="-o")
+    chosen = known if kind is None else {kind: known[kind]}
+    documents = {name: _document(one) for name, one in chosen.items()}
+    output.write_json({"schema": "shakerproc-effects/1", "effects": documents}, json)
+    if kind is None:
+        _print_all(known, json)
+    else:
+        _print_one(kind, documents[kind], json)
+    if figure is not None and kind is not None:
+        _draw(kind, figure)
+        output.message(f"{figure}")
+    if out is not None:
+        for name in chosen:
+            _draw(name, out / f"{name}.png")
+        _write_page(documents, out)
+        output.message(f"{len(chosen)} pictures in {out}")
+
+
+def _unknown(kind: str, known: list[str]) -> str:
+    from shakerproc.units import near_miss
+
+    meant = near_miss(kind, known)
+    question = f"; did you mean {meant}?" if meant else ""
+    return f"no effect {kind!r}{question} There are {', '.join(known)}."
+
+
+def _document(one: "Kind") -> dict[str, object]:
+    doc = inspect.getdoc(one) or ""
+    told, _, references = doc.partition("References\n----------\n")
+    return {
+        "formula": one.formula,
+        "about": _plain(" ".join(told.split("\n\n")[0].split())),
+        "signature": one.signature,
+        "parameters": {
+            name: {
+                "symbol": parameter.symbol,
+                "unit": parameter.unit,
+                "meaning": parameter.meaning,
+                "linear": parameter.linear,
+                "sign": parameter.sign,
+                "optional": parameter.optional,
+                "choices": parameter.choices,
+            }
+            for name, parameter in one.parameters.items()
+        },
+        "references": [
+            _plain(" ".join(text.split()))
+            for text in re.split(r"^\.\. \[\d+\] ", references, flags=re.MULTILINE)
+            if text.strip()
+        ],
+    }
+
+
+def _plain(text: str) -> str:
+    """Return text without the marks of the manual's formulas."""
+    return re.sub(r":math:`([^`]*)`", r"\1", text).replace("\\pm ", "±").replace("``", "")
+
+
+def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:
+    from shakerproc.models import FAULTS
+
+    output.print_table(
+        ("effect", "force", "parameters"),
+        [(k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k not in FAULTS],
+        json_target=json,
+    )
+    output.data("", json_target=json)
+    output.print_table(
+        ("fault", "what is recorded of u", "parameters"),
+        [(k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k in FAULTS],
+        json_target=json,
+    )
+    output.data(
+        "z and v: displacement and velocity of the second place against the first",
+        json_target=json,
+    )
+
+
+def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) -> None:
+    parameters, references = document["parameters"], document["references"]
+    assert isinstance(parameters, dict)  # noqa: S101 - narrows the type
+    assert isinstance(references, list)  # noqa: S101
+    output.data(f"{kind}: {document['about']}", json_target=json)
+    output.data(f"  {document['formula']}", json_target=json)
+    output.print_table(
+        ("parameter", "symbol", "unit", "meaning", "must be", "force is linear in it"),
+        [
+            (
+                name,
+                one["symbol"],
+                " or ".join(one["choices"]) or one["unit"],
+                one["meaning"],
+                ("" if one["choices"] else one["sign"])
+                + (", may be left out" if one["optional"] else ""),
+                "yes" if one["linear"] else "no",
+            )
+            for name, one in parameters.items()
+        ],
+        json_target=json,
+    )
+    output.data(f"signature: {document['signature']}", json_target=json)
+    for text in references:
+        output.data(f"reference: {text}", json_target=json)
+
+
+def _draw(kind: str, path: Path) -> None:
+    from shakerproc.report import style
+    from shakerproc.report.effects import picture
+    from shakerproc.report.run_figures import save
+
+    with style.look():
+        save(picture(kind), path)
+
+
+def _write_page(documents: "Mapping[str, Mapping[str, object]]", folder: Path) -> None:
+    """Write a page (Markdown) that shows every picture."""
+    from shakerproc import files
+
+    lines = ["# Effects", "", "Written by `shakerproc effects --out FOLDER`.", ""]
+    for name, one in documents.items():
+        lines += [f"## {name}", "", f"    {one['formula']}", "", f"{one['about']}", ""]
+        parameters = one["parameters"]
+        assert isinstance(parameters, dict)  # noqa: S101 - narrows the type
+        if parameters:
+            lines += ["| parameter | symbol | unit | meaning |", "|---|---|---|---|"]
+            lines += [
+                f"| {key} | {p['symbol']} | {' or '.join(p['choices']) or p['unit']} "
+                f"| {p['meaning']} |"
+                for key, p in parameters.items()
+            ]
+            lines.append("")
+        lines += [f"{one['signature']}", "", f"![{name}]({name}.png)", ""]
+        references = one["references"]
+        assert isinstance(references, list)  # noqa: S101
+        lines += [text for reference in references for text in (f"*{reference}*", "")]
+    files.write_text(folder / "effects.md", "\n".join(lines))
