@@ -7,6 +7,7 @@ READY := $(VENV)/.ready
 .PHONY: demo test quick check lint benchmark fuzz blind chaos clean
 
 $(READY): pyproject.toml
+	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	touch $@

@@ -145,7 +145,7 @@ def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
         trends.shown("clearance_m", run.facts.get("clearance_m")),
         run.facts.get("orientation"),
         run.facts.get("excitation"),
-        run.facts.get("level"),
+        trends.shown("level", run.facts.get("level")),
         peak.frequency_hz if peak else None,
         response.quality if response else None,
         seen.coherence if seen else None,

@@ -140,8 +140,8 @@ COLUMNS: Final = (
     _Column("ω_e [Hz]", numeric=True),
     _Column("Q", numeric=True),
     _Column("coherence", numeric=True),
-    _Column("flags", numeric=False),
     _Column("PSD", numeric=False),
+    _Column("flags", numeric=False),
 )
 
 
@@ -289,13 +289,13 @@ def _row(run: RunSummary, view: RunView, channel: str) -> list[_Cell]:
         _number_cell(peak.frequency_hz if peak else None, ".1f"),
         _number_cell(response.quality if response else None, ".3g"),
         _number_cell(measured.coherence if measured else None, ".3f"),
-        _Cell(", ".join(dict.fromkeys(flag.kind for flag in run.flags)), "flag"),
         _Cell(_thumbnail(run, channel)),
+        _Cell(", ".join(dict.fromkeys(flag.kind for flag in run.flags)), "flag"),
     ]
 
 
 def _told_or(run: RunSummary, name: str) -> str:
-    return str(run.facts.get(name) or "")
+    return trends.shown(name, run.facts.get(name) or None)
 
 
 def _order(value: object) -> float | None:
@@ -325,11 +325,17 @@ def _thumbnail(run: RunSummary, channel: str) -> Markup:
 
 
 def _table_note(report: Report) -> str:
+    discarded = ", ".join(
+        f"{run.test} ({comment})" if (comment := run.facts.get("comment")) else run.test
+        for run in report.runs
+        if run.status == "discarded"
+    )
+    left_out = f" Discarded in the log: {discarded}." if discarded else ""
     if not report.channel:
-        return "Click a heading to sort."
+        return f"Click a heading to sort.{left_out}"
     return (
         f"ω_e, Q, coherence and the drawing are those of channel {report.channel}; every "
-        "channel is in peaks.csv. Click a heading to sort."
+        f"channel is in peaks.csv. Click a heading to sort.{left_out}"
     )
 
 

@@ -115,8 +115,23 @@ def _spectrum_note(run: RunSummary) -> str:
         f"bins {s.bin_width_hz:.4g} Hz apart (noise bandwidth {s.resolution_hz:.4g} Hz), "
         f"{s.degrees_of_freedom:.0f} degrees of freedom: 95 % bounds of a PSD value "
         f"× {s.low_factor:.2f} to × {s.high_factor:.2f}. "
-        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz."
+        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_damping_note(run)}"
     )
+
+
+def _damping_note(run: RunSummary) -> str:
+    """Return the interval of the damping, and the bins where they are finer than the others."""
+    told = []
+    for channel in run.channels:
+        peak = channel.response_peaks[0] if channel.response_peaks else None
+        if peak is None or peak.damping_ratio is None:
+            continue
+        if peak.damping_low is not None and peak.damping_high is not None:
+            low, high = 100.0 * peak.damping_low, 100.0 * peak.damping_high
+            told.append(f"ζ of {channel.name} {low:.3g} to {high:.3g} %")
+            if run.spectrum and (peak.damping_bin_hz or 0.0) < 0.99 * run.spectrum.bin_width_hz:
+                told[-1] += f" (from bins of {peak.damping_bin_hz:.3g} Hz)"
+    return f" 95 % intervals: {', '.join(told)}." if told else ""
 
 
 def number(value: float | None, form: str = ".4g") -> str:

@@ -282,4 +282,4 @@ def shown(column: str, value: Value) -> str:
         unit = next((u for ending, (u, _) in _UNITS.items() if column.endswith(ending)), "")
         places = ".2f" if unit == "mm" else ".4g"
         return f"{format(float(value) * _scale(column), places)} {unit}".strip()
-    return str(value)
+    return str(value).replace("^2", "²") if column == "level" else str(value)

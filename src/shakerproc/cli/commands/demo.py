@@ -30,6 +30,7 @@ def demo(
         output.data(
             "1. The everyday job: from recordings and a log to trends", json_target=json
         )
+        _say("batch", sample, "--out", folder / "everyday", json=json)
         log = read_testlog(sample)
         everyday = _worked_through(log, folder / "everyday", figures=figures, json=json)
     else:
@@ -92,9 +93,11 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     with output.progress("simulating", len(example.TESTS)) as advance:
         log_path, model_path = example.write_example(folder, advance=advance)
     log, model = read_testlog(log_path), read_model(model_path)
+    _say("compare", model_path, log_path, json=json)
     with output.progress("compare", len(log.tests)) as advance:
         before = compare(model, log, tell=advance)
-    output.data(f"compare: {sentence(before)}", json_target=json)
+    output.data(sentence(before), json_target=json)
+    _say("diagnose", model_path, log_path, json=json)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose(model, log, progress=advance)
     show(diagnosis, json)
@@ -102,7 +105,9 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
         output.finish(1)
     kind = diagnosis.effects[0].kind
     new = folder / f"model-with-{kind}.yaml"
+    _say("add", kind, model_path, log_path, "-o", new, json=json)
     add_effect(kind, model_path, log_path, new, json="-" if json == "-" else None)
+    _say("compare", new, log_path, json=json)
     with output.progress("compare", len(log.tests)) as advance:
         after = compare(read_model(new), log, tell=advance)
     verdict = _verdict(before, after, diagnosis)
@@ -111,7 +116,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
         log, folder / "results", figures=figures, json=json, sections=sections, verdict=verdict
     )
     _tell(before, after, json)
-    output.data(f"report: {folder / 'results' / 'report.html'}", json_target=json)
+    output.data(f"\nreport: {folder / 'results' / 'report.html'}", json_target=json)
     output.data(verdict, json_target=json)
     return {
         "verdict": verdict,
@@ -119,6 +124,11 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
         "held_out_after": after.held_out,
         "diagnosis": diagnosis.as_json(),
     }
+
+
+def _say(*words: object, json: str | None) -> None:
+    """Print the command that does on its own what comes next."""
+    output.data(f"\n$ shakerproc {' '.join(map(str, words))}", json_target=json)
 
 
 def _sections(

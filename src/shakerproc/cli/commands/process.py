@@ -1,6 +1,6 @@
 """``shakerproc process``."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -50,6 +50,19 @@ def process(
     skip_s: Annotated[
         float, typer.Option(help="Time at the start that is not looked at [s].", min=0.0)
     ] = 0.0,
+    control: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHANNEL",
+            help="Control channel, name or number, or none; all others are responses. May be "
+            "repeated.",
+            show_default="first two of five",
+        ),
+    ] = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(help="Unit of channels that say none, such as g.", show_default="error"),
+    ] = None,
     no_crop: Annotated[bool, typer.Option("--no-crop", help="Take it all.")] = False,
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
@@ -96,7 +109,8 @@ def process(
         )
     folder = output.out_folder(out, f"{recording.stem}_results")
     products = Products(figures, options.exports_of(export), thesis)
-    summary = _worked_through(recording, chosen, group, folder, products)
+    reading = Reading(group, _controls(control, log), unit)
+    summary = _worked_through(recording, chosen, reading, folder, products)
     output.write_json(summary, json)
     _print(summary, folder, json)
 
@@ -194,8 +208,28 @@ def _with_crop(
     return replace(test, processing=replace(test.processing, crop=crop))
 
 
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a recording is to be read, beside what the log says."""
+
+    group: str | None
+    controls: tuple[str, ...] | None
+    unit: str | None
+
+
+def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | None:
+    """Return the controls that were asked for: an empty tuple for none at all."""
+    if not wanted:
+        return None
+    if log is not None:
+        raise typer.BadParameter(
+            "the log says which channels are controls", param_hint="--control"
+        )
+    return tuple(name for name in wanted if name.lower() != "none")
+
+
 def _worked_through(
-    path: Path, test: "Test", group: str | None, folder: Path, products: "Products"
+    path: Path, test: "Test", reading: Reading, folder: Path, products: "Products"
 ) -> "RunSummary":
     from shakerproc import files
     from shakerproc.cli.work import write_products
@@ -203,7 +237,9 @@ def _worked_through(
     from shakerproc.runs import open_path, process_recording, summary_of, tables, write_summary
     from shakerproc.testlog import facts_of
 
-    with open_path(path, test, group=group) as opened:
+    with open_path(
+        path, test, group=reading.group, controls=reading.controls, unit=reading.unit
+    ) as opened:
         result = process_recording(opened, test)
         write_products(result, opened, folder, products)
     summary = summary_of(result, str(test.id), facts_of(test), path.name, sha256(path))
