@@ -50,6 +50,7 @@ from shakerproc.planning.rehearsal import (
     respond,
     with_usual_roles,
 )
+from shakerproc.planning.suggested import suggested_tests
 
 __all__ = [
     "AbstractInput",
@@ -92,6 +93,7 @@ __all__ = [
     "rehearse",
     "respond",
     "sample_rate_of_test",
+    "suggested_tests",
     "swept_peak",
     "with_usual_roles",
 ]

@@ -42,6 +42,11 @@ class AbstractInput(ABC):
     high: float
     quantity: Quantity
 
+    @property
+    @abstractmethod
+    def peak(self) -> float:
+        """Largest value of the input itself: its amplitude, or 3 sigma [m/s² or N]."""
+
     @abstractmethod
     def largest_motion(self) -> TableMotion:
         """Return the largest motion of the table; only for base acceleration."""
@@ -83,6 +88,10 @@ class SineInput(AbstractInput):
         checks.positive("amplitude", self.amplitude, "m/s²")
         checks.positive("low", self.low, "Hz")
         checks.not_negative("high - low", self.high - self.low, "Hz")
+
+    @property
+    def peak(self) -> float:
+        return self.amplitude
 
     def displacement(self, frequency: FloatArray) -> FloatArray:
         """Return the amplitude of displacement at frequencies [Hz], an array (eq. 5.5) [m]."""
@@ -132,6 +141,10 @@ class RandomInput(AbstractInput):
     def rms(self) -> float:
         """Root mean square of the input [m/s²] or [N]."""
         return float(np.sqrt(self.density * (self.high - self.low)))
+
+    @property
+    def peak(self) -> float:
+        return PEAK_FACTOR * self.rms
 
     @property
     def rms_velocity(self) -> float:

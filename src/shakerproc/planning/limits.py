@@ -19,29 +19,41 @@ class ShakerLimits:
     ----------
     acceleration, velocity, displacement : float
         [m/s²], [m/s], [m]; half the stroke is the displacement. Infinite where unknown.
+    force : float
+        [N]; infinite where unknown.
+    moving_mass : float
+        What the force has to move besides the table's own springs; 0 where unknown [kg].
     """
 
     acceleration: float = inf
     velocity: float = inf
     displacement: float = inf
+    force: float = inf
+    moving_mass: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("acceleration", "velocity", "displacement"):
+        for name in ("acceleration", "velocity", "displacement", "force"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be above 0, not {getattr(self, name):g}")
 
     @property
     def known(self) -> bool:
         """Whether there is any limit."""
-        return min(self.acceleration, self.velocity, self.displacement) < inf
+        return min(self.by_force, self.velocity, self.displacement) < inf
+
+    @property
+    def by_force(self) -> float:
+        """Largest acceleration, by itself and by what the force can move [m/s²]."""
+        moved = self.force / self.moving_mass if self.moving_mass > 0.0 else inf
+        return min(self.acceleration, moved)
 
     def largest_acceleration(self, frequency: FloatArray) -> FloatArray:
         r"""Return the largest amplitude of a sine at frequencies [Hz], an array [m/s²].
 
-        .. math:: \min(a, 2 \pi f v, (2 \pi f)^2 d)
+        .. math:: \min(a, F / m, 2 \pi f v, (2 \pi f)^2 d)
         """
         omega = 2.0 * pi * frequency
-        most = np.full_like(omega, self.acceleration)
+        most = np.full_like(omega, self.by_force)
         if self.velocity < inf:
             most = np.minimum(most, omega * self.velocity)
         if self.displacement < inf:
@@ -50,7 +62,7 @@ class ShakerLimits:
 
     def crossovers(self) -> tuple[float, ...]:
         """Return the frequencies at which one limit hands over to the next [Hz], rising."""
-        a, v, d = self.acceleration, self.velocity, self.displacement
+        a, v, d = self.by_force, self.velocity, self.displacement
         if max(a, v, d) < inf and a * d > v * v:
             return v / (2.0 * pi * d), a / (2.0 * pi * v)
         if max(a, d) < inf:
@@ -61,10 +73,10 @@ class ShakerLimits:
 
     def exceeded_by(self, shaken: AbstractInput) -> tuple[str, ...]:
         """Return what of the motion of the table is too much, a clause each."""
-        if shaken.quantity == "force":
-            return ()
-        motion = shaken.largest_motion()
         peak = "amplitude" if isinstance(shaken, SineInput) else "3 sigma"
+        if shaken.quantity == "force":
+            return tuple(self._too_much_force(shaken.peak, peak, ""))
+        motion = shaken.largest_motion()
         found = []
         if motion.acceleration > self.acceleration * (1.0 + 1e-9):
             found.append(
@@ -82,7 +94,16 @@ class ShakerLimits:
                 f"shaker's {1e3 * self.displacement:.3g} mm"
                 f"{self._from(shaken, 'displacement')}"
             )
+        if self.moving_mass > 0.0:
+            carried = f" to move {self.moving_mass:.3g} kg"
+            found += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
         return tuple(found)
+
+    def _too_much_force(self, force: float, peak: str, carried: str) -> list[str]:
+        if force <= self.force * (1.0 + 1e-9):
+            return []
+        most = f"the shaker's {self.force:.3g} N"
+        return [f"force {force:.3g} N ({peak}){carried} is above {most}"]
 
     def _from(self, shaken: AbstractInput, what: str) -> str:
         """Return from which frequency on a sine may be run."""

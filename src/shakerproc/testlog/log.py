@@ -209,6 +209,32 @@ class Expectation:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Shaker:
+    """What the shaker can do, zero to peak; None is not known.
+
+    Attributes
+    ----------
+    stroke : float, optional
+        Travel of the table from end to end [m].
+    velocity : float, optional
+        [m/s].
+    acceleration : float, optional
+        [m/s²].
+    force : float, optional
+        [N].
+    moving_mass : float, optional
+        Armature, fixture and specimen, which the force has to move [kg].
+    """
+
+    stroke: float | None = None
+    velocity: float | None = None
+    acceleration: float | None = None
+    force: float | None = None
+    moving_mass: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Specimen:
     """Measured dimensions of a coupon and the bushing it was tested with.
 
@@ -366,6 +392,8 @@ class TestLog:
         Measured dimensions, where the log gives them.
     document : Document
         For messages with line and column.
+    shaker : Shaker
+        What the shaker can do, where the log says it.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -376,6 +404,7 @@ class TestLog:
     tests: tuple[Test, ...]
     specimens: tuple[Specimen, ...]
     document: Document[Any]
+    shaker: Shaker = Shaker()
 
     @property
     def active(self) -> tuple[Test, ...]:

@@ -12,6 +12,7 @@ from shakerproc.testlog.log import (
     Expectation,
     LevelUnit,
     Processing,
+    Shaker,
     Specimen,
     Tag,
     Test,
@@ -91,6 +92,7 @@ class _Reader:
             tests=tuple(self._test(i, test) for i, test in enumerate(self.section.tests)),
             specimens=tuple(self.specimens.values()),
             document=self.document,
+            shaker=Shaker(**dict(self.section.shaker)),
         )
 
     def _test(self, i: int, section: TestSection) -> Test:

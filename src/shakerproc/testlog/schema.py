@@ -259,6 +259,16 @@ class TestSection(Section):
     expect: ExpectSection = ExpectSection()
 
 
+class ShakerSection(Section):
+    """What the shaker can do."""
+
+    stroke: Annotated[float | None, in_unit("m", positive=True)] = None
+    velocity: Annotated[float | None, in_unit("m/s", positive=True)] = None
+    acceleration: Annotated[float | None, in_unit("m/s^2", positive=True)] = None
+    force: Annotated[float | None, in_unit("N", positive=True)] = None
+    moving_mass: Annotated[float | None, in_unit("kg", positive=True)] = None
+
+
 class LogSection(Section):
     """The whole log."""
 
@@ -268,6 +278,7 @@ class LogSection(Section):
     channels: Channels = Field(default_factory=dict)
     processing: ProcessingSection = ProcessingSection()
     expect: ExpectSection = ExpectSection()
+    shaker: ShakerSection = ShakerSection()
     specimens: Annotated[
         Annotated[str, Tag("<file>")] | Annotated[Joints, Tag("<inline>")],
         Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),

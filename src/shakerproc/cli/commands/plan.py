@@ -1,6 +1,7 @@
 """``shakerproc plan``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -11,6 +12,7 @@ from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from shakerproc.planning import AbstractJoint, PlannedTest, ShakerLimits, Warming, Wish
+    from shakerproc.testlog import Shaker, Test, TestLog
 
 
 def plan(
@@ -58,6 +60,19 @@ def plan(
     duration_s: Annotated[
         float | None, typer.Option(help="Of tests whose log does not say it [s].")
     ] = None,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Diagnosis (JSON): plan the tests that it asks for too.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    rehearse: Annotated[
+        bool,
+        typer.Option("--rehearse", help="Simulate the campaign too; with --model."),
+    ] = False,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
     json: output.JsonOption = None,
@@ -67,15 +82,19 @@ def plan(
     The table moves a0 / (4 pi^2 f^2); a part that keeps still is met on both sides where that
     is more than half the play. With a model the joint's own motion counts, resonances and all;
     until the first contact it is linear, so levels and frequencies are exact. Random motion is
-    judged by 3 sigma, the shaker's limits too.
+    judged by 3 sigma, the shaker's limits (shaker: in the log) too.
     """
     from shakerproc.planning import Wish, plan_campaign
     from shakerproc.testlog import read_testlog
 
     log = read_testlog(testlog)
+    if diagnosis is not None:
+        log = replace(log, tests=(*log.tests, *_suggested(diagnosis, log)))
+    if rehearse and model is None:
+        raise typer.BadParameter("needs --model", param_hint="--rehearse")
     wish = Wish(
         joint=_joint(model, joint),
-        limits=_limits(max_g, max_velocity_m_per_s, max_displacement_mm),
+        limits=_limits(log.shaker, max_g, max_velocity_m_per_s, max_displacement_mm),
         which=_which(clearance),
         warming=_warming(coupon, temperature),
         sample_rate=_positive(sample_rate_hz, "--sample-rate-hz"),
@@ -86,7 +105,49 @@ def plan(
     _write(plans, wish, log.title, folder, figures=figures)
     output.write_json(_document(testlog, model, log.title, plans), json)
     _print(plans, wish, json)
+    if rehearse and model is not None:
+        _rehearse(model, testlog, folder / "rehearsal")
     output.message(f"results in {folder}")
+
+
+def _suggested(diagnosis: Path, log: "TestLog") -> "tuple[Test, ...]":
+    """Return the tests that a diagnosis asks for.
+
+    Raises
+    ------
+    LogError
+        If the file is no diagnosis.
+    """
+    from json import JSONDecodeError, loads
+
+    from shakerproc.errors import LogError
+    from shakerproc.planning import suggested_tests
+
+    try:
+        document = loads(diagnosis.read_text(encoding="utf-8"))
+    except (JSONDecodeError, UnicodeDecodeError) as error:
+        raise LogError(
+            f"{diagnosis}: no JSON: {error}; write it with diagnose --json"
+        ) from error
+    found = suggested_tests(document, log, str(diagnosis))
+    if not found:
+        output.message(f"{diagnosis} asks for no further test")
+    return found
+
+
+def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
+    """Simulate the campaign, as simulate does with its defaults."""
+    from shakerproc.cli.rehearsal import rehearse_campaign
+    from shakerproc.model_files import read_model
+    from shakerproc.planning import Staging
+    from shakerproc.testlog import read_testlog
+
+    found = rehearse_campaign(
+        read_model(model), read_testlog(testlog), Staging(), folder=folder, overwrite=True
+    )
+    output.message(
+        f"{len(found)} recordings simulated: shakerproc batch {folder / testlog.name}"
+    )
 
 
 def _joint(model: Path | None, joint: str | None) -> "AbstractJoint":
@@ -151,19 +212,33 @@ def _positive(value: float | None, option: str) -> float | None:
 
 
 def _limits(
-    max_g: float | None, max_velocity: float | None, max_displacement_mm: float | None
+    shaker: "Shaker",
+    max_g: float | None,
+    max_velocity: float | None,
+    max_displacement_mm: float | None,
 ) -> "ShakerLimits":
+    """Return the limits of the shaker: those of the log, set aside by the options."""
     from shakerproc.data import STANDARD_GRAVITY
     from shakerproc.planning import ShakerLimits
 
     acceleration = _positive(max_g, "--max-g")
-    velocity = _positive(max_velocity, "--max-velocity-m-per-s")
     displacement = _positive(max_displacement_mm, "--max-displacement-mm")
+    half_stroke = None if shaker.stroke is None else 0.5 * shaker.stroke
     return ShakerLimits(
-        inf if acceleration is None else acceleration * STANDARD_GRAVITY,
-        inf if velocity is None else velocity,
-        inf if displacement is None else 1e-3 * displacement,
+        _first(
+            None if acceleration is None else acceleration * STANDARD_GRAVITY,
+            shaker.acceleration,
+        ),
+        _first(_positive(max_velocity, "--max-velocity-m-per-s"), shaker.velocity),
+        _first(None if displacement is None else 1e-3 * displacement, half_stroke),
+        _first(shaker.force),
+        shaker.moving_mass or 0.0,
     )
+
+
+def _first(*values: float | None) -> float:
+    """Return the first limit that is known, else that there is none."""
+    return next((value for value in values if value is not None), inf)
 
 
 def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
