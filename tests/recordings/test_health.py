@@ -1,5 +1,6 @@
 """Health: silent on good recordings of every kind, and each fault found by its name."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.data import Channel, SampleSource, recording_of_arrays
 from shakerproc.recordings import health, open_recording
 
 RATE = 51200.0 / 9.0
@@ -266,3 +267,25 @@ def test_the_knock_of_the_sample_campaign_is_found():
 def test_short_recordings_are_no_trouble(n):
     rng = np.random.default_rng(18)
     assert kinds(rng.standard_normal((4, n)), roles=(None,) * 4) == []
+
+
+def test_a_long_recording_that_repeats_itself_takes_little_memory():
+    """Eight channels of the same second again and again, as a test signal from a table has."""
+    rng = np.random.default_rng(8)
+    second = rng.standard_normal((8, 2**15))
+
+    class Source(SampleSource):
+        def read(self, rows, start, stop):
+            return second[list(rows)][:, np.arange(start, stop) % second.shape[1]]
+
+        def close(self):
+            pass
+
+    one = recording_of(second, roles=["response"] * 8)
+    recording = replace(one, source=Source(), n_samples=2**23)
+    tracemalloc.start()
+    health(recording)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    block = 8 * 8 * 2**17
+    assert peak < 6 * block, f"{peak / 1e6:.0f} MB"

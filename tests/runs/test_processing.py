@@ -7,8 +7,16 @@ from numpy.testing import assert_allclose
 from tests.small_campaign import CHANNELS, RATE, samples, write_campaign
 
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse, recording_of_arrays
-from shakerproc.errors import LogError, SpectrumError
-from shakerproc.runs import open_test, process_recording, process_test, usual_uses
+from shakerproc.errors import LogError, RecordingError, SpectrumError
+from shakerproc.runs import (
+    open_path,
+    open_test,
+    process_recording,
+    process_test,
+    processing,
+    tables,
+    usual_uses,
+)
 from shakerproc.runs.envelope import envelope
 from shakerproc.testlog import Test, ThresholdCrop, TimeCrop, Welch, read_testlog
 
@@ -155,3 +163,60 @@ def test_the_envelope_is_that_of_the_whole_whatever_the_blocks(block, n_slices):
     expected = [x[:, a:b].max(axis=1) for a, b in pairwise(edges)]
     assert_allclose(found.high, np.transpose(expected))
     assert_allclose(found.low[:, 0], x[:, : edges[1]].min(axis=1))
+
+
+def test_damping_is_read_from_longer_segments_where_these_do_not_resolve_it():
+    """The truth is the oscillator's own; only steady excitation is looked at again."""
+    rows = samples(250.0, damping=0.005, seconds=40.0)
+    result = process_recording(with_roles(rows), RANDOM)
+    damping = result.response_peaks[2][0].damping
+    assert damping.bin_width < result.spectra.bin_width / 3.0
+    assert_allclose(damping.ratio, 0.005, rtol=0.05)
+    assert damping.ratio_low < 0.005 < damping.ratio_high
+    sweep = replace(RANDOM, excitation="sine sweep", level=None, level_unit=None)
+    swept = process_recording(with_roles(rows), sweep)
+    assert swept.response_peaks[2][0].damping.bin_width == swept.spectra.bin_width
+
+
+def test_a_long_notch_is_cut_from_the_middle_and_says_so(monkeypatch):
+    monkeypatch.setattr(processing, "FILTERED", round(10.0 * RATE))
+    rows = samples(250.0, seconds=20.0)
+    rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(rows.shape[1]) / RATE)
+    result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))
+    assert "only 10 s from the middle" in result.notch_problem
+    assert 9.5 < result.notch.time.mean() < 10.5
+    near = np.argmin(np.abs(result.spectra.frequency - 50.0))
+    assert result.notch.psd[0, near] < 1e-3 * result.psd[2, near]
+
+
+def test_every_table_of_a_recording_that_was_cut_says_how_much_is_there():
+    recording = replace(with_roles(samples(250.0)), expected_samples=round(9.0 * RATE))
+    result = process_recording(recording, replace(RANDOM, notch_hz=50.0))
+    for columns in (tables.spectra_columns(result), tables.notch_columns(result)):
+        told = set(columns["incomplete"])
+        assert told == {"6.00 of 9.00 s"}
+    whole = process_recording(with_roles(samples(250.0)), RANDOM)
+    assert "incomplete" not in tables.spectra_columns(whole)
+
+
+def test_controls_can_be_named_and_units_given_where_no_log_speaks(tmp_path):
+    rows = np.random.default_rng(1).standard_normal((3, 4000))
+    text = [
+        "time [s],table,left,right",
+        *(f"{i / 1000.0},{a},{b},{c}" for i, (a, b, c) in enumerate(rows.T)),
+    ]
+    path = tmp_path / "plain.csv"
+    path.write_text("\n".join(text), encoding="utf-8")
+    with pytest.raises(RecordingError, match="has no unit"):
+        open_path(path, Test("t"))
+    with open_path(path, Test("t"), controls=["left"], unit="g") as recording:
+        assert [c.role for c in recording.channels] == ["response", "control", "response"]
+        assert {c.unit for c in recording.channels} == {"m/s^2"}
+    with open_path(path, Test("t"), controls=[], unit="g") as recording:
+        assert {c.role for c in recording.channels} == {"response"}
+    with pytest.raises(LogError, match=r"no channel .top. to be a control. It has table, left"):
+        open_path(path, Test("t"), controls=["top"], unit="g")
+
+
+def test_of_two_channels_the_first_is_the_control():
+    assert [use.role for use in usual_uses(["V1", "V2"])] == ["control", "response"]

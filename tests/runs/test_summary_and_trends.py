@@ -147,3 +147,22 @@ def test_thinning_keeps_the_extremes(n):
     assert few_y.max() == y.max()
     assert few_y.min() == y.min()
     assert (np.diff(few_x) > 0).all()
+
+
+def test_names_of_trend_files_are_harmless_and_those_of_the_thesis_carry_their_number():
+    runs = [run("1", 300.0, 0.0, joint="../../x"), run("2", 290.0, 5e-5, joint="slot")]
+    names = [request.name for request in trends.standard_trends(runs)]
+    assert not [name for name in names if "/" in name or "." in name]
+    assert {name[:11] for name in names if name.startswith("figure")} == {
+        "figure_5_45", "figure_5_47", "figure_5_49",
+    }  # fmt: skip
+
+
+def test_a_run_that_was_cut_says_how_much_of_it_is_there():
+    cut = replace(run("1", 300.0, 0.0), duration_s=5.0, promised_s=6.126)
+    assert cut.told_status == "incomplete, 5.00 of 6.13 s"
+    assert run("1", 300.0, 0.0).told_status == "done"
+    found = trends.trend([cut, *FALLING[1:]], trends.standard_trends(FALLING)[0], "ch3")
+    columns = tables.trend_columns(found, "ch3")
+    assert columns["incomplete"] == [True, False, False]
+    assert columns["promised_s"] == [6.126, None, None]

@@ -13,6 +13,7 @@ from shakerproc.spectra import (
     swept_response,
     tone_response,
 )
+from shakerproc.spectra.swept import MOST_WINDOWS, SMEAR
 
 RATE = 2000.0
 
@@ -227,3 +228,31 @@ def test_spectrogram_needs_a_segment():
         spectrogram(np.ones((1, 5000)), RATE, overlap=1024)
     with pytest.raises(ValueError, match="needs n_samples"):
         spectrogram(lambda a, b: np.ones((1, b - a)), RATE)
+
+
+def test_a_sweep_is_found_behind_a_quiet_lead_in_and_a_knock():
+    phase, _ = sweep_phase("logarithmic", 20.0, 200.0, 20.0)
+    rng = np.random.default_rng(5)
+    base = np.concatenate([np.zeros(round(2.0 * RATE)), np.sin(phase)])
+    base[round(0.2 * RATE) : round(0.2 * RATE) + 4] = 1.0
+    samples = np.array([base, mass_on_a_spring(base, 60.0, 0.1)])
+    samples += 1e-4 * rng.standard_normal(samples.shape)
+    (sweep,) = swept_response(samples, RATE, [0], (15.0, 250.0))
+    assert sweep.direction == "up"
+    assert sweep.time[0] > 1.9
+    inner = slice(5, -5)
+    wanted = closed_form(sweep.frequency[inner], 60.0, 0.1)
+    assert_allclose(np.abs(sweep.gain[1][inner]), np.abs(wanted), rtol=0.08)
+
+
+def test_noise_is_no_sweep():
+    noise = np.random.default_rng(6).standard_normal((2, 200_000))
+    with pytest.raises(SpectrumError, match="no sweep between"):
+        swept_response(noise, RATE, [0], (5.0, 300.0))
+
+
+def test_a_slow_sweep_has_no_more_points_than_its_windows_resolve():
+    phase, _ = sweep_phase("logarithmic", 20.0, 200.0, 3000.0)
+    (sweep,) = swept_response(np.array([np.sin(phase)]), RATE, [0], (15.0, 250.0))
+    assert sweep.frequency.size < 6 * MOST_WINDOWS
+    assert np.diff(np.log(sweep.frequency)).max() < 2.0 * SMEAR

@@ -41,6 +41,8 @@ def export_mat(result: RunResult, path: Path) -> None:
         "window": result.spectra.window_name,
         "degrees_of_freedom": result.spectra.degrees_of_freedom,
     }
+    if result.incomplete:
+        content["incomplete"] = result.told_length
     if result.against is not None:
         content |= {
             "responses": np.array([i + 1 for i in result.responses]),
@@ -76,7 +78,7 @@ def _common(result: RunResult) -> dict[str, Any]:
         "id2": files.printable(result.run)[:80] or "NONE",
         "id3": start,
         "id4": f"{result.spectra.n_segments} segments of {result.spectra.segment} samples",
-        "id5": f"sample rate {float(result.sample_rate)!r} Hz",
+        "id5": f"sample rate {float(result.sample_rate)!r} Hz{_cut(result)}",
         "rsp_ent_name": "NONE",
         "rsp_dir": 0,
         "ref_ent_name": "NONE",
@@ -94,6 +96,10 @@ def _common(result: RunResult) -> dict[str, Any]:
         "ordinate_axis_lab": "NONE",
         "x": result.spectra.frequency[:2],
     }
+
+
+def _cut(result: RunResult) -> str:
+    return f", INCOMPLETE {result.told_length}" if result.incomplete else ""
 
 
 def _datasets(result: RunResult) -> list[dict[str, Any]]:

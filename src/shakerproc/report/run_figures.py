@@ -118,8 +118,7 @@ def _head(
     """Write the title of the run, and below it what is shown and whether it was cut short."""
     notes = [more] if more else []
     if result.incomplete:
-        cut = f"INCOMPLETE: {result.duration:.2f} of {result.promised_duration:.2f} s"
-        notes.insert(0, cut)
+        notes.insert(0, f"INCOMPLETE: {result.told_length}")
     style.head(axis, title, ", ".join(notes), alarming=result.incomplete, legend=legend)
 
 

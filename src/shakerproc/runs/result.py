@@ -236,6 +236,11 @@ class RunResult:
         """Length that the recording should have [s]."""
         return (self.expected_samples or self.n_samples) / self.sample_rate
 
+    @property
+    def told_length(self) -> str:
+        """How much of the recording is there, in words."""
+        return f"{self.duration:.2f} of {self.promised_duration:.2f} s"
+
 
 def names(channels: Sequence[Channel], rows: Sequence[int]) -> list[str]:
     """Return the names of some of the channels."""

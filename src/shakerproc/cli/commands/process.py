@@ -88,6 +88,7 @@ def process(
     """
     from shakerproc.batch.campaign import Products
 
+    reading = Reading(group, _controls(control, log), unit)
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     chosen = _with_excitation(chosen, excitation, level, from_hz, to_hz, notch_hz)
     chosen = _with_crop(
@@ -109,7 +110,6 @@ def process(
         )
     folder = output.out_folder(out, f"{recording.stem}_results")
     products = Products(figures, options.exports_of(export), thesis)
-    reading = Reading(group, _controls(control, log), unit)
     summary = _worked_through(recording, chosen, reading, folder, products)
     output.write_json(summary, json)
     _print(summary, folder, json)
