@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
+from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ModelError
 from shakerproc.exchange.nastran_cards import cards_of
 from shakerproc.exchange.nastran_decks import forces_of_deck, transient_deck
@@ -22,6 +23,7 @@ from shakerproc.models.effects.gap import Gap
 from shakerproc.models.effects.jump_gap import JumpGap
 from shakerproc.models.effects.spring import Spring
 from shakerproc.models.effects.stop import Stop
+from shakerproc.recordings import write_tdms
 
 TIME = np.linspace(0.0, 1.0, 101)
 PUSH = np.sin(9.0 * TIME)
@@ -177,3 +179,64 @@ def test_a_coupon_becomes_a_deck_of_shells(tmp_path):
     text = (tmp_path / "pom_c_radial.dat").read_text()
     assert text.startswith("SOL 103\nCEND\n")
     assert sum(c[0] == "CQUAD4" for c in cards_of(text)) == 1600
+
+
+STUDY = """\
+study: 1
+title: decks
+kind: grid
+model: gap.yaml
+run: {excitation: sine sweep, level: 5 N, from: 0 Hz, to: 30 Hz, duration: 3 s,
+      sample rate: 1000 Hz, initial velocity: 4 m/s}
+vary:
+  - {name: a, set: elements.gap.clearance, values: [0.1 m, 0.25 m]}
+  - {name: A, set: run.level, values: [1 N, 5 N]}
+"""
+
+
+def test_a_study_file_is_a_deck_for_each_of_its_points(tmp_path):
+    (tmp_path / "gap.yaml").write_text(MODEL)
+    (tmp_path / "study.yaml").write_text(STUDY)
+    arguments = ["nastran", "write", str(tmp_path / "study.yaml"), "--out", str(tmp_path / "d")]
+    done = CliRunner().invoke(build_app(), arguments)
+    assert done.exit_code == 0, done.output
+    with (tmp_path / "d" / "decks.csv").open(encoding="utf-8") as lines:
+        rows = list(csv.DictReader(lines))
+    points = [(a, level) for a in (0.1, 0.25) for level in (1.0, 5.0)]
+    written = [(row["a"], row["A"]) for row in rows]
+    assert written == [(f"{a:g} m", f"{f:g} N") for a, f in points]
+    for row, (clearance, level) in zip(rows, points, strict=True):
+        deck = tmp_path / "d" / row["deck"]
+        cards = cards_of(deck.read_text())
+        table = next(c for c in cards if c[0] == "TABLED1")
+        assert_allclose(float(table[11]), -clearance, rtol=1e-9)
+        time, force, _ = forces_of_deck(deck)[2]
+        assert_allclose(force, level * np.cos(2 * np.pi * 5.0 * time**2), atol=1e-7)
+        assert float(next(c for c in cards if c[0] == "TIC")[5]) == 4.0
+
+
+@pytest.mark.parametrize("driven", ["base", "force"])
+def test_a_test_of_a_log_shakes_the_deck(tmp_path, driven):
+    """The table of forces is what the recording says, in newtons on the mass."""
+    forced = driven == "force"
+    rate, time = 1000.0, np.arange(2000) / 1000.0
+    wave = 3.0 * np.sin(2.0 * np.pi * 7.0 * time)
+    unit, role = ("N", "force") if forced else ("m/s^2", "control")
+    channel = Channel("drive", unit, "drive", unit)
+    write_tdms(tmp_path / "T1.tdms", recording_of_arrays("T1", [channel], wave[None], rate))
+    (tmp_path / "log.yaml").write_text(
+        "testlog: 1\nrecordings: .\n"
+        f"channels: {{drive: {{role: {role}}}}}\nprocessing: {{crop: none}}\n"
+        "tests: [{id: 1, recording: T1.tdms}]\n"
+    )
+    text = MODEL if forced else MODEL.replace("{force on: coupon}", "{base: acceleration}")
+    (tmp_path / "gap.yaml").write_text(text.replace("coupon: 1 kg", "coupon: 2 kg"))
+    arguments = [
+        "nastran", "write", str(tmp_path / "gap.yaml"), "--out", str(tmp_path / "d"),
+        "--log", str(tmp_path / "log.yaml"), "--test", "1",
+    ]  # fmt: skip
+    done = CliRunner().invoke(build_app(), arguments)
+    assert done.exit_code == 0, done.output
+    when, force, _ = forces_of_deck(tmp_path / "d" / "gap.dat")[2]
+    assert_allclose(when, time, atol=1e-9)
+    assert_allclose(force, wave if forced else -2.0 * wave, atol=1e-7)

@@ -5,12 +5,13 @@ from pathlib import Path
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
+from shakerproc.model_files.coupon_files import read_coupon
 from shakerproc.models import Model
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
 from shakerproc.studies.schema import StudySection
-from shakerproc.studies.study import Claim, Measure, Run, Study, Trend, Variation
+from shakerproc.studies.study import Claim, Measure, Run, Study, Trend, Variation, Warmth
 from shakerproc.units import near_miss, to_si
 
 
@@ -30,7 +31,7 @@ def read_study(path: Path) -> Study:
     document = read_document(path, StudySection)
     section = document.value
     _check_kind(document)
-    model = _model(document)
+    model, warmth = _model(document), _warmth(document)
     study = Study(
         title=section.title,
         kind=section.kind,
@@ -38,10 +39,11 @@ def read_study(path: Path) -> Study:
         model=model,
         run=_run(document, model),
         measure=_measure(document),
-        vary=tuple(_variation(document, model, i) for i in range(len(section.vary))),
+        vary=tuple(_variation(document, model, warmth, i) for i in range(len(section.vary))),
         claim=_claim(document),
         options=_options(document),
         formula=section.formula,
+        warmth=warmth,
     )
     _check_needs(document, study)
     return study
@@ -145,7 +147,31 @@ def _measure(document: Document[StudySection]) -> Measure:
     )
 
 
-def _variation(document: Document[StudySection], model: Model | None, index: int) -> Variation:
+def _warmth(document: Document[StudySection]) -> Warmth | None:
+    """Return how the joint of the study's coupon expands.
+
+    Raises
+    ------
+    DocumentError
+        If the coupon is not there, or says nothing of its joint.
+    """
+    named = document.value.coupon
+    if named is None:
+        return None
+    path = document.path.parent / named
+    if not path.is_file():
+        raise document.error(("coupon",), f"coupon: expected a coupon file, got {named!r}")
+    found = read_coupon(path)
+    if found.fit is None:
+        raise document.error(
+            ("coupon",), f"coupon: {named} has no joint: the size and material of its insert"
+        )
+    return Warmth(found.fit, found.reference)
+
+
+def _variation(
+    document: Document[StudySection], model: Model | None, warmth: Warmth | None, index: int
+) -> Variation:
     """Return one variation with its values in SI.
 
     Raises
@@ -159,7 +185,7 @@ def _variation(document: Document[StudySection], model: Model | None, index: int
         raise document.error(where, "vary: a study without a model varies nothing")
     places = (section.set,) if isinstance(section.set, str) else section.set
     try:
-        units = {unit_of_place(model, place) for place in places}
+        units = {unit_of_place(model, place, warmth) for place in places}
     except ValueError as error:
         raise document.error((*where, "set"), f"vary: set: {error}") from error
     if len(units) != 1:

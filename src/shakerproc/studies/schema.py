@@ -70,6 +70,7 @@ class StudySection(Section):
     kind: str
     figure: str = ""
     model: str | None = None
+    coupon: str | None = None
     formula: str = ""
     run: RunSection | None = None
     measure: MeasureSection = MeasureSection()

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
+from shakerproc.finite_elements.thermal import Fit
 from shakerproc.models import Model
 
 Excitation: TypeAlias = Literal["free", "sine", "sine sweep", "random"]
@@ -114,6 +115,23 @@ class Variation:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Warmth:
+    """How the play of a joint changes with its temperature.
+
+    Attributes
+    ----------
+    fit : Fit
+        Sizes and materials of opening and insert; the play itself is the model's.
+    reference : float
+        Temperature at which the joint has the model's clearance [K].
+    """
+
+    fit: Fit
+    reference: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Claim:
     """What somebody stated, and what a grid can say to it.
 
@@ -165,6 +183,8 @@ class Study:
         Numbers that only some kinds know.
     formula : str
         Which closed form.
+    warmth : Warmth or None
+        How the joint expands, where its temperature is varied.
     """
 
     title: str
@@ -177,6 +197,7 @@ class Study:
     claim: Claim | None
     options: tuple[tuple[str, float], ...]
     formula: str = ""
+    warmth: Warmth | None = None
 
     def option(self, name: str, default: float) -> float:
         """Return one of the options."""

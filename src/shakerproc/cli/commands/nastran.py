@@ -40,7 +40,10 @@ def write(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="MODEL|COUPON", help="Model or coupon (YAML).", exists=True, dir_okay=False
+            metavar="MODEL|STUDY|COUPON",
+            help="Model, study or coupon (YAML).",
+            exists=True,
+            dir_okay=False,
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="FOLDER", file_okay=False, help="For decks.")],
@@ -85,14 +88,16 @@ def write(
     Displacements are relative to the base, which is held: its acceleration becomes forces on
     the masses. Units are SI. MSC Nastran runs both; MYSTRAN runs the coupon (SOL 3).
     """
-    if _is_coupon(source):
+    if _says(source, "coupon"):
         written = _write_coupon(source, out, modes)
+    elif _says(source, "study"):
+        written = _write_study(source, out, reach=_length(reach), steps=steps)
     else:
         from shakerproc.model_files import read_model
 
         model = read_model(source)
         time, excitation = (
-            _measured(log, test)
+            _measured(model, log, test)
             if log is not None
             else _sweep(model, level, from_hz, to_hz, length_s, sample_rate_hz, spacing)
         )
@@ -157,10 +162,58 @@ def read(
     )
 
 
-def _is_coupon(path: Path) -> bool:
-    """Return whether a YAML file says coupon where a model says model."""
+def _says(path: Path, key: str) -> bool:
+    """Return whether a YAML file says coupon, or study, as its first key, and not model."""
     with path.open(encoding="utf-8", errors="replace") as lines:
-        return any(re.match(r"coupon\s*:", line) for line in lines)
+        first = next((line for line in lines if re.match(r"\w", line)), "")
+    return re.match(rf"{key}\s*:", first) is not None
+
+
+def _write_study(
+    source: Path, out: Path, *, reach: float | None, steps: int | None
+) -> list[dict[str, object]]:
+    """Write a deck for each point of a study, shaken as the study says.
+
+    Raises
+    ------
+    ModelError
+        If the study has no model or no run.
+    """
+    import numpy as np
+
+    from shakerproc import files
+    from shakerproc.errors import ModelError
+    from shakerproc.exchange.nastran_decks import transient_deck
+    from shakerproc.model_files.deck_of_model import deck_of_model
+    from shakerproc.studies import read_study
+    from shakerproc.studies.kinds.base import jobs_of
+    from shakerproc.studies.simulated import excitation_of
+
+    study = read_study(source)
+    if study.model is None or study.run is None:
+        raise ModelError(f"{source}: a deck needs a model and a run; add what is missing")
+    rows: list[dict[str, object]] = []
+    decks: dict[str, str] = {}
+    for job in jobs_of(study):
+        model, run = job.require()
+        samples = excitation_of(run)
+        pairs = dict(zip([v.name for v in study.vary], job.texts, strict=True))
+        parts = [f"{name}_{text}" for name, text in pairs.items()]
+        name = re.sub(r"[^A-Za-z0-9.+-]+", "_", "_".join([source.stem, *parts])) + ".dat"
+        contents = deck_of_model(
+            model,
+            np.arange(samples.size) / run.sample_rate,
+            samples,
+            initial_velocity={next(iter(model.masses)): run.initial_velocity},
+            reach=reach,
+            steps=steps,
+        )
+        decks[name] = transient_deck(contents)
+        rows.append({"deck": name, **pairs})
+    for name, text in decks.items():
+        files.write_text(out / name, text)
+    files.write_csv(out / "decks.csv", {key: [row[key] for row in rows] for key in rows[0]})
+    return rows
 
 
 def _write_coupon(source: Path, out: Path, modes: int) -> list[dict[str, object]]:
@@ -270,8 +323,12 @@ def _sweep(
     return time, logarithmic_sweep(from_hz, to_hz, rate, amplitude, cosine)(time)
 
 
-def _measured(log_path: Path, test_id: str | None) -> "tuple[FloatArray, FloatArray]":
-    """Return time and the mean of the controls of a test, between the ends of its crop.
+def _measured(
+    model: "Model", log_path: Path, test_id: str | None
+) -> "tuple[FloatArray, FloatArray]":
+    """Return time and what shook the model in a test, between the ends of its crop.
+
+    That is the mean of the controls, or the force where a force drives the model.
 
     Raises
     ------
@@ -289,9 +346,13 @@ def _measured(log_path: Path, test_id: str | None) -> "tuple[FloatArray, FloatAr
     log = read_testlog(log_path)
     chosen = log.find(test_id)
     with open_test(log, chosen) as recording:
-        controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
+        role = "control" if model.excitation.on is None else "force"
+        controls = [i for i, c in enumerate(recording.channels) if c.role == role]
         if not controls:
-            raise LogError(f"test {test_id} has no control channel to shake the model with")
+            raise LogError(
+                f"{chosen.source}: test {test_id} has no channel with the role {role} to shake "
+                f"the model with; say in the log which it is"
+            )
         crop = find_crop(recording, chosen)
         samples = recording.select(controls).samples(crop.start, crop.stop)
         return np.arange(samples.shape[1]) / recording.sample_rate, samples.mean(axis=0)

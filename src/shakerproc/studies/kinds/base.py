@@ -94,7 +94,7 @@ def jobs_of(study: Study) -> tuple[Job, ...]:
     for choice in product(*(range(len(v.values)) for v in study.vary)):
         model, run = study.model, study.run
         for variation, i in zip(study.vary, choice, strict=True):
-            model, run = placed(model, run, variation.places, variation.values[i])
+            model, run = placed(model, run, variation.places, variation.values[i], study.warmth)
         values = tuple(v.values[i] for v, i in zip(study.vary, choice, strict=True))
         texts = tuple(v.texts[i] for v, i in zip(study.vary, choice, strict=True))
         jobs.append(Job(model, run, values, texts))

@@ -12,6 +12,7 @@ from shakerproc.simulate.harmonic_balance import gap_severity, natural_frequenci
 from shakerproc.simulate.harmonic_balance.from_model import system_of_model
 from shakerproc.studies.estimators import in_words, omega_e, spectrum
 from shakerproc.studies.kinds.base import AbstractKind, Job, label_of, said
+from shakerproc.studies.placing import TEMPERATURE, clearance_of
 from shakerproc.studies.results import Columns, Line, Panel, StudyResult
 from shakerproc.studies.simulated import Motion, ensemble, simulated
 from shakerproc.studies.study import Claim, Run, Study
@@ -50,6 +51,9 @@ class Grid(AbstractKind):
             column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
             for i, variation in enumerate(study.vary)
         }
+        if any(TEMPERATURE in variation.places for variation in study.vary):
+            models = [job.model for job in jobs if job.model is not None]
+            columns["clearance_m"] = np.array([clearance_of(model) for model in models])
         columns |= {name: np.concatenate([f[name] for f in found]) for name in found[0]}
         verdict = _verdict(study, columns)
         statement, verdict = said(study.claim, verdict)
