@@ -128,7 +128,8 @@ def tell(
             output.message(f"test {run.test} failed: {run.error}")
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
-    output.data(f"{', '.join(parts)} (omega_e of {channel})", json_target=json_target)
+    whose = f" (omega_e of {channel})" if channel else ""
+    output.data(f"{', '.join(parts)}{whose}", json_target=json_target)
     if document["verdict"]:
         output.data(document["verdict"], json_target=json_target)
     output.data(f"report: {root / 'report.html'}", json_target=json_target)

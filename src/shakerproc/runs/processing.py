@@ -20,6 +20,7 @@ from shakerproc.runs.result import (
     ResonancePeak,
     Responses,
     RunResult,
+    shown_unit,
 )
 from shakerproc.runs.tracking import density_against_time, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Peak, masks
@@ -183,6 +184,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
             recording.n_samples, recording.sample_rate, crop.start, crop.stop
         )
     only = recording.select([crop_row(recording, test, crop.channel)])
+    unit, scale = shown_unit(only.channels[0].unit)
     return spectra.crop_by_threshold(
         list(_first(only)) if crop.remove_offset else _first(only),
         crop.threshold,
@@ -191,7 +193,8 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         hold=crop.hold,
         skip=crop.skip,
         remove_offset=crop.remove_offset,
-        unit=only.channels[0].unit,
+        unit=unit,
+        scale=scale,
     )
 
 

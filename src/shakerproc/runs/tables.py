@@ -141,7 +141,13 @@ def tone_columns(result: RunResult) -> Columns:
 
 
 def _columns(rows: Sequence[Mapping[str, Value]]) -> Columns:
-    names = list(dict.fromkeys(name for row in rows for name in row))
+    names: list[str] = []
+    for row in rows:
+        place = 0
+        for name in row:  # what only some rows have stands where those rows have it
+            if name not in names:
+                names.insert(place, name)
+            place = names.index(name) + 1
     return {name: [row.get(name) for row in rows] for name in names}
 
 

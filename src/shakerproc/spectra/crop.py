@@ -76,6 +76,7 @@ def crop_by_threshold(
     skip: float = 0.0,
     remove_offset: bool = False,
     unit: str = "m/s^2",
+    scale: float = 1.0,
 ) -> Crop:
     """Return the part from the first to the last sample at or above a threshold.
 
@@ -97,7 +98,9 @@ def crop_by_threshold(
     remove_offset : bool
         Compare with the mean of all samples taken away; iterates twice.
     unit : str
-        Unit of the samples, for the message.
+        Unit that messages have.
+    scale : float
+        How many of that unit one unit of the samples is [-].
 
     Returns
     -------
@@ -125,13 +128,13 @@ def crop_by_threshold(
     if not np.isfinite(largest):
         raise SpectrumError(f"no sample is left to compare after skipping {skip:g} s")
     if not events:
-        raise ThresholdNotReachedError(threshold, largest, unit)
+        raise ThresholdNotReachedError(scale * threshold, scale * largest, unit)
     held = [e for e in events if (e.last - e.first) >= hold * sample_rate or not hold]
     if not held:
         longest = max(e.last - e.first for e in events) / sample_rate
         raise SpectrumError(
-            f"the threshold of {threshold:.4g} {unit} is held for {longest:.3g} s at most, "
-            f"not for {hold:g} s: ask for a shorter hold"
+            f"the threshold of {scale * threshold:.4g} {unit} is held for {longest:.3g} s at "
+            f"most, not for {hold:g} s: ask for a shorter hold"
         )
     return Crop(held[0].first, held[-1].last + 1, _warning(held, sample_rate))
 
