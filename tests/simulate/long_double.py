@@ -91,30 +91,59 @@ def first_zero(function, pieces=16):
 def respond(oscillator, force_of, n, interval, x=0.0, v=0.0):
     """Displacements at the ends of n intervals; force_of(j, start, share) is a series.
 
-    Contact: mode -1, 0 or 1. Friction always slides (no sticking), in the sense of v.
+    Contact: mode -1, 0 or 1. Friction: slide is the sense of v, 0 where the mass sticks.
     """
     x, v = EXTENDED(x), EXTENDED(v)
     out = np.zeros(n + 1, EXTENDED)
     out[0] = x
-    a = EXTENDED(oscillator.clearance)
-    mode, slide = 0, 0
+    a, rub = EXTENDED(oscillator.clearance), EXTENDED(oscillator.friction)
+    mode = 0
+    slide = (1 if v > 0 else -1) if rub and v else 0
     for j in range(n):
         start = EXTENDED(0)
         while start < 1:
             share = 1 - start
             force = force_of(j, start, share)
+            if rub and slide == 0:
+                held = restoring(oscillator, mode, x)
+                go = EXTENDED(0)
+                if abs(force[0] - held) <= rub:
+                    go = first_zero(breaking_away(force, held, rub))
+                if go is None:
+                    break
+                slide = 1 if horner(force, go) > held else -1
+                start = start + go * share
+                continue
             xs, vs = expand(oscillator, mode, slide, force, x, v, share * interval)
-            leave = None
-            if oscillator.contact:
-                leave = first_zero(leaving(mode, xs, vs, a, x))
-            end = leave if leave is not None else EXTENDED(1)
+            leave = first_zero(leaving(mode, xs, vs, a, x)) if oscillator.contact else None
+            stop = first_zero(stopping(vs, slide)) if rub else None
+            end = min((at for at in (leave, stop) if at is not None), default=EXTENDED(1))
             x, v = horner(xs, end), horner(vs, end)
-            if leave is None:
+            if leave is None and stop is None:
                 break
             start = start + end * share
-            mode = (1 if v > 0 else -1) if mode == 0 else 0
+            if end == leave:
+                mode = (1 if v > 0 else -1) if mode == 0 else 0
+            else:
+                v, slide = EXTENDED(0), 0
         out[j + 1] = x
     return out
+
+
+def restoring(oscillator, mode, x):
+    """Force of springs and contact at a displacement."""
+    contact = oscillator.contact * (x - mode * EXTENDED(oscillator.clearance)) if mode else 0
+    return oscillator.stiffness * x + contact + oscillator.cubic * x**3
+
+
+def breaking_away(force, held, rub):
+    """A function that rises above 0 when the force on a mass at rest overcomes friction."""
+    return lambda at: abs(horner(force, at) - held) - rub
+
+
+def stopping(vs, slide):
+    """A function that rises above 0 when the velocity turns against the sense of sliding."""
+    return lambda at: -slide * horner(vs, at)
 
 
 def leaving(mode, xs, vs, a, x):

@@ -390,3 +390,38 @@ def test_an_input_is_prepared_once_for_many():
     one = simulate(GAP, given)
     two = simulate(GAP, np.sin(np.arange(1001) / 50.0), 100.0, upsample=2)
     assert_allclose(one.displacement, two.displacement, rtol=0.0, atol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("effects", "oscillator"),
+    [
+        (
+            (Spring(1000.0), CoulombFriction(1.0)),
+            long_double.Oscillator(1.0, DAMPING, 1000.0, friction=1.0),
+        ),
+        (
+            (Gap(1000.0, 0.5e-3), CubicStiffness(1e6), CoulombFriction(1.0)),
+            long_double.Oscillator(
+                1.0, DAMPING, contact=1000.0, clearance=0.5e-3, cubic=1e6, friction=1.0
+            ),
+        ),
+    ],
+    ids=["Coulomb", "mixed"],
+)
+def test_friction_in_extended_precision(effects, oscillator):
+    """A chirp of force: it slides, stops and sticks, alone and with play and a cubic spring."""
+    interval = long_double.EXTENDED(1) / 500
+    reference = long_double.respond(
+        oscillator,
+        lambda j, start, share: long_double.chirp_series(
+            5.0, 1.0, (j + start) * interval, share * interval, cosine=True
+        ),
+        4000,
+        interval,
+    )
+    chirp = linear_sweep(0.0, 30.0, 30.0, 5.0, 0.5 * np.pi)
+    found = simulate(
+        single(*effects, Damper(damping=float(DAMPING))), chirp, 500.0, duration=8.0
+    )
+    assert found.switchings > 20
+    assert worst(found.displacement[0], reference.astype(float)) < 1e-12

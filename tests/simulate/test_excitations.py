@@ -160,7 +160,21 @@ def test_the_pieces_of_a_signal_go_through_it():
     share = np.array([0.0, 0.123, 0.5, 0.77, 1.0])
     values = pieces @ np.vander(share, pieces.shape[1], increasing=True).T
     time = (np.arange(15000)[:, None] + share) / 500.0
-    assert_allclose(values, signal(time), atol=1e-13 * 5.0)
+    rounding = 2.0 * np.pi * 450.0 * np.finfo(float).eps  # of the angle after 450 turns
+    assert_allclose(values, signal(time), atol=5.0 * 2.0 * rounding)
+
+
+@pytest.mark.parametrize("rate", [20.0, 45.0, 70.0, 1e6])
+def test_chirps_of_any_rate_have_pieces(rate):
+    """From so few samples a turn that no series ends, to so many that four terms do."""
+    signal = linear_sweep(8.0, 12.0, 2.0, 3.0, 0.3)
+    n = round(2.0 * min(rate, 1000.0))
+    pieces = pieces_of_signal(signal, n, rate)
+    share = np.linspace(0.0, 1.0, 7)
+    values = pieces @ np.vander(share, pieces.shape[1], increasing=True).T
+    time = (np.arange(n)[:, None] + share) / rate
+    expected = 3.0 * np.sin(2.0 * np.pi * (8.0 + time) * time + 0.3)  # 2 Hz/s
+    assert_allclose(values, expected, atol=1e-12 if rate > 40.0 else 1e-3)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
+from shakerproc.simulate.chirps import Chirp
 from shakerproc.simulate.pieces import Signal
 
 
@@ -33,11 +34,7 @@ def harmonic(frequency: float, amplitude: float, phase: float = 0.0) -> Signal:
     """
     checks.positive("frequency", frequency, "Hz")
 
-    def signal(time: FloatArray) -> FloatArray:
-        result: FloatArray = amplitude * np.sin(2.0 * np.pi * frequency * time + phase)
-        return result
-
-    return signal
+    return Chirp(frequency, 0.0, amplitude, phase)
 
 
 def linear_sweep(
@@ -67,18 +64,7 @@ def linear_sweep(
     checks.positive("duration", duration, "s")
     checks.not_negative("first", first, "Hz")
     checks.not_negative("last", last, "Hz")
-    rate = (last - first) / duration
-
-    def signal(time: FloatArray) -> FloatArray:
-        turns = (0.5 * rate * time + first) * time
-        turns -= np.floor(turns)  # a sine loses digits where its angle is large
-        turns *= 2.0 * np.pi
-        turns += phase
-        result: FloatArray = np.sin(turns, out=turns)
-        result *= amplitude
-        return result
-
-    return signal
+    return Chirp(first, (last - first) / duration, amplitude, phase)
 
 
 def literal_sweep(first: float, last: float, duration: float, amplitude: float) -> Signal:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from shakerproc.data import FloatArray
+from shakerproc.simulate.chirps import Chirp
 from shakerproc.simulate.kernels.powers import through
 
 Hold: TypeAlias = Literal["band-limited", "linear"]
@@ -60,13 +61,18 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
 def pieces_of_signal(signal: Signal, n_intervals: int, sample_rate: float) -> FloatArray:
     """Return polynomials of degree 9 through a function of time at ten points an interval.
 
-    They miss a sine by 2 (omega h / 4)^10 / 10!: below rounding up to 0.1 of the sample rate.
+    Those miss a sine by 2 (omega h / 4)^10 / 10!: below rounding up to 0.1 of the sample rate.
+    Of a chirp they are its Taylor series instead, as long as it takes.
 
     Returns
     -------
-    (n_intervals, 10) array
+    (n_intervals, degree + 1) array
         Coefficients, in powers of the share of the interval that has passed.
     """
+    if isinstance(signal, Chirp):
+        known = signal.pieces(n_intervals, sample_rate)
+        if known is not None:
+            return known
     nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(_ANALYTIC_DEGREE + 1) / _ANALYTIC_DEGREE))
     shared = (
         np.arange(n_intervals + 1)[:, None] + nodes[:-1]

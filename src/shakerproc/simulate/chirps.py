@@ -1,0 +1,68 @@
+"""A sine whose frequency changes evenly in time, and its pieces, computed by recurrence."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.simulate.kernels.powers import chirp_pieces
+
+_MISSED: Final = 1e-15
+_HIGHEST: Final = 20
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Chirp:
+    r"""The signal :math:`A \sin(2 \pi (f_0 t + \tfrac{1}{2} \dot f t^2) + \varphi)`.
+
+    Attributes
+    ----------
+    first : float
+        Frequency at time 0 [Hz].
+    rate : float
+        How fast it changes [Hz/s].
+    amplitude : float
+        Amplitude [m/s^2 or N].
+    phase : float
+        Phase at time 0 [rad].
+    """
+
+    first: float
+    rate: float
+    amplitude: float
+    phase: float
+
+    def __call__(self, time: FloatArray) -> FloatArray:
+        """Return the signal at times [s], an array [m/s^2 or N]."""
+        turns = (0.5 * self.rate * time + self.first) * time
+        rest = turns - np.floor(turns)  # a sine loses digits where its angle is large
+        result: FloatArray = self.amplitude * np.sin(2.0 * pi * rest + self.phase)
+        return result
+
+    def pieces(self, n_intervals: int, sample_rate: float) -> FloatArray | None:
+        """Return polynomials over intervals, in powers of the share of each that has passed.
+
+        They are Taylor series about the middles, as long as it takes to miss the signal by
+        rounding only.
+
+        Returns
+        -------
+        (n_intervals, degree + 1) array or None
+            None where the sine turns too far in an interval.
+        """
+        duration = n_intervals / sample_rate
+        fastest = max(abs(self.first), abs(self.first + self.rate * duration))
+        degree, missed = 0, 1.0
+        while missed > _MISSED or degree < 3:
+            degree += 1
+            missed *= pi * fastest / sample_rate / (degree + 1)
+            if degree > _HIGHEST:
+                return None
+        pieces = np.empty((n_intervals, degree + 1))
+        chirp_pieces(
+            self.first, self.rate, self.amplitude, self.phase, 1.0 / sample_rate, pieces
+        )
+        return pieces
