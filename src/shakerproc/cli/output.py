@@ -1,6 +1,7 @@
 """What every command says: data to stdout, messages to stderr, JSON and tables alike."""
 
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -84,8 +85,12 @@ def print_table(
     *,
     title: str = "",
     json_target: str | None = None,
+    spare: Sequence[str] = (),
 ) -> None:
-    """Print a table on stdout: drawn on a terminal, plain columns elsewhere."""
+    """Print a table on stdout: drawn on a terminal, plain columns elsewhere.
+
+    On a terminal that is too narrow, columns that can be spared are left out, in their order.
+    """
     if json_target == "-":
         return
     cells = [[cell_text(value) for value in row] for row in rows]
@@ -94,9 +99,29 @@ def print_table(
         for i in range(len(columns))
     ]
     if sys.stdout.isatty():
-        _print_rich(columns, cells, numeric, title)
+        kept = columns_that_fit(columns, cells, shutil.get_terminal_size().columns, spare)
+        _print_rich(
+            [columns[i] for i in kept],
+            [[row[i] for i in kept] for row in cells],
+            [numeric[i] for i in kept],
+            title,
+        )
     else:
         _print_plain(columns, cells, numeric, title)
+
+
+def columns_that_fit(
+    columns: Sequence[str], cells: Sequence[Sequence[str]], width: int, spare: Sequence[str]
+) -> list[int]:
+    """Return which columns to print in so many characters, empty and spare ones left out."""
+    kept = list(range(len(columns)))
+    widths = [max(len(row[i]) for row in (columns, *cells)) + 2 for i in kept]
+    empty = [name for i, name in enumerate(columns) if not any(row[i] for row in cells)]
+    for name in (*empty, *spare):
+        if sum(widths[i] for i in kept) + 2 <= width:
+            break
+        kept = [i for i in kept if columns[i] != name]
+    return kept
 
 
 def _print_rich(

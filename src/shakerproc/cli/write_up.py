@@ -122,6 +122,7 @@ def tell(
         ),
         rows,
         json_target=json_target,
+        spare=("orientation", "coherence", "flags", "Q", "excitation", "joint"),
     )
     for run in campaign.runs:
         if run.status == "failed":
