@@ -335,3 +335,33 @@ def test_arguments_that_do_not_fit_are_refused(noise):
             simulate(model, *arguments)
     with pytest.raises(ValueError, match="no mass 'rim'"):
         simulate(model, noise, start={"rim": (0.0, 0.0)})
+
+
+@pytest.mark.parametrize("duration", [1.0, 1.0025, 1.005, 1.0075])
+@pytest.mark.parametrize("driven", ["force", "base"])
+def test_steps_over_several_samples_give_what_steps_of_one_do(duration, driven):
+    """Displacements, velocities and accelerations, between the steps and past their end."""
+    excitation = (
+        Excitation("force", "m") if driven == "force" else Excitation("base acceleration")
+    )
+    model = Model(
+        "mixed",
+        {"m": 1.0},
+        (
+            Element(Gap(1000.0, 5e-4), ("base", "m")),
+            Element(CubicStiffness(1e6), ("base", "m")),
+            Element(CoulombFriction(0.5), ("base", "m")),
+            Element(Damper(damping=0.6), ("base", "m")),
+        ),
+        excitation,
+        {"a": Sensor("m", "acceleration")},
+    )
+    chirp = linear_sweep(2.0, 20.0, 2.0, 5.0, 0.3)
+    long = simulate(model, chirp, 400.0, duration=duration)
+    short = simulate(model, prepare(chirp, 400.0, duration=duration))
+    assert long.switchings == short.switchings > 5
+    assert_allclose(long.excitation, short.excitation, atol=1e-12)
+    for name in ("displacement", "velocity", "acceleration"):
+        one, other = getattr(long, name), getattr(short, name)
+        assert_allclose(one, other, atol=1e-10 * np.max(np.abs(other)))
+    assert_allclose(long.outputs["a"], short.outputs["a"], atol=1e-9)

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
+from shakerproc.simulate.chirps import Chirp
 from shakerproc.simulate.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
 
 
@@ -23,21 +24,38 @@ class Input:
         Parts of a sample.
     sample_rate : float
         Samples per second of the response [Hz].
+    span : int
+        Samples that a piece covers, where it is longer than one.
+    surplus : int
+        Samples at the end of the last piece that are not wanted.
     """
 
     pieces: FloatArray
     stride: int
     sample_rate: float
+    span: int = 1
+    surplus: int = 0
 
     @property
     def part(self) -> float:
-        """Length of a part of a sample [s]."""
-        return 1.0 / (self.sample_rate * self.stride)
+        """Length of a piece [s]."""
+        return self.span / (self.sample_rate * self.stride)
+
+    @property
+    def n_samples(self) -> int:
+        """Samples of the response, the one at time 0 included."""
+        n_pieces = len(self.pieces)
+        return n_pieces * self.span // self.stride + 1 - self.surplus
 
     @property
     def samples(self) -> FloatArray:
         """The input at the samples, (n,) array."""
-        return np.append(self.pieces[:: self.stride, 0], np.sum(self.pieces[-1]))
+        if self.span == 1:
+            return np.append(self.pieces[:: self.stride, 0], np.sum(self.pieces[-1]))
+        shares = np.arange(1, self.span + 1) / self.span
+        powers = np.vander(shares, self.pieces.shape[1], increasing=True)
+        values = (self.pieces @ powers.T).ravel()
+        return np.append(self.pieces[0, 0], values)[: self.n_samples]
 
 
 def prepare(
@@ -85,6 +103,33 @@ def prepare(
     return Input(
         pieces_of_samples(samples, upsample=upsample, hold=hold), upsample, sample_rate
     )
+
+
+def prepare_long(signal: Chirp, sample_rate: float, duration: float, span: int) -> Input | None:
+    """Return the input in pieces of several samples each, for steps as long as they.
+
+    Parameters
+    ----------
+    signal : Chirp
+        What shakes the model.
+    sample_rate : float
+        Samples per second of the response [Hz].
+    duration : float
+        Length of the response [s].
+    span : int
+        Samples of a piece.
+
+    Returns
+    -------
+    Input or None
+        None where the signal turns too far in a piece.
+    """
+    n_intervals = max(1, round(duration * sample_rate))
+    n_pieces = -(-n_intervals // span)
+    pieces = signal.pieces(n_pieces, sample_rate / span)
+    if pieces is None:
+        return None
+    return Input(pieces, 1, sample_rate, span, n_pieces * span - n_intervals)
 
 
 def as_input(

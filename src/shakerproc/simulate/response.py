@@ -14,12 +14,13 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import System, assemble
-from shakerproc.simulate.inputs import Input, as_input
+from shakerproc.simulate.chirps import Chirp
+from shakerproc.simulate.inputs import Input, as_input, prepare_long
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS, integrate_dop853
 from shakerproc.simulate.kernels.exact import DONE, STUCK, integrate
 from shakerproc.simulate.kernels.table import Machine, Store, room_for_series
 from shakerproc.simulate.pieces import Hold, Signal
-from shakerproc.simulate.propagators import build_stores, no_store
+from shakerproc.simulate.propagators import branches_of, build_stores, no_store
 from shakerproc.simulate.sensing import read_sensors
 from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
 
@@ -29,6 +30,8 @@ Result = TypeVar("Result")
 _ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13
+_SPANS = (4, 2)  # samples that a step may take
+_LONGEST_STEP = 1.5  # radians of the stiffest spring in a step
 
 
 def simulate(
@@ -82,10 +85,16 @@ def simulate(
         If the arguments do not fit together.
     """
     system = assemble(model)
-    given = as_input(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)
+    series = _by_series(system, solver)
+    given = None
+    if series and upsample == 1 and isinstance(excitation, Chirp):
+        given = _long_steps(model, system, excitation, sample_rate, duration)
+    if given is None:
+        given = as_input(
+            excitation, sample_rate, duration=duration, upsample=upsample, hold=hold
+        )
     store = _store([system.machine], given, solver)[0]
     first = _first_motion(system, start)
-    series = _by_series(system, solver)
     case = _Case(model, system, store, given, first, tolerance, series)
     return _simulate(case, growth=growth)
 
@@ -131,6 +140,31 @@ def simulate_many(
 
     with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
         return list(pool.map(one, range(len(models))))
+
+
+def _long_steps(
+    model: Model,
+    system: System,
+    chirp: Chirp,
+    sample_rate: float | None,
+    duration: float | None,
+) -> Input | None:
+    """Return the input in pieces of several samples, where series may step as far.
+
+    None where propagators serve, whose steps are samples, where a sensor needs the motion of
+    the base, or where samples are so long that a series would not reach over several.
+    """
+    absolute = any(s.measures in {"displacement", "velocity"} for s in model.sensors.values())
+    if sample_rate is None or duration is None or branches_of(system.machine) is not None:
+        return None
+    if (absolute and model.excitation.on is None) or not (sample_rate > 0.0 < duration):
+        return None
+    n = len(system.names)
+    stiffness = np.max(np.abs(system.machine.matrix[:, :n]), initial=0.0)
+    for span in _SPANS:
+        if np.sqrt(stiffness) * span / sample_rate < _LONGEST_STEP:
+            return prepare_long(chirp, sample_rate, duration, span)
+    return None
 
 
 def _store(machines: Sequence[Machine], given: Input, solver: Solver) -> list[Store]:
@@ -252,7 +286,7 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
         If the stepper had to give up.
     """
     given, machine, first = case.given, case.system.machine, case.first
-    n_samples = given.pieces.shape[0] // given.stride + 1
+    n_samples = given.n_samples
     n, n_lines = machine.mass.size, len(machine.lines)
     series = room_for_series(n, first.size - 2 * n, n_lines)
     series.y[:, 0] = first
@@ -267,7 +301,8 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     )
     if case.by_series:
         integrate(
-            fresh, case.store, given.pieces, given.part, given.stride, case.tolerance, series,
+            fresh, case.store, given.pieces, given.part, given.stride, given.span,
+            case.tolerance, series,
             room, motion, relative, stats,
         )  # fmt: skip
     else:
@@ -293,7 +328,8 @@ def _least_sizes(machine: Machine, given: Input) -> FloatArray:
     """
     n = machine.mass.size
     pushed = np.max(np.abs(machine.matrix[:, 2 * n])) * np.max(np.abs(given.pieces[:, 0]))
-    return np.repeat((pushed * given.part**2, pushed * given.part), n)
+    step = given.part / given.span
+    return np.repeat((pushed * step**2, pushed * step), n)
 
 
 def _growth(case: _Case, motion: FloatArray) -> float:

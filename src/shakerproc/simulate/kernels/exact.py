@@ -142,6 +142,7 @@ def integrate(
     pieces: FloatArray,
     sample: float,
     stride: int,
+    span: int,
     tolerance: float,
     series: Series,
     room: FloatArray,
@@ -162,7 +163,9 @@ def integrate(
     sample : float
         Length of a sample [s].
     stride : int
-        How many samples lie between the rows of the results.
+        How many pieces lie between the rows of the results.
+    span : int
+        How many rows of the results a piece covers; 1 where there are propagators.
     tolerance : float
         Truncation of a series, as a share of the largest motion so far [-].
     series : Series
@@ -210,6 +213,9 @@ def integrate(
             room[2],
             room[1],
             stats,
+            span,
+            motion,
+            accelerations,
         )
         if reached < 1.0:
             stats[0] = STUCK if abs(series.y[0, 0]) < 1e100 else DIVERGED
@@ -217,11 +223,12 @@ def integrate(
             return
         j += 1
         passed = 0.0
-        if j % stride == 0:
+        if j % stride == 0 and j * span // stride < motion.shape[0]:
             series.w[0] = 0.0
             for k in range(pieces.shape[1]):
                 series.w[0] += pieces[j - 1, k]
-            _record(machine, j * sample, series, motion, accelerations, j // stride)
+            row = j * span // stride
+            _record(machine, j * sample, series, motion, accelerations, row)
     stats[5] = j * sample
     if not abs(series.y[0, 0]) < 1e100:
         stats[0] = DIVERGED

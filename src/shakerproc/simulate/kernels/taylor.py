@@ -293,8 +293,13 @@ def careful(
     room: FloatArray,
     change: FloatArray,
     stats: FloatArray,
+    span: int,
+    motion: FloatArray,
+    accelerations: FloatArray,
 ) -> float:
     """Carry the motion in order 0 to the end of an interval, through every event in it.
+
+    Where the interval covers several rows of the results, those inside it are set.
 
     Returns
     -------
@@ -303,6 +308,7 @@ def careful(
     """
     n, n_y, linear = machine.mass.size, series.y.shape[0], store.parts.size > 0
     flips = 0
+    inside = 1
     for _ in range(20000):
         share = 1.0 - passed
         time, step = (j + passed) * sample, share * sample
@@ -326,6 +332,11 @@ def careful(
             stats[4] += 1.0
             at, row = FORCED_STEP, -1
         where = at if at < 1.0 else 1.0
+        while inside < span and inside < span * (passed + where * good * share):
+            past = (inside / span - passed) / (good * share)
+            if j * span + inside < motion.shape[0]:
+                look_in(series, order, past, good, motion, accelerations, j * span + inside)
+            inside += 1
         for i in range(n_y):
             total = series.y[i, order]
             if i < n:
@@ -353,6 +364,29 @@ def careful(
         if not abs(series.y[0, 0]) < 1e100:
             return passed
     return passed
+
+
+@inlined
+def look_in(
+    series: Series,
+    order: int,
+    past: float,
+    good: float,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    row: int,
+) -> None:
+    """Write down the motion within a step; accelerations have the step before it was cut."""
+    for i in range(series.y.shape[0]):
+        total = series.y[i, order]
+        for k in range(order - 1, -1, -1):
+            total = total * past + series.y[i, k]
+        motion[row, i] = total
+    for i in range(series.a.shape[0]):
+        total = series.a[i, order - 1]
+        for k in range(order - 2, -1, -1):
+            total = total * past * good + series.a[i, k]
+        accelerations[row, i] = total
 
 
 @inlined
