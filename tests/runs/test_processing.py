@@ -1,5 +1,6 @@
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -220,3 +221,14 @@ def test_controls_can_be_named_and_units_given_where_no_log_speaks(tmp_path):
 
 def test_of_two_channels_the_first_is_the_control():
     assert [use.role for use in usual_uses(["V1", "V2"])] == ["control", "response"]
+
+
+def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():
+    log = read_testlog(Path(__file__).parents[2] / "sample_data" / "testlog.yaml")
+    test, kinds = log.find("13"), {}
+    for hold in (0.0, 0.05):
+        crop = replace(test.processing.crop, hold=hold)
+        chosen = replace(test, processing=replace(test.processing, crop=crop))
+        kinds[hold] = {flag.kind for flag in process_test(log, chosen).flags}
+    assert {"knock", "crop", "duration"} <= kinds[0.0]
+    assert not kinds[0.05]

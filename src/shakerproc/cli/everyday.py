@@ -52,7 +52,8 @@ def work_through_log(
         def start(to_do: int, kept: int) -> None:
             if kept:
                 output.message(f"{kept} tests stand from an earlier batch")
-            advance[0] = stack.enter_context(output.progress("tests", to_do))
+            if to_do:
+                advance[0] = stack.enter_context(output.progress("tests", to_do))
 
         return run_batch(
             log,

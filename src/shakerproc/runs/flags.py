@@ -14,6 +14,9 @@ DURATION_TOLERANCE: Final = 0.05
 """How far a sweep may miss the time that its rate asks for [-]."""
 
 
+PASSING: Final = ("knock", "spike")
+"""Faults of a moment, which do no harm outside the crop."""
+
 EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
 
@@ -23,7 +26,12 @@ BEYOND_ALARM: Final = 0.05
 
 def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     """Return all that is odd: what is wrong with the samples first, then with the test."""
-    seen = [Flag(f.kind, f.channel, f.message) for f in health(recording)]
+    start, stop = (at / result.sample_rate for at in (result.crop.start, result.crop.stop))
+    seen = [
+        Flag(f.kind, f.channel, f.message)
+        for f in health(recording)
+        if f.kind not in PASSING or (f.stop >= start and f.start <= stop)
+    ]
     found = [
         _crop(result),
         _controls(result),
