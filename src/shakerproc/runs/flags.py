@@ -17,6 +17,9 @@ DURATION_TOLERANCE: Final = 0.05
 PASSING: Final = ("knock", "spike")
 """Faults of a moment, which do no harm outside the crop."""
 
+BESIDE: Final = 0.05
+"""How far outside the crop they still count: their times are those of windows [s]."""
+
 EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
 
@@ -30,7 +33,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     seen = [
         Flag(f.kind, f.channel, f.message)
         for f in health(recording)
-        if f.kind not in PASSING or (f.stop >= start and f.start <= stop)
+        if f.kind not in PASSING or (f.stop >= start - BESIDE and f.start <= stop + BESIDE)
     ]
     found = [
         _crop(result),
