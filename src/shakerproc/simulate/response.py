@@ -8,7 +8,6 @@ from os import cpu_count
 from typing import Literal, TypeAlias, TypeVar, final
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
@@ -192,6 +191,8 @@ def _by_series(system: System, solver: Solver) -> bool:
 @cache
 def dop853_tableau() -> FloatArray:
     """Return stages, weights, nodes and error estimates of DOP853, (15, 13) array [-]."""
+    from scipy.integrate import DOP853  # a quarter of a second, which few models need
+
     tableau = np.zeros((15, 13))
     tableau[:12, :12], tableau[12, :12] = DOP853.A, DOP853.B
     tableau[13, :12], tableau[14, :12] = DOP853.E5[:12], DOP853.E3[:12]

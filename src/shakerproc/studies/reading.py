@@ -5,7 +5,6 @@ from pathlib import Path
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
-from shakerproc.model_files.coupon_files import read_coupon
 from shakerproc.models import Model
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.formula import FORMULAS
@@ -158,6 +157,8 @@ def _warmth(document: Document[StudySection]) -> Warmth | None:
     named = document.value.coupon
     if named is None:
         return None
+    from shakerproc.model_files.coupon_files import read_coupon  # brings the finite elements
+
     path = document.path.parent / named
     if not path.is_file():
         raise document.error(("coupon",), f"coupon: expected a coupon file, got {named!r}")

@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import ClassVar, final
 
 import numpy as np
-from scipy.linalg import expm
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
@@ -91,6 +90,8 @@ class AttachedMode(AbstractEffect):
 
 def _advance(omega: float, damping_ratio: float, step: float) -> FloatArray:
     """Return the (2, 6) matrix of one sample, the motion of the place linear in between."""
+    from scipy.linalg import expm  # a quarter of a second, which few models need
+
     system = np.zeros((6, 6))
     system[0, 1] = 1.0
     system[1, :4] = (-(omega**2), -2.0 * damping_ratio * omega, omega**2, 0.0)
