@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.studies.estimators import omega_e, spectrum
-from shakerproc.studies.simulated import simulated
+from shakerproc.studies.simulated import ensemble, simulated
 from shakerproc.studies.study import Measure, Run
 
 PERIODOGRAM: Final = Measure()
@@ -17,6 +17,8 @@ WELCH: Final = Measure(estimator="welch", segment=2048)
 SWEEP: Final = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
 STIFFNESS: Final = 1000.0
 DAMPING_RATIO: Final = 0.01
+NEIGHBOURS: Final = 24
+"""Neighbouring runs of one that is chaotic."""
 
 
 @final
@@ -66,9 +68,11 @@ def power_law(
 
 
 def peak(shaken: Model, run: Run, measure: Measure = PERIODOGRAM) -> float:
-    """Return omega_e of one run [Hz]."""
-    motion = simulated(shaken, run, growth=False)
-    return omega_e(spectrum(motion.of(measure.of), motion.sample_rate, measure), measure)
+    """Return omega_e of one run [Hz]; where it is chaotic, the median of neighbouring runs."""
+    motion = simulated(shaken, run)
+    runs = [motion, *(ensemble(shaken, run, NEIGHBOURS) if motion.chaotic else ())]
+    peaks = [omega_e(spectrum(m.of(measure.of), m.sample_rate, measure), measure) for m in runs]
+    return float(np.median(peaks))
 
 
 def falls(values: Sequence[float], slack: float = 1.0 / 30.0) -> bool:

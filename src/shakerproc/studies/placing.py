@@ -22,6 +22,7 @@ RUN_UNITS: Final[Mapping[str, str]] = {
     "initial velocity": "m/s",
     "settle": "1",
     "seed": "1",
+    "tolerance": "1",
 }
 """Places of a run and their units; ``level`` takes that of the model's excitation."""
 

@@ -122,6 +122,8 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
         initial_velocity=section.initial_velocity,
         settle=float(section.settle),
         seed=section.seed,
+        method=section.method,
+        tolerance=section.tolerance,
     )
     banded = run.excitation in {"sine sweep", "random"}
     if banded and not run.to_hz > run.from_hz:

@@ -30,6 +30,8 @@ class RunSection(Section):
     initial_velocity: Annotated[float, in_unit("m/s")] = Field(0.0, alias="initial velocity")
     settle: Annotated[float | int, Field(ge=0.0, lt=1.0)] = 0.0
     seed: Annotated[int, Field(ge=0)] = 0
+    method: Literal["exact", "Newmark", "RK45", "BDF"] = "exact"
+    tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = 1e-3
 
 
 class MeasureSection(Section):

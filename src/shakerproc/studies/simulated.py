@@ -100,6 +100,8 @@ def excitation_of(run: Run) -> FloatArray:
 
 def simulated(model: Model, run: Run, *, growth: bool = True) -> Motion:
     """Return the motion of the first mass in one run."""
+    if run.method != "exact":
+        return _by_thesis_method(model, run)
     driving = excitation_of(run) if run.excitation == "random" else signal_of(run)
     found = simulate(
         model,
@@ -110,6 +112,54 @@ def simulated(model: Model, run: Run, *, growth: bool = True) -> Motion:
         growth=growth,
     )
     return _motion(found, run)
+
+
+def _by_thesis_method(model: Model, run: Run) -> Motion:
+    """Return the motion by one of the methods that the thesis used; no growth is known.
+
+    Raises
+    ------
+    ValueError
+        If the run asks for the exact method.
+    """
+    from shakerproc.simulate.comparison import general_solver, newmark
+
+    samples = excitation_of(run)
+    time = np.arange(samples.size) / run.sample_rate
+    start = np.zeros((2, len(model.masses)))
+    start[:, 0] = run.initial_displacement, run.initial_velocity
+    if run.method == "Newmark":
+        found = newmark(model, samples, run.sample_rate, start=start)
+    elif run.method == "exact":
+        raise ValueError("the exact method is no method of the thesis")
+    else:
+        found = general_solver(
+            model,
+            _at_a_time(run, time, samples),
+            time,
+            method=run.method,
+            relative_tolerance=run.tolerance,
+            start=start,
+        )
+    skip = int(run.settle * samples.size)
+    moving = 0.0 if model.excitation.on is not None else samples
+    return Motion(
+        sample_rate=run.sample_rate,
+        time=time[skip:],
+        displacement=found.displacement[0, skip:],
+        velocity=found.velocity[0, skip:],
+        acceleration=(found.acceleration[0] + moving)[skip:],
+        growth=float("nan"),
+        chaotic=False,
+    )
+
+
+def _at_a_time(run: Run, time: FloatArray, samples: FloatArray) -> Callable[[float], float]:
+    """Return the excitation at one time [s]; straight lines between samples of random ones."""
+    if run.excitation == "random":
+        return lambda t: float(np.interp(t, time, samples))
+    signal = signal_of(run)
+    return lambda t: float(signal(np.array([t]))[0])
 
 
 def ensemble(model: Model, run: Run, count: int) -> list[Motion]:

@@ -8,6 +8,7 @@ from shakerproc.models import Model
 
 Excitation: TypeAlias = Literal["free", "sine", "sine sweep", "random"]
 Quantity: TypeAlias = Literal["acceleration", "velocity", "displacement"]
+Method: TypeAlias = Literal["exact", "Newmark", "RK45", "BDF"]
 Trend: TypeAlias = Literal["falls", "rises"]
 
 
@@ -40,6 +41,11 @@ class Run:
         Share of the run left out of what is measured [-].
     seed : int
         Seed of random excitation.
+    method : str
+        ``exact``, or a method of the thesis' kind to compare with: ``Newmark`` (a step a
+        sample), ``RK45`` (as MATLAB's ode45) or ``BDF`` (close to its ode15s).
+    tolerance : float
+        Relative tolerance of RK45 and BDF; MATLAB's default is 1e-3 [-].
     """
 
     excitation: Excitation
@@ -55,6 +61,8 @@ class Run:
     initial_velocity: float = 0.0
     settle: float = 0.0
     seed: int = 0
+    method: Method = "exact"
+    tolerance: float = 1e-3
 
 
 @final

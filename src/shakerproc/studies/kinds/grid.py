@@ -169,7 +169,10 @@ def driven(study: Study) -> str:
     if run is None:
         return ""
     varied = [v.name for v in study.vary if any(p.startswith("run.") for p in v.places)]
-    return _in_general(run) + (f", {' and '.join(varied)} varied" if varied else "")
+    method = {"exact": "", "Newmark": ", by Newmark's method"}.get(
+        run.method, f", by {run.method} at a relative tolerance of {run.tolerance:g}"
+    )
+    return _in_general(run) + method + (f", {' and '.join(varied)} varied" if varied else "")
 
 
 def _in_general(run: Run) -> str:
