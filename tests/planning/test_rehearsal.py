@@ -14,6 +14,7 @@ from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError
 from shakerproc.model_files import read_model
 from shakerproc.planning import Staging, rehearse, respond
+from shakerproc.planning.rehearsal import _filtered, _upsampled
 from shakerproc.recordings import open_recording
 from shakerproc.runs import open_test
 from shakerproc.testlog import read_testlog
@@ -267,3 +268,15 @@ def test_a_recording_without_controls_shakes_nothing(campaign):
     made = rehearse(model, log.find(3), STAGING).recording
     with pytest.raises(LogError, match="no channel with the role control"):
         respond(model, made.select([2, 3]), STAGING)
+
+
+def test_a_recording_that_begins_in_motion_is_not_rung_at_its_ends():
+    """There and back: finer steps of a sine that is cut off, then the recorder's filter."""
+    time = np.arange(4000) / RATE
+    wave = np.cos(2.0 * np.pi * 133.0 * time) + 0.3 * time
+    fine = _upsampled(wave, 4)
+    expected = np.cos(2.0 * np.pi * 133.0 * np.arange(16000) / (4.0 * RATE))
+    expected += 0.3 * np.arange(16000) / (4.0 * RATE)
+    assert_allclose(fine[200:-200], expected[200:-200], atol=2e-3)
+    assert_allclose(fine[:15996], expected[:15996], atol=0.05)
+    assert_allclose(_filtered(fine, 4), wave, atol=0.05)

@@ -303,18 +303,32 @@ def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray
 def _filtered(steps: FloatArray, finer: int) -> FloatArray:
     """Return what a recorder makes of a quantity known at every step, low-passed."""
     n = steps.size // finer
-    padded = np.pad(steps[: n * finer], _MARGIN * finer)
-    longer = n + 2 * _MARGIN
-    spectrum = fft.rfft(padded)[: longer // 2 + 1]
-    share = np.arange(spectrum.size) / longer
+    longer, line = _led_past_its_ends(steps[: n * finer], _MARGIN * finer)
+    size = longer.size // finer
+    spectrum = fft.rfft(longer)[: size // 2 + 1]
+    share = np.arange(spectrum.size) / size
     fall = np.clip((share - _PASSES) / (_STOPS - _PASSES), 0.0, 1.0)
-    kept: FloatArray = fft.irfft(spectrum * (0.5 + 0.5 * np.cos(np.pi * fall)), longer) / finer
-    return kept[_MARGIN : _MARGIN + n]
+    kept: FloatArray = fft.irfft(spectrum * (0.5 + 0.5 * np.cos(np.pi * fall)), size) / finer
+    inside: FloatArray = (kept + line[::finer])[_MARGIN : _MARGIN + n]
+    return inside
 
 
 def _upsampled(samples: FloatArray, finer: int) -> FloatArray:
     """Return band-limited samples at finer steps, (n * finer,) array."""
-    padded = np.pad(samples, _MARGIN)
-    spectrum = fft.rfft(padded)
-    longer: FloatArray = fft.irfft(spectrum, padded.size * finer) * finer
-    return longer[_MARGIN * finer : (_MARGIN + samples.size) * finer]
+    longer, line = _led_past_its_ends(samples, _MARGIN)
+    size = longer.size * finer
+    steps: FloatArray = fft.irfft(fft.rfft(longer), size) * finer
+    steps += np.interp(np.arange(size) / finer, np.arange(line.size), line)
+    return steps[_MARGIN * finer : (_MARGIN + samples.size) * finer]
+
+
+def _led_past_its_ends(samples: FloatArray, margin: int) -> tuple[FloatArray, FloatArray]:
+    """Return samples led past both ends, without the line that joins them, and that line.
+
+    Turned round its ends a signal goes on in value and slope, and without the line its Fourier
+    series has no jump.
+    """
+    longer = np.pad(samples, min(margin, samples.size - 1), "reflect", reflect_type="odd")
+    longer = np.pad(longer, (longer.size - samples.size - 2 * margin) // -2, "edge")
+    line = np.linspace(longer[0], longer[-1], longer.size)
+    return longer - line, line

@@ -56,6 +56,9 @@ def _draw(axis: "Axes", panel: Panel) -> None:
     axis.set_yscale("log" if panel.log_y else "linear")
     if panel.log_y and panel.lines:
         _limit_decades(axis, panel)
+    if panel.square:
+        axis.locator_params(axis="x", nbins=3)  # labels of small panels would overlap
+        axis.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     axis.set_xlabel(panel.x_label)
     axis.set_ylabel(panel.y_label)
     if panel.title:
