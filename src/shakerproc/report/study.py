@@ -58,7 +58,7 @@ def _draw(axis: "Axes", panel: Panel) -> None:
         _limit_decades(axis, panel)
     if panel.square:
         axis.locator_params(axis="x", nbins=3)  # labels of small panels would overlap
-        axis.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
+        axis.tick_params(axis="x", labelsize=7.0)
     axis.set_xlabel(panel.x_label)
     axis.set_ylabel(panel.y_label)
     if panel.title:
