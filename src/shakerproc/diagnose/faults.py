@@ -48,7 +48,7 @@ def sensor_guess(
     The equation of motion, x'' (w² - s² + i c s) = g (w² + i c s) y'' exp(-ist), is solved for
     w², c and both g terms by least squares at every delay t of a grid; what is left decides.
     """
-    size = 4096
+    size = _stretch(min(x.size for x in responses))
     window = np.hanning(size)
     freq = rfftfreq(size, 1.0 / sample_rate)
     xx, yy, xy = np.zeros(freq.size), np.zeros(freq.size), np.zeros(freq.size, complex)
@@ -64,7 +64,11 @@ def sensor_guess(
             xy += fx * np.conj(fy) / scale
     h = xy / np.maximum(yy, 1e-30)
     coherence = np.abs(xy) ** 2 / np.maximum(xx * yy, 1e-60)
-    inside = (freq > 4.0) & (yy > 1e-3 * np.max(yy)) & (coherence > 0.2)
+    inside = (
+        (freq > min(4.0, 0.1 * omega / (2.0 * np.pi)))
+        & (yy > 1e-3 * np.max(yy))
+        & (coherence > 0.2)
+    )
     inside &= freq < 6.0 * omega / (2.0 * np.pi)
     if np.sum(inside) < 12:
         return None
@@ -99,6 +103,11 @@ def sensor_guess(
     return SensorGuess(
         float(np.sign(gain)), abs(gain), best[2], float(none_left / max(best[0], 1e-30))
     )
+
+
+def _stretch(shortest: int) -> int:
+    """Return the samples of a spectrum, such that the shortest test holds several."""
+    return int(min(4096, 2 ** np.floor(np.log2(max(shortest / 4, 64)))))
 
 
 def hum_lines(residual: FloatArray, sample_rate: float) -> tuple[float, float] | None:
