@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from shakerproc.diagnose import kernel
 from shakerproc.diagnose.faults import clipped, hum_lines
 from shakerproc.diagnose.prepare import shifted, upsample, white_level
-from shakerproc.diagnose.problem import beyond_filter
+from shakerproc.diagnose.problem import Observed, beyond_filter
 from shakerproc.diagnose.structure import (
     Joint,
     Sensing,
@@ -75,7 +75,9 @@ def test_the_filter_takes_only_what_is_above_the_band():
     fine, rate = 8, 1000.0
     t = np.arange(8000 * fine) / (rate * fine)
     low, high = np.sin(2 * np.pi * 100.0 * t), np.sin(2 * np.pi * 1900.0 * t)
-    lost = beyond_filter(np.stack([low, low + high]), fine)
+    dense = np.stack([low, low + high])
+    seen = Observed(np.empty(0), np.empty(0), dense, dense[:, ::fine], 0.0)
+    lost = beyond_filter(seen, fine)
     assert_allclose(lost[0, 200:-200], 0.0, atol=2e-3)
     assert_allclose(lost[1, 200:-200], high[::fine][200:-200], atol=5e-3)
 

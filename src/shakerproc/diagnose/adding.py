@@ -7,7 +7,7 @@ from shakerproc.compare.measured import measured_tests
 from shakerproc.diagnose.arrays import no_correction
 from shakerproc.diagnose.decide import error_of, estimates, intervals
 from shakerproc.diagnose.from_files import arrays
-from shakerproc.diagnose.pipeline import screened_bench
+from shakerproc.diagnose.pipeline import remaining_of, screened_bench
 from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
@@ -83,8 +83,10 @@ def fit_effect(
     if none is None:
         raise DiagnosisError(f"{model.title}: the model is unstable; check its stiffness.")
     say("the effect")
-    final, fits = annealed(at, none, wanted, regression.cost, screen.residual.size, (start,))
+    remaining = remaining_of(at, screen, regression, wanted)
+    final, fits = annealed(at, none, wanted, remaining, (start,))
     say("whole tests")
+    bench = final.bench
     fits = refit(final, fits[:1], bench.fitted(), 3, sensors=True)
     if not fits:
         raise DiagnosisError(f"{kind} cannot be fitted to these tests; its motion runs away.")
@@ -119,13 +121,10 @@ def linear_estimates(known: Skeleton, fit):  # type: ignore[no-untyped-def]
     n = fit.parameters.stiffness.size
     sigma = intervals(fit, n)
     stiffness, damping = {}, {}
-    for i, joint in enumerate(known.structure.joints):
+    for i in range(n):
         place = known.between(i)
         k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
-        dk, dc = (
-            1.96 * float(sigma[i]) * joint.stiffness,
-            1.96 * float(sigma[n + i]) * joint.damping,
-        )
+        dk, dc = 1.96 * sigma[[i, n + i]] * fit.linear_scales[[i, n + i]]
         stiffness[place] = Estimate(k, k - dk, k + dk, "N/m")
         damping[place] = Estimate(c, c - dc, c + dc, "N s/m")
     return stiffness, damping

@@ -73,6 +73,8 @@ class Candidate:
         Parameters to try besides those of the screening, for a Motion.
     rows : callable
         From the parameters and the stiffness of the joint to the laws of the observer.
+    nested : mapping of str to callable
+        From the fitted parameters of a simpler effect, by its kind, to where to start.
     """
 
     kind: str
@@ -85,6 +87,9 @@ class Candidate:
     rows: Rows
     guesses: Callable[[Motion], list[Values]] = lambda _: []
     fixed: Mapping[str, float | str] = field(default_factory=lambda: MappingProxyType({}))
+    nested: Mapping[str, Callable[[Values, Motion], list[Values]]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
 
 
 def _above(x: float) -> bool:
@@ -196,6 +201,14 @@ def _stribeck_values(inner: Values, weights: FloatArray, _: Motion) -> Values | 
     return (float(weights[0]), float(weights[1] / weights[0]), inner[0])
 
 
+def _stribeck_around(coulomb: Values, motion: Motion) -> list[Values]:
+    return [
+        (share * coulomb[0], excess, speed * motion.fast)
+        for share, excess in ((0.97, 0.1), (0.9, 0.4), (0.75, 0.8))
+        for speed in (0.05, 0.2, 0.6, 1.5)
+    ]
+
+
 STRIBECK = Candidate(
     "stribeck_friction", ("sliding_force", "excess", "stribeck_velocity"),
     ("N", "1", "m/s"), (True, True, True),
@@ -209,6 +222,7 @@ STRIBECK = Candidate(
     combine=_stribeck_values,
     rows=lambda p, _: ((kernel.STRIBECK, (p[0], p[0] * (1.0 + p[1]), p[2])),),
     guesses=lambda motion: [(f * motion.force, 0.5, 0.3 * motion.fast) for f in FORCES],
+    nested=MappingProxyType({"coulomb_friction": _stribeck_around}),
 )  # fmt: skip
 
 
@@ -234,6 +248,14 @@ def _lugre_values(inner: Values, weights: FloatArray, _: Motion) -> Values | Non
     return (force * float(weights[0]), 0.4, speed, force * float(weights[0]) / bend, 0.2)
 
 
+def _lugre_around(coulomb: Values, motion: Motion) -> list[Values]:
+    return [
+        (0.95 * coulomb[0], 0.3, speed * motion.fast, coulomb[0] / (bend * motion.rms), 0.2)
+        for speed in (0.1, 0.5)
+        for bend in (0.005, 0.02, 0.1)
+    ]
+
+
 LUGRE = Candidate(
     "lugre_friction",
     ("sliding_force", "excess", "stribeck_velocity", "bristle_stiffness", "bristle_ratio"),
@@ -248,6 +270,7 @@ LUGRE = Candidate(
         (f * motion.force, 0.5, 0.3 * motion.fast, f * motion.force / (0.1 * motion.rms), 0.2)
         for f in FORCES
     ],
+    nested=MappingProxyType({"coulomb_friction": _lugre_around}),
 )  # fmt: skip
 
 QUADRATIC_DAMPING = Candidate(

@@ -141,7 +141,7 @@ def error_of(
     above = below = 0.0
     for i, segment in enumerate(segments):
         lost = None if beyond is None else [beyond[i]]
-        seen = whitened(structure, hypothesis, p, (segment,), tunings, lost)
+        seen = whitened(structure, hypothesis, p, (segment,), tunings, lost, robust=False)
         if seen is None:
             return float("inf")
         parts, logs = seen

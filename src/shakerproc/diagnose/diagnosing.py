@@ -382,9 +382,8 @@ def _linear(known: Skeleton, fit: Fit) -> Mapping[str, Estimate]:
     out = {}
     for i in range(n):
         a, b = known.between(i)
-        start = known.structure.joints[i]
         k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
-        dk, dc = 1.96 * sigma[i] * start.stiffness, 1.96 * sigma[n + i] * start.damping
+        dk, dc = 1.96 * sigma[[i, n + i]] * fit.linear_scales[[i, n + i]]
         out[f"stiffness {a}-{b}"] = Estimate(k, k - dk, k + dk, "N/m")
         out[f"damping {a}-{b}"] = Estimate(c, c - dc, c + dc, "N s/m")
     return out

@@ -1,7 +1,7 @@
 """Maximum likelihood by prediction error: Levenberg-Marquardt on the observer's innovations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,8 @@ class Fit:
         What the signed numbers of each term are scaled with.
     logs : float
         Sum of the logarithms of the expected variances of the innovations.
+    linear_scales : (2 n_joints,) array
+        What stiffnesses [N/m] and dampings [N s/m] are scaled with.
     """
 
     hypothesis: Hypothesis
@@ -62,14 +64,31 @@ class Fit:
     converged: bool
     logs: float
     scales: tuple[tuple[float, ...], ...] = ()
+    linear_scales: FloatArray = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Code:
-    """Takes parameters to a vector of scaled numbers and back."""
+    """Takes parameters to a vector of scaled numbers and back.
+
+    The damping is scaled with that of the start or with a part of the nominal, whichever is
+    larger, so that a damping that came near 0 can grow again.
+    """
 
     hypothesis: Hypothesis
     start: Parameters
+    nominal: FloatArray
+
+    @property
+    def damping_scale(self) -> FloatArray:
+        """What dampings are scaled with [N s/m]."""
+        return np.maximum(self.start.damping, 0.3 * self.nominal)
+
+    @property
+    def least(self) -> FloatArray:
+        """Smallest entries of the dampings."""
+        scale = self.damping_scale
+        return (1e-5 * scale - self.start.damping) / scale
 
     def names(self) -> list[str]:
         """Return what each entry is."""
@@ -87,7 +106,7 @@ class Code:
         """Return the vector of parameters."""
         parts = [
             p.stiffness / self.start.stiffness - 1.0,
-            p.damping / self.start.damping - 1.0,
+            (p.damping - self.start.damping) / self.damping_scale,
             (p.gain - 1.0) / GAIN_SCALE,
             p.delay / DELAY_SCALE,
         ]
@@ -107,7 +126,9 @@ class Code:
         """Return the parameters of a vector."""
         n, s = self.start.stiffness.size, self.start.gain.size
         stiffness = self.start.stiffness * np.maximum(1.0 + vector[:n], 1e-6)
-        damping = self.start.damping * np.maximum(1.0 + vector[n : 2 * n], 1e-6)
+        damping = self.start.damping + self.damping_scale * np.maximum(
+            vector[n : 2 * n], self.least
+        )
         gain = 1.0 + vector[2 * n : 2 * n + s] * GAIN_SCALE
         delay = vector[2 * n + s : 2 * n + 2 * s] * DELAY_SCALE
         at, values = 2 * n + 2 * s, []
@@ -161,10 +182,14 @@ def whitened(
     segments: tuple[Segment, ...],
     tunings: tuple[Tuning, ...],
     beyond: list[FloatArray] | None = None,
+    *,
+    robust: bool = True,
 ) -> tuple[list[FloatArray], float] | None:
     """Return innovations over their expected size, of the judged part of every segment.
 
-    Besides them the sum of the logarithms of their expected variances.
+    Besides them the sum of the logarithms of their expected variances. Where `robust`, those
+    above 5 are drawn in so that their squares grow linearly (Huber): one sample beside a jump
+    of a force may miss by far, and says little.
     """
     whole = assemble(structure, hypothesis, p)
     table = law_table(structure, hypothesis, p, whole.masses.size)
@@ -174,9 +199,17 @@ def whitened(
         result = run(whole, table, segment, tunings[segment.gain_key], p, beyond=lost)
         if result is None:
             return None
-        out.append(result.innovations[:, segment.skip :])
+        judged = result.innovations[:, segment.skip :]
+        out.append(drawn_in(judged) if robust else judged)
         logs += result.logs
     return out, logs
+
+
+def drawn_in(innovations: FloatArray, edge: float = 5.0) -> FloatArray:
+    """Return numbers whose squares are Huber's loss of these [-]."""
+    size = np.abs(innovations)
+    far = np.sqrt(np.maximum(2.0 * edge * size - edge * edge, 0.0))
+    return np.where(size > edge, np.copysign(far, innovations), innovations)
 
 
 def taken_away(
@@ -197,7 +230,7 @@ def taken_away(
         result = run(whole, table, segment, tuned, p, beyond=lost, keep=True)
         if result is None:
             return None
-        out.append(p.gain[:, None] * beyond_filter(result.dense, segment.fine))
+        out.append(p.gain[:, None] * beyond_filter(result, segment.fine))
     return out
 
 
@@ -235,7 +268,7 @@ def levenberg(
     them. Stops when an iteration gains less than this share of the cost (and less than 0.3 of
     the cost per judged sample's variance).
     """
-    code = Code(hypothesis, start)
+    code = Code(hypothesis, start, structure.damping)
     weights, steps = code.precision(priors), code.steps()
     vector = code.pack(start)
     free = np.flatnonzero(code.free(sensors=sensors))
@@ -282,7 +315,7 @@ def levenberg(
             trial[free] += np.clip(step, -reach[free], reach[free])
             trial[: start.stiffness.size] = np.maximum(trial[: start.stiffness.size], -0.98)
             n = start.stiffness.size
-            trial[n : 2 * n] = np.maximum(trial[n : 2 * n], -1.0 + 1e-5)
+            trial[n : 2 * n] = np.maximum(trial[n : 2 * n], code.least)
             there = parts_at(trial)
             if there is None:
                 damping = max(damping * 30.0, 1e-3)
@@ -308,7 +341,53 @@ def levenberg(
         converged,
         logs,
         start.values,
+        np.concatenate([start.stiffness, code.damping_scale]),
     )  # fmt: skip
+
+
+def compass(
+    structure: Structure, hypothesis: Hypothesis, start: Parameters,
+    segments: tuple[Segment, ...], tunings: tuple[Tuning, ...], *, rounds: int = 9, reach: float = 1.0,
+) -> Parameters:  # fmt: skip
+    """Return better parameters near the start, by steps along each number in turn.
+
+    Where a contact sticks or slips the likelihood is rugged, and its slope at one point says
+    little; steps of decreasing size find the valley in which `levenberg` then works [1]_.
+
+    References
+    ----------
+    .. [1] R. Hooke and T. A. Jeeves, "Direct search solution of numerical and statistical
+       problems", Journal of the ACM 8, 212-229, 1961.
+    """
+    code = Code(hypothesis, start, structure.damping)
+    n, s = start.stiffness.size, start.gain.size
+    vector = code.pack(start)
+    sizes = np.full(vector.size, 0.25)
+    sizes[:n], sizes[n : 2 * n] = 0.03, 0.5
+    sizes *= reach
+
+    def deviance(at: FloatArray) -> float:
+        found = whitened(structure, hypothesis, code.unpack(at), segments, tunings)
+        if found is None:
+            return float("inf")
+        return float(sum(np.sum(part * part) for part in found[0])) + found[1]
+
+    free = [i for i in range(vector.size) if not 2 * n <= i < 2 * (n + s)]
+    best = deviance(vector)
+    for _ in range(rounds):
+        before = best
+        for i in free:
+            for sign in (1.0, -1.0):
+                trial = vector.copy()
+                trial[i] += sign * sizes[i]
+                trial[n : 2 * n] = np.maximum(trial[n : 2 * n], code.least)
+                value = deviance(trial)
+                if value < best:
+                    best, vector = value, trial
+                    break
+        if not best < before:
+            sizes *= 0.4
+    return code.unpack(vector)
 
 
 _LIMIT = 0.7

@@ -250,6 +250,7 @@ def observe(
     innovations,
     states,
     dense,
+    expected,
 ):  # noqa: C901, PLR0912, PLR0915, PLR0917
     """Fill whitened innovations (n_sensors, n) and, where keep, the states (2 n_mass, n).
 
@@ -262,7 +263,8 @@ def observe(
     u (n * fine,) input on the fine grid. measured (s, n); weight (s, n) 0 or 1.
     noise (s,), input_noise, model_noise: standard deviations of a sample. spread (2m,): of the
     state at the start. side_a, side_b (n_laws,): masses on both sides of each law, m the base.
-    dense (s, n * fine): filled with the sensors on the fine grid, where keep.
+    dense (s, n * fine), expected (s, n): filled with the sensors on the fine grid and with the
+    predicted samples, where keep.
     Returns the sum of the logarithms of the innovations' variances of the samples after `skip`,
     infinite where the run blew up.
     """
@@ -323,6 +325,8 @@ def observe(
             for i in range(m):
                 values += out_f[r, i] * total[i]
             innovations[r, k] = measured[r, k] - values
+            if keep:
+                expected[r, k] = values
         for i in range(m):
             x[m2 + i] = 0.0
         for i in range(m2):
@@ -496,200 +500,6 @@ def observe(
         for i in range(m2, m3):
             for l in range(m2, m3):
                 cov[i, l] = 0.0
-    return logs
-
-
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
-def observe_one(
-    phi,
-    g0,
-    g1,
-    acc,
-    out,
-    out_f,
-    out_u,
-    direct,
-    minv,
-    acc_u,
-    u,
-    fine,
-    measured,
-    weight,
-    noise,
-    input_noise,
-    model_noise,
-    spread,
-    ops,
-    params,
-    step,
-    t0,
-    skip,
-    keep,
-    innovations,
-    states,
-    dense,
-):  # noqa: C901, PLR0912, PLR0915, PLR0917
-    """Do what `observe` does for one mass with one sensor, several times faster.
-
-    phi (4,), g0, g1 (2,), acc (2,), out (2,), spread (2,): flat; the rest are numbers.
-    """
-    n = measured.shape[0]
-    laws = ops.shape[0]
-    memory = np.zeros((laws, N_MEMORY))
-    forces, stiff, damp = np.zeros(laws), np.zeros(laws), np.zeros(laws)
-    f00, f01, f10, f11 = phi[0], phi[1], phi[2], phi[3]
-    a0, a1, b0, b1 = g0[0], g0[1], g1[0], g1[1]
-    z, v = 0.0, 0.0
-    p00, p01, p11 = spread[0] ** 2, 0.0, spread[1] ** 2
-    sample = step * fine
-    gz, gv = 0.5 * sample * sample * acc_u * input_noise, sample * acc_u * input_noise
-    pw = model_noise * model_noise
-    logs = 0.0
-    mass = 1.0 / minv
-    last = u.shape[0] - 1
-    for k in range(n):
-        now = t0 + k * sample
-        now_u = u[k * fine]
-        total, through = 0.0, out_u
-        h0, h1, h2 = out[0], out[1], direct
-        for j in range(laws):
-            op = ops[j]
-            if op == COULOMB or op == STRIBECK:
-                continue
-            total += forces[j]
-            h0 += out_f * stiff[j]
-            h1 += out_f * damp[j]
-        for j in range(laws):
-            op = ops[j]
-            if op == COULOMB or op == STRIBECK:
-                if memory[j, 1] != 0.0:
-                    f = mass * (acc_u * now_u + acc[0] * z + acc[1] * v) - total
-                    limit = _friction(op, params, j, 0.0)
-                    if abs(f) <= limit:
-                        through += out_f * mass * acc_u
-                        h0 += out_f * mass * acc[0]
-                        h1 += out_f * mass * acc[1]
-                    f = min(max(f, -limit), limit)
-                else:
-                    f = math.copysign(_friction(op, params, j, abs(v)), v)
-                total += f
-        w = 0.0
-        pw0, pw1, pww = 0.0, 0.0, pw
-        if weight[k] != 0.0:
-            e = measured[k] - (out_u * now_u + out[0] * z + out[1] * v + out_f * total)
-            c0 = p00 * h0 + p01 * h1
-            c1 = p01 * h0 + p11 * h1
-            c2 = pw * h2
-            var = noise * noise + (through * input_noise) ** 2 + h0 * c0 + h1 * c1 + h2 * c2
-            inverse = 1.0 / var
-            e_over = e * inverse
-            z += c0 * e_over
-            v += c1 * e_over
-            w = c2 * e_over
-            p00 -= c0 * c0 * inverse
-            p01 -= c0 * c1 * inverse
-            p11 -= c1 * c1 * inverse
-            pw0 = -c0 * c2 * inverse
-            pw1 = -c1 * c2 * inverse
-            pww = pw - c2 * c2 * inverse
-            innovations[k] = e * math.sqrt(inverse)
-            if k >= skip:
-                logs += math.log(var)
-        else:
-            innovations[k] = 0.0
-        if not abs(z) + abs(v) < 1e12:
-            return math.inf
-        if keep:
-            states[0, k] = z
-            states[1, k] = v
-        t00, t01, t02, t10, t11, t12 = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0
-        for q in range(fine + 1):
-            push = step if 0 < q < fine else 0.5 * step
-            for j in range(laws):
-                op = ops[j]
-                kt, ct = 0.0, 0.0
-                if op == COULOMB or op == STRIBECK:
-                    able = step if memory[j, 1] != 0.0 and q > 0 else push
-                    impulse = _friction(op, params, j, abs(v)) * able
-                    need = mass * v
-                    memory[j, 1] = 0.0
-                    if abs(need) <= impulse:
-                        impulse = need
-                        ct = mass / push
-                        memory[j, 1] = 1.0
-                    elif v < 0.0:
-                        impulse = -impulse
-                else:
-                    if op == GAP:
-                        f = abs(z) - params[j, 1]
-                        kt = params[j, 0] if f > 0.0 else 0.0
-                        f = math.copysign(kt * f, z)
-                    elif op == STOP:
-                        f = z * params[j, 2] - params[j, 1]
-                        kt = params[j, 0] if f > 0.0 else 0.0
-                        f = kt * f * params[j, 2]
-                    elif op == CUBIC:
-                        kt = params[j, 0] * z * z
-                        f = kt * z
-                        kt *= 3.0
-                    elif op == OFFSET_GAP:
-                        f = z - params[j, 1] if z > 0.0 else -z - params[j, 2]
-                        kt = params[j, 0] if f > 0.0 else 0.0
-                        f = math.copysign(kt * f, z)
-                    else:
-                        f, kt, ct = law(
-                            op, params, memory, j, z, v, now + q * step, step if q else 0.0
-                        )
-                    forces[j], stiff[j], damp[j] = f, kt, ct
-                    impulse = f * push
-                v -= minv * impulse
-                if kt != 0.0 or ct != 0.0:
-                    kick = minv * push
-                    t10 -= kick * (kt * t00 + ct * t10)
-                    t11 -= kick * (kt * t01 + ct * t11)
-                    t12 -= kick * (kt * t02 + ct * t12)
-            v += push * w
-            t12 += push
-            if q == fine:
-                break
-            at = k * fine + q
-            u0 = u[at]
-            u1 = u[at + 1] if at < last else u0
-            if keep:
-                total = 0.0
-                for j in range(laws):
-                    if ops[j] != COULOMB and ops[j] != STRIBECK:
-                        total += forces[j]
-                for j in range(laws):
-                    op = ops[j]
-                    if op == COULOMB or op == STRIBECK:
-                        if memory[j, 1] != 0.0:
-                            f = mass * (acc_u * u0 + acc[0] * z + acc[1] * v) - total
-                            limit = _friction(op, params, j, 0.0)
-                            f = min(max(f, -limit), limit)
-                        else:
-                            f = math.copysign(_friction(op, params, j, abs(v)), v)
-                        total += f
-                dense[at] = out_u * u0 + out[0] * z + out[1] * v + out_f * total
-            y0 = a0 * u0 + b0 * u1 + f00 * z + f01 * v
-            v = a1 * u0 + b1 * u1 + f10 * z + f11 * v
-            z = y0
-            m0, m1, m2 = t00, t01, t02
-            t00 = f00 * m0 + f01 * t10
-            t10 = f10 * m0 + f11 * t10
-            t01 = f00 * m1 + f01 * t11
-            t11 = f10 * m1 + f11 * t11
-            t02 = f00 * m2 + f01 * t12
-            t12 = f10 * m2 + f11 * t12
-        r00 = t00 * p00 + t01 * p01 + t02 * pw0
-        r01 = t00 * p01 + t01 * p11 + t02 * pw1
-        r02 = t00 * pw0 + t01 * pw1 + t02 * pww
-        r10 = t10 * p00 + t11 * p01 + t12 * pw0
-        r11 = t10 * p01 + t11 * p11 + t12 * pw1
-        r12 = t10 * pw0 + t11 * pw1 + t12 * pww
-        p00 = r00 * t00 + r01 * t01 + r02 * t02 + gz * gz
-        p01 = r00 * t10 + r01 * t11 + r02 * t12 + gz * gv
-        p11 = r10 * t10 + r11 * t11 + r12 * t12 + gv * gv
     return logs
 
 

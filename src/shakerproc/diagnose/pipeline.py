@@ -97,7 +97,7 @@ def _screened(
 
 def screened_bench(
     structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
-):
+) -> tuple[Bench, Parameters, Context, Screen, Regression, list[Start]]:
     """Return bench, linear numbers, context, screen, regression and starts of sound tests."""
     fine = max(fineness(structure, tests[0].sample_rate), 4)
     bench, _ = _bench(structure, tests, fix, fine)
@@ -107,6 +107,14 @@ def screened_bench(
 def best_cost(regression: Regression, starts: list[Start]) -> float:
     """Return the cost of the best regression."""
     return regression.cost - (starts[0].gain if starts else 0.0)
+
+
+def remaining_of(
+    at: Context, screen: Screen, regression: Regression, starts: list[Start]
+) -> float:
+    """Return the share of the response that the best regression leaves [-]."""
+    left = max(best_cost(regression, starts), 1.0)
+    return at.loose * float(np.sqrt(left / screen.residual.size))
 
 
 def guess_faults(structure: Structure, tests: tuple[TestArrays, ...]) -> Correction | None:
@@ -137,95 +145,154 @@ def guess_faults(structure: Structure, tests: tuple[TestArrays, ...]) -> Correct
     return Correction(gain, delay, {}) if doubtful else None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """The tests under one correction of the sensors, screened."""
+
+    fix: Correction
+    bench: Bench
+    levels: list[dict[int, float]]
+    p: Parameters
+    at: Context
+    screen: Screen
+    regression: Regression
+    starts: list[Start]
+
+    @property
+    def cost(self) -> float:
+        """Cost of the best regression."""
+        return best_cost(self.regression, self.starts)
+
+
+def _stage(
+    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
+) -> Stage:
+    fine = max(fineness(structure, tests[0].sample_rate), 4)
+    bench, levels = _bench(structure, tests, fix, fine)
+    return Stage(fix, bench, levels, *_screened(bench, start, judged_joints(structure)))
+
+
 def investigate(
     structure: Structure, tests: tuple[TestArrays, ...], base: Hypothesis, start: Parameters,
     *, progress: Progress,
 ) -> Findings:  # fmt: skip
-    """Return what the tests say of a structure."""
-    joints = judged_joints(structure)
-    sensors = len(structure.sensing)
-    fine = max(fineness(structure, tests[0].sample_rate), 4)
-    fix = no_correction(sensors)
-    progress("reading the samples")
-    bench, levels = _bench(structure, tests, fix, fine)
+    """Return what the tests say of a structure.
+
+    Where a sensor may have a wrong gain, sign or delay, physics is sought with and without that
+    fault: a strong effect imitates one.
+    """
     progress("linear model and screening")
-    p, at, screen, regression, starts = _screened(bench, start, joints)
+    stages = [_stage(structure, tests, no_correction(len(structure.sensing)), start)]
     guess = guess_faults(structure, tests)
     if guess is not None:
-        for other in _variants(guess):
-            trial, _ = _bench(structure, tests, other, fine)
-            result = _screened(trial, start, joints)
-            # in units of the response: the looseness is a share of it in both
-            if best_cost(result[3], result[4]) < 0.35 * best_cost(regression, starts):
-                fix, bench = other, trial
-                p, at, screen, regression, starts = result
-    if guess is not None and fix.delay is not None:
-        p, at, screen, regression, starts, fix, bench = _sharpened(
-            structure,
-            tests,
-            start,
-            joints,
-            fine,
-            fix,
-            bench,
-            (p, at, screen, regression, starts),
-        )
+        other = _sharpened(_stage(structure, tests, guess, start), structure, tests, start)
+        stages.insert(0 if other.cost < 0.35 * stages[0].cost else 1, other)
+    sides: list[Side] = []
+    for stage in stages:
+        side = _singles(stage, structure, tests, base, start, progress)
+        sides.append(side)
+        sound = bool(np.all(stage.fix.gain == 1.0) and np.all(stage.fix.delay == 0.0))
+        if side.explained and (sound or not side.fits):
+            break
+    side = min(sides, key=lambda one: one.deviance)
+    return _finished(side, structure, start, progress)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Side:
+    """What one more effect explains under one correction of the sensors."""
+
+    stage: Stage
+    at: Context
+    linear_at: Context
+    linear: Fit
+    fits: list[Fit]
+    faults: tuple[tuple[str, int, float], ...]
+
+    @property
+    def best(self) -> Fit:
+        """The best of the fits, or the linear one."""
+        return self.fits[0] if self.fits else self.linear
+
+    @property
+    def explained(self) -> bool:
+        """Whether the best fit leaves little but noise."""
+        return only_noise(self.at, self.best)
+
+    @property
+    def deviance(self) -> float:
+        """Minus twice the logarithm of the likelihood of the samples as recorded."""
+        gain = self.stage.fix.gain
+        per_sensor = self.best.count / gain.size
+        return deviance(self.best) + 2.0 * per_sensor * float(np.sum(np.log(np.abs(gain))))
+
+
+def _singles(
+    stage: Stage, structure: Structure, tests: tuple[TestArrays, ...], base: Hypothesis,
+    start: Parameters, progress: Progress,
+) -> Side:  # fmt: skip
+    joints, fix = judged_joints(structure), stage.fix
     freed = tuple(("sensor_gain", i) for i, g in enumerate(fix.gain) if abs(g) != 1.0)
     freed += tuple(("sensor_delay", i) for i, d in enumerate(fix.delay) if d != 0.0)
     base = replace(base, faults=freed)
     progress("mains hum")
-    hum = find_hum(bench, at, p)
+    hum = find_hum(stage.bench, stage.at, stage.p)
     if hum:
-        fix = replace(fix, hum=hum)
-        bench, _ = _bench(structure, tests, fix, fine)
-        p, at, screen, regression, starts = _screened(bench, start, joints)
+        stage = _stage(structure, tests, replace(fix, hum=hum), start)
     found = [("mains_hum", sensor, lines[0][0]) for (_, sensor), lines in hum.items()]
-    for level in levels:
+    for level in stage.levels:
         found += [("clipping", sensor, value) for sensor, value in level.items()]
     progress("the linear model")
-    lin_at, linear = fit_base(bench, at, p, base, regression.cost, screen.residual.size)
-    progress("the candidates")
+    at, p, screen, regression = stage.at, stage.p, stage.screen, stage.regression
+    cost, count = regression.cost, screen.residual.size
+    linear_at, linear = fit_base(stage.bench, at, p, base, cost, count)
     fits: list[Fit] = []
-    pairs: list[Fit] = []
-    final = lin_at
-    if _worth(lin_at, linear, joints):
-        keep = plausible(starts, regression.cost)
-        none = at.fit(base, p, bench.short, 0)
+    final = linear_at
+    if _worth(linear_at, linear, joints):
+        progress("the candidates")
+        keep = plausible(stage.starts, cost)
+        none = at.fit(base, p, stage.bench.short, 0)
         if keep and none is not None:
-            final, fits = annealed(
-                at,
-                none,
-                keep,
-                regression.cost,
-                screen.residual.size,
-                (start, linear.parameters),
-            )
-            progress("pairs")
-            both = pair_search(final, screen, fits, joints, bench)
-            progress("the best candidates on whole tests")
-            near = [f for f in fits if deviance(f) < deviance(fits[0]) + 0.1 * f.count][:4]
-            if both is not None:
-                final, near = both[0], [both[1]]
-            fits = refit(final, near, bench.fitted(), 2, sensors=True)
-    whole_at = final
-    lin = whole_at.fit(linear.hypothesis, linear.parameters, bench.fitted(), 3, sensors=True)
-    if lin is None:
-        lin = linear
+            remaining = remaining_of(at, screen, regression, keep)
+            final, fits = annealed(at, none, keep, remaining, (start, linear.parameters))
+    return Side(stage, final, linear_at, linear, fits, tuple(found))
+
+
+def _finished(
+    side: Side, structure: Structure, start: Parameters, progress: Progress
+) -> Findings:
+    """Return the same after pairs were sought, fitted to the whole tests."""
+    stage, final, fits, linear = side.stage, side.at, side.fits, side.linear
+    if fits:
+        progress("pairs")
+        both = pair_search(final, stage.at, stage.screen, fits, judged_joints(structure))
+        progress("the best candidates on whole tests")
+        near = [f for f in fits if deviance(f) < deviance(fits[0]) + 0.1 * f.count][:4]
+        if both is not None:
+            final, near = both[0], [both[1]]
+        fits = refit(final, near, final.bench.fitted(), 2, sensors=True)
+    whole = final.fit(
+        linear.hypothesis, linear.parameters, final.bench.fitted(), 3, sensors=True
+    )
     return Findings(
-        whole_at, lin, tuple(fits), tuple(pairs), fix, tuple(found), tuple(starts),
-        regression.cost, screen.residual.size, lin_at.loose,
+        final, whole or linear, tuple(fits), (), stage.fix, side.faults,
+        tuple(stage.starts), stage.regression.cost, stage.screen.residual.size,
+        side.linear_at.loose,
     )  # fmt: skip
 
 
-def _sharpened(structure, tests, start, joints, fine, fix, bench, found):  # type: ignore[no-untyped-def]
-    """Return everything after delays have been found to a microsecond or so."""
-    p, at, screen, regression, starts = found
-    if np.all(fix.delay == 0.0):
-        return (*found, fix, bench)
-    free = Hypothesis((), tuple(("sensor_delay", int(i)) for i in np.flatnonzero(fix.delay)))
+def _sharpened(
+    stage: Stage, structure: Structure, tests: tuple[TestArrays, ...], start: Parameters
+) -> Stage:
+    """Return a stage after its delays have been found to a microsecond or so."""
+    late = np.flatnonzero(stage.fix.delay)
+    if late.size == 0:
+        return stage
+    free = Hypothesis((), tuple(("sensor_delay", int(i)) for i in late))
+    fix, bench, p = stage.fix, stage.bench, stage.p
+    fine = bench.whole[0].fine
     for _ in range(4):
-        near = context(bench, p, 0.02)
-        fit = near.fit(free, p, bench.short, 3)
+        fit = context(bench, p, 0.02).fit(free, p, bench.short, 3)
         if fit is None:
             break
         fix = replace(
@@ -235,16 +302,26 @@ def _sharpened(structure, tests, start, joints, fine, fix, bench, found):  # typ
         p = replace(fit.parameters, delay=np.zeros_like(fix.delay), gain=np.ones_like(fix.gain))
         if np.max(np.abs(fit.parameters.delay)) < 1e-6:
             break
-    return (*_screened(bench, start, joints), fix, bench)
+    return _stage(structure, tests, fix, start)
+
+
+def only_noise(at: Context, fit: Fit) -> bool:
+    """Return whether a fit leaves little but noise.
+
+    Either what it leaves is no larger than the noise of the sensors, or it leaves what was
+    expected of it where the model is allowed to miss far less than that noise.
+    """
+    floor = _floor(at.bench)
+    strict = at.loose <= max(2.0 * FLOOR, 0.3 * floor) and fit.cost < 1.3 * fit.count
+    return strict or _left(at, fit, at.bench) < 1.25 * floor
 
 
 def pair_search(
-    at: Context, screen: Screen, fits: list[Fit], joints: tuple[int, ...], bench: Bench
+    at: Context, screened: Context, screen: Screen, fits: list[Fit], joints: tuple[int, ...]
 ) -> tuple[Context, Fit] | None:
     """Return the best pair of effects, where one effect leaves more than the noise."""
-    floor = _floor(bench)
     best = fits[0]
-    if _left(at, best, bench) < 1.25 * floor:
+    if only_noise(at, best):
         return None
     found: tuple[Context, Fit] | None = None
     for single in fits[:2]:
@@ -263,9 +340,8 @@ def pair_search(
         ][:4]  # fmt: skip
         if not starts:
             continue
-        tighter, pairs = annealed(
-            at, single, starts, regression.cost, screen.residual.size, (single.parameters,)
-        )
+        remaining = remaining_of(screened, screen, regression, starts)
+        tighter, pairs = annealed(at, single, starts, remaining, (single.parameters,), 2)
         if pairs and (found is None or deviance(pairs[0]) < deviance(found[1])):
             found = tighter, pairs[0]
     if found is None:
@@ -289,19 +365,6 @@ def _left(at: Context, fit: Fit, bench: Bench) -> float:
     from shakerproc.diagnose.decide import error_of
 
     return error_of(at, fit.hypothesis, fit.parameters, bench.short)
-
-
-def _variants(guess: Correction) -> list[Correction]:
-    """Return the corrections to try: the whole guess, and each part of it."""
-    out = [guess]
-    still = np.zeros_like(guess.delay)
-    sign = np.sign(guess.gain)
-    for gain, delay in ((sign, guess.delay), (guess.gain, still), (sign, still)):
-        if not (np.all(gain == 1.0) and np.all(delay == 0.0)) and not any(
-            np.array_equal(gain, o.gain) and np.array_equal(delay, o.delay) for o in out
-        ):
-            out.append(Correction(gain, delay, {}))
-    return out[:1]
 
 
 def fit_base(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import firwin, upfirdn
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose import kernel
+from shakerproc.diagnose import kernel, single
 from shakerproc.diagnose.candidates import Candidate
 from shakerproc.diagnose.prepare import Prepared
 from shakerproc.diagnose.structure import (
@@ -150,6 +150,8 @@ class Observed:
         Displacements and velocities, where they were asked for.
     dense : (n_sensors, n * fine) array
         Sensors on the fine grid, where they were asked for.
+    expected : (n_sensors, n) array
+        Predicted samples, where they were asked for.
     logs : float
         Sum of the logarithms of the innovations' variances.
     """
@@ -157,6 +159,7 @@ class Observed:
     innovations: FloatArray
     states: FloatArray
     dense: FloatArray
+    expected: FloatArray
     logs: float
 
 
@@ -219,6 +222,7 @@ def run(
     innovations = np.empty((measured.shape[0], n))
     states = np.empty((2 * m, n if keep else 1))
     dense = np.empty((measured.shape[0], n * segment.fine if keep else 1))
+    expected = np.empty((measured.shape[0], n if keep else 1))
     direct = system.out_force / np.diag(system.force[m:])
     omega = float(np.sqrt(np.max(np.abs(system.state[m:, :m]))))
     spread = np.zeros(2 * m)
@@ -237,53 +241,58 @@ def run(
         spread,
         table,
         step,
-        keep, innovations, states, dense,
+        keep, SOFTEN if beyond is not None else 0.0, innovations, states, dense, expected,
     ) if simple else kernel.observe(
         phi, g0[:, 0].copy(), g1[:, 0].copy(), system.state[m:].copy(), system.input[m:].copy(),
         system.out, system.out_force, system.out_input, direct, 1.0 / structure.masses,
         segment.input, segment.fine, measured, segment.weight, tuned.noise / p.gain,
         tuned.input_noise, tuned.model_noise, spread, *table, step,
         segment.start / segment.sample_rate, segment.skip, keep, innovations, states, dense,
+        expected,
     )  # fmt: skip
     if not np.isfinite(logs):
         return None
     logs += 2.0 * (n - segment.skip) * float(np.sum(np.log(p.gain)))
-    return Observed(innovations, states, dense, logs)
+    return Observed(innovations, states, dense, expected, logs)
 
 
 def _one(  # type: ignore[no-untyped-def]
     system, propagators, direct, structure, segment, measured, tuned, p, spread, table, step,
-    keep, innovations, states, dense,
+    keep, soften, innovations, states, dense, expected,
 ) -> float:  # fmt: skip
     """Call the kernel for one mass and one sensor."""
     phi, g0, g1 = propagators
-    return float(kernel.observe_one(
+    return float(single.observe_one(
         phi.ravel().copy(), g0[:, 0].copy(), g1[:, 0].copy(), system.state[1].copy(),
         system.out[0].copy(), float(system.out_force[0, 0]), float(system.out_input[0]),
         float(direct[0, 0]), float(1.0 / structure.masses[0]), float(system.input[1]),
         segment.input, segment.fine, measured[0], segment.weight[0],
         float(tuned.noise[0] / abs(p.gain[0])), tuned.input_noise, tuned.model_noise, spread,
         table[0], table[1], step, segment.start / segment.sample_rate, segment.skip, keep,
-        innovations[0], states, dense[0],
+        soften, innovations[0], states, dense[0], expected[0],
     ))  # fmt: skip
 
 
-def beyond_filter(dense: FloatArray, fine: int) -> FloatArray:
-    """Return what a recorder's filter takes away, (n_sensors, n) array.
+SOFTEN = 0.43
+"""Samples over which a recorder's filter spreads a jump, one standard deviation [-]."""
+
+
+def beyond_filter(seen: Observed, fine: int) -> FloatArray:
+    """Return what a recorder's filter takes from the predicted samples, (n_sensors, n) array.
 
     A recorder passes what lies below about 0.46 of its rate; a force with kinks or jumps has
-    more. dense (n_sensors, n * fine) is the signal before the filter on a finer grid.
+    more.
     """
     if fine == 1:
-        return np.zeros_like(dense)
+        return np.zeros_like(seen.expected)
     half = 24 * fine
     taps = firwin(2 * half + 1, 0.92 / fine, window=("kaiser", 5.0))
-    out = np.empty((dense.shape[0], dense.shape[1] // fine))
-    for i, row in enumerate(dense):
+    first = 2 * half // fine
+    passed = []
+    for row in seen.dense:
         padded = np.concatenate([np.full(half, row[0]), row, np.full(half, row[-1])])
-        passed = upfirdn(taps, padded, 1, fine)
-        first = 2 * half // fine
-        out[i] = row[::fine] - passed[first : first + out.shape[1]]
+        passed.append(upfirdn(taps, padded, 1, fine)[first : first + seen.expected.shape[1]])
+    out: FloatArray = seen.expected - np.array(passed)
     return out
 
 

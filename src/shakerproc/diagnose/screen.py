@@ -197,6 +197,7 @@ class Start:
     damping: tuple[float, ...]
     gain: float
     guesses: tuple[tuple[float, ...], ...] = ()
+    motion: Motion | None = None
 
 
 class Regression:
@@ -271,7 +272,7 @@ def try_candidate(
     more = tuple(candidate.guesses(motion))
     if more and not found:
         found.append(_start(screen, candidate, joint, more[0], regression.weights, 0.0))
-    found = [replace(start, guesses=more) for start in found]
+    found = [replace(start, guesses=more, motion=motion) for start in found]
     return sorted(found, key=lambda start: -start.gain)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.candidates import library
-from shakerproc.diagnose.fit import Fit, Priors, levenberg
+from shakerproc.diagnose.fit import Fit, Priors, compass, levenberg
 from shakerproc.diagnose.prepare import Prepared
 from shakerproc.diagnose.problem import (
     Hypothesis,
@@ -37,6 +37,10 @@ FLOOR = 5e-4
 """Share of the response that no model is expected to explain [-]."""
 
 
+DRY = frozenset({"coulomb_friction", "stribeck_friction"})
+"""Effects under which a contact sticks."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
     """A structure with its tests, whole and in short, and the noise of every test."""
@@ -55,6 +59,13 @@ class Bench:
     def kept(self) -> tuple[Segment, ...]:
         """Return the whole tests that are only scored."""
         return tuple(s for s in self.whole if s.hold_out)
+
+    def quieter(self, factor: FloatArray) -> "Bench":
+        """Return the same with the noise of the sensors of every test times a factor."""
+        prepared = tuple(
+            replace(p, noise=p.noise * f) for p, f in zip(self.prepared, factor, strict=True)
+        )
+        return replace(self, prepared=prepared)
 
     def tunings(self, structure: Structure, loose: float = FLOOR) -> tuple[Tuning, ...]:
         """Return the correction of every test for a linear structure.
@@ -177,6 +188,18 @@ class Context:
             filtered=self.filtered,
         )  # fmt: skip
 
+    def valley(
+        self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0, rounds: int = 9
+    ) -> Parameters:
+        """Return where to begin a fit: the start itself, or lower where the way is rugged."""
+        if not {term.candidate.kind for term in hypothesis.terms} & DRY:
+            return start
+        tunings = self.tuned(hypothesis, start)
+        return compass(
+            self.bench.structure, hypothesis, start, self.bench.short, tunings,
+            rounds=rounds, reach=reach,
+        )  # fmt: skip
+
 
 def context(
     bench: Bench, linear: Parameters, loose: float = FLOOR, *, filtered: bool = False
@@ -278,7 +301,7 @@ def fit_starts(at: Context, base: Fit, starts: list[Start], segments: tuple[Segm
             if not scored:
                 return None
             first = firsts[min(scored)[1]]
-        return at.fit(hypothesis, first, segments, iterations)
+        return at.fit(hypothesis, at.valley(hypothesis, first), segments, iterations)
 
     with ThreadPoolExecutor(2) as pool:
         fits = [fit for fit in pool.map(work, starts) if fit is not None]
@@ -293,40 +316,164 @@ def plausible(starts: list[Start], cost: float, least: int = 4, most: int = 8) -
     return keep + (friction if best > 0.3 * cost else [])
 
 
-def annealed(at: Context, base: Fit, starts: list[Start], cost: float, count: int,
-             others: tuple[Parameters, ...] = ()) -> tuple[Context, list[Fit]]:  # fmt: skip
+def annealed(
+    at: Context, base: Fit, starts: list[Start], remaining: float,
+    others: tuple[Parameters, ...] = (), most: int = 3,
+) -> tuple[Context, list[Fit]]:  # fmt: skip
     """Return the fits of starts, the observer held ever less to the measurement.
 
     A far start cannot predict long motions; so the correction begins as loose as the best
-    regression was wrong, and tightens as long as the likelihood of the best fit grows.
+    regression was wrong, and tightens as long as the likelihood grows. The `most` best are
+    carried on by themselves; where the best of them ends, all are compared. `remaining` is the
+    share of the response that the best regression left.
     """
     bench = at.bench
-    loose = at.loose * float(np.sqrt(max(cost - starts[0].gain, 1.0) / count))
-    at = context(bench, base.parameters, min(max(FLOOR, loose), 0.1))
+    at = context(bench, base.parameters, min(max(FLOOR, remaining), 0.1))
     fits = fit_starts(at, base, starts, bench.short, 3, others)
+    fits = sorted([*fits, *nested_fits(at, base, starts, fits)], key=deviance)
+    fits = one_of_each(fits)
     fits = [f for f in fits if f.cost < 6.0 * fits[0].cost][:6]
-    for _ in range(8):
-        if not fits:
-            break
-        best = fits[0]
-        if not at.filtered:
-            with_filter = replace(at, filtered=True)
-            again = with_filter.fit(best.hypothesis, best.parameters, bench.short, 2)
-            if again is not None and deviance(again) < deviance(best) - 20.0:
-                at = with_filter
-                fits = refit(at, fits, bench.short, 3)
-                continue
+    if not fits:
+        return at, fits
+    near = [f for f in fits if f.cost < 3.0 * fits[0].cost][:most]
+    with ThreadPoolExecutor(2) as pool:
+        ends = list(pool.map(lambda fit: tightened(at, fit, base.parameters), near))
+    ends.sort(key=lambda end: deviance(end[1]))
+    final, best = ends[0]
+    rest = [e[1] for e in ends[1:]] + [
+        f for f in fits if f not in near and f.cost < 4.0 * fits[0].cost
+    ]
+    again = refit(final, rest, bench.short, 4)
+    return final, sorted([best, *again], key=deviance)
+
+
+def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) -> list[Fit]:
+    """Return fits of candidates that begin where a simpler one has ended."""
+    known = {f.hypothesis.terms[-1].candidate.kind: f for f in reversed(fits)}
+    jobs = [
+        (start, known[kind], guess(known[kind].parameters.values[-1], start.motion))
+        for start in starts
+        for kind, guess in start.candidate.nested.items()
+        if kind in known and start.motion is not None
+        and known[kind].hypothesis.terms[-1].joint == start.joint
+    ]  # fmt: skip
+
+    def work(job: tuple[Start, Fit, list[tuple[float, ...]]]) -> Fit | None:
+        start, simpler, guesses = job
+        term = term_in(at.bench.structure, start)
+        hypothesis = Hypothesis((*base.hypothesis.terms, term), base.hypothesis.faults)
+        begun = [
+            replace(simpler.parameters, values=(*simpler.parameters.values[:-1], values))
+            for values in guesses
+        ]
+        tried = [at.fit(hypothesis, one, at.bench.short, 0) for one in begun]
+        scored = [(deviance(f), i) for i, f in enumerate(tried) if f is not None]
+        if not scored:
+            return None
+        first = at.valley(hypothesis, begun[min(scored)[1]])
+        return at.fit(hypothesis, first, at.bench.short, 6)
+
+    with ThreadPoolExecutor(2) as pool:
+        return [fit for fit in pool.map(work, jobs) if fit is not None]
+
+
+def one_of_each(fits: list[Fit]) -> list[Fit]:
+    """Return the best fit of every set of candidates and joints; `fits` are best first."""
+    best: dict[tuple[tuple[str, int, float], ...], Fit] = {}
+    for fit in fits:
+        terms = fit.hypothesis.terms
+        sides = [t.candidate.rows(v, 1.0)[0][1][-1] if t.candidate.kind == "stop" else 0.0
+                 for t, v in zip(terms, fit.parameters.values, strict=True)]  # fmt: skip
+        key = tuple(
+            (t.candidate.kind, t.joint, side) for t, side in zip(terms, sides, strict=True)
+        )
+        best.setdefault(key, fit)
+    return list(best.values())
+
+
+def tightened(at: Context, fit: Fit, linear: Parameters) -> tuple[Context, Fit]:
+    """Return a fit, and the context in which its likelihood is largest.
+
+    Tried are samples as they are and samples behind a recorder's filter, ever smaller shares
+    of the response that the model may miss, and less noise than the quiet part of the band
+    shows (a force with jumps is never quiet).
+    """
+    ends = [_descended(at, fit, linear)]
+    if not at.filtered and fit.hypothesis.terms:
+        begun = replace(at, filtered=True)
+        first = begun.fit(fit.hypothesis, fit.parameters, at.bench.short, 2)
+        if first is not None:
+            ends.append(_descended(begun, first, linear))
+            if deviance(ends[1][1]) < deviance(ends[0][1]) - 20.0:
+                ends.reverse()
+    return _quieted(*ends[0], linear)
+
+
+def _descended(at: Context, fit: Fit, linear: Parameters) -> tuple[Context, Fit]:
+    bench, top, misses = at.bench, (at, fit), 0
+    for _ in range(10):
         if at.loose <= FLOOR:
             break
-        new = at.loose * float(np.sqrt(best.cost / best.count))
+        new = at.loose * float(np.sqrt(fit.cost / fit.count))
         new = max(FLOOR, new if new < 0.5 * at.loose else 0.3 * at.loose)
-        tighter = context(bench, base.parameters, new, filtered=at.filtered)
-        near = [f for f in fits if f.cost < 4.0 * best.cost][:5]
-        tried = refit(tighter, near, bench.short, 4)
-        if not tried or deviance(tried[0]) > deviance(best):
+        at = context(bench, linear, new, filtered=at.filtered)
+        first = at.valley(fit.hypothesis, fit.parameters, reach=0.15, rounds=5)
+        tried = at.fit(fit.hypothesis, first, bench.short, 4)
+        if tried is None:
             break
-        at, fits = tighter, tried
-    return at, fits
+        fit = tried
+        if deviance(fit) < deviance(top[1]):
+            top, misses = (at, fit), 0
+        else:
+            misses += 1
+        if misses == 2:
+            break
+    return top
+
+
+def _quieted(at: Context, fit: Fit, linear: Parameters) -> tuple[Context, Fit]:
+    """Return the same with the sensors' noise of every test as small as the fit shows it."""
+    for _ in range(6):
+        share = innovation_sizes(at, fit)
+        if share is None or np.min(share) > 0.85:
+            break
+        factor = np.where(share > 0.85, 1.0, np.maximum(share, 0.1))
+        bench = at.bench.quieter(factor)
+        trial = context(bench, linear, at.loose, filtered=at.filtered)
+        again = trial.fit(fit.hypothesis, fit.parameters, bench.short, 2)
+        if again is None or deviance(again) > deviance(fit) - 20.0:
+            break
+        at, fit = _descended(trial, again, linear)
+    return at, fit
+
+
+def innovation_sizes(at: Context, fit: Fit) -> FloatArray | None:
+    """Return the rms of the whitened innovations of every test; of a held-out one, the mean."""
+    from shakerproc.diagnose.fit import taken_away, whitened
+
+    structure, tunings, short = (
+        at.bench.structure,
+        at.tuned(fit.hypothesis, fit.parameters),
+        at.bench.short,
+    )
+    beyond = None
+    if at.filtered and fit.hypothesis.terms:
+        for _ in range(2):
+            beyond = taken_away(
+                structure, fit.hypothesis, fit.parameters, short, tunings, beyond
+            )
+    seen = whitened(structure, fit.hypothesis, fit.parameters, short, tunings, beyond)
+    if seen is None:
+        return None
+    power, count = np.zeros(len(at.bench.prepared)), np.zeros(len(at.bench.prepared))
+    for segment, part in zip(short, seen[0], strict=True):
+        power[segment.test] += float(np.sum(part**2))
+        count[segment.test] += part.size
+    known = count > 0.0
+    out = np.full(power.size, 1.0)
+    out[known] = np.sqrt(power[known] / count[known])
+    out[~known] = float(np.exp(np.mean(np.log(out[known]))))
+    return out
 
 
 def deviance(fit: Fit) -> float:
