@@ -347,7 +347,8 @@ def levenberg(
 
 def compass(
     structure: Structure, hypothesis: Hypothesis, start: Parameters,
-    segments: tuple[Segment, ...], tunings: tuple[Tuning, ...], *, rounds: int = 9, reach: float = 1.0,
+    segments: tuple[Segment, ...], tunings: tuple[Tuning, ...], *, rounds: int = 9,
+    reach: float = 1.0,
 ) -> Parameters:  # fmt: skip
     """Return better parameters near the start, by steps along each number in turn.
 
