@@ -125,6 +125,7 @@ GAP = Candidate(
     grid=lambda motion: [(a,) for a in _fractions(motion, 18)],
     combine=_single,
     rows=lambda p, _: ((kernel.GAP, (p[0], p[1])),),
+    nested=MappingProxyType({"offset_gap": lambda p, _: [(p[0], 0.5 * (p[1] + p[2]))]}),
 )  # fmt: skip
 
 OFFSET_GAP = Candidate(
@@ -134,6 +135,11 @@ OFFSET_GAP = Candidate(
     grid=_offset_grid,
     combine=_single,
     rows=lambda p, _: ((kernel.OFFSET_GAP, p),),
+    nested=MappingProxyType({
+        "gap": lambda p, _: [
+            (p[0], p[1] * (1.0 + off), p[1] * (1.0 - off)) for off in (-0.3, -0.02, 0.02, 0.3)
+        ]
+    }),
 )  # fmt: skip
 
 
@@ -145,6 +151,9 @@ def _stop(side: float) -> Candidate:
         combine=_single,
         rows=lambda p, _: ((kernel.STOP, (p[0], p[1], side)),),
         fixed=MappingProxyType({"side": "positive" if side > 0.0 else "negative"}),
+        nested=MappingProxyType({
+            "offset_gap": lambda p, _: [(p[0], p[1] if side > 0.0 else p[2])]
+        }),
     )  # fmt: skip
 
 
@@ -192,6 +201,10 @@ COULOMB = Candidate(
     combine=lambda inner, weights, _: (float(weights[0]),) if _above(weights[0]) else None,
     rows=lambda p, _: ((kernel.COULOMB, p),),
     guesses=lambda motion: [(f * motion.force,) for f in FORCES],
+    nested=MappingProxyType({
+        "stribeck_friction": lambda p, _: [(p[0],), (p[0] * (1.0 + 0.5 * p[1]),)],
+        "lugre_friction": lambda p, _: [(p[0],)],
+    }),
 )  # fmt: skip
 
 

@@ -284,7 +284,7 @@ def levenberg(
     beyond: list[FloatArray] | None = None
     filtered = filtered and bool(hypothesis.terms)
     if filtered:
-        for _ in range(2):
+        for _ in range(3):
             beyond = taken_away(structure, hypothesis, start, segments, tunings, beyond)
             if beyond is None:
                 return None

@@ -347,6 +347,9 @@ def pair_search(
     if found is None:
         return None
     gained = deviance(best) - deviance(found[1])
+    together = _left(found[0], found[1], found[0].bench)
+    if together > 0.75 * _left(at, best, at.bench):
+        return None
     return found if gained > max(100.0, 0.1 * best.count) else None
 
 

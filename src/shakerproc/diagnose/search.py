@@ -189,10 +189,11 @@ class Context:
         )  # fmt: skip
 
     def valley(
-        self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0, rounds: int = 9
-    ) -> Parameters:
+        self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0,
+        rounds: int = 9, always: bool = False,
+    ) -> Parameters:  # fmt: skip
         """Return where to begin a fit: the start itself, or lower where the way is rugged."""
-        if not {term.candidate.kind for term in hypothesis.terms} & DRY:
+        if not always and not {term.candidate.kind for term in hypothesis.terms} & DRY:
             return start
         tunings = self.tuned(hypothesis, start)
         return compass(
@@ -343,8 +344,9 @@ def annealed(
     rest = [e[1] for e in ends[1:]] + [
         f for f in fits if f not in near and f.cost < 4.0 * fits[0].cost
     ]
-    again = refit(final, rest, bench.short, 4)
-    return final, sorted([best, *again], key=deviance)
+    again = [best, *refit(final, rest, bench.short, 4)]
+    again += nested_fits(final, base, starts, sorted(again, key=deviance))
+    return final, one_of_each(sorted(again, key=deviance))
 
 
 def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) -> list[Fit]:
@@ -398,14 +400,26 @@ def tightened(at: Context, fit: Fit, linear: Parameters) -> tuple[Context, Fit]:
     of the response that the model may miss, and less noise than the quiet part of the band
     shows (a force with jumps is never quiet).
     """
+    if fit.cost > 1.5 * fit.count:
+        lower = at.valley(fit.hypothesis, fit.parameters, reach=0.5, rounds=6, always=True)
+        again = at.fit(fit.hypothesis, lower, at.bench.short, 8)
+        if again is not None and deviance(again) < deviance(fit):
+            fit = again
     ends = [_descended(at, fit, linear)]
     if not at.filtered and fit.hypothesis.terms:
-        begun = replace(at, filtered=True)
-        first = begun.fit(fit.hypothesis, fit.parameters, at.bench.short, 2)
-        if first is not None:
-            ends.append(_descended(begun, first, linear))
-            if deviance(ends[1][1]) < deviance(ends[0][1]) - 20.0:
-                ends.reverse()
+        begun = [
+            context(at.bench, linear, max(FLOOR, share * at.loose), filtered=True)
+            for share in (1.0, 0.3, 0.1, 0.03)
+        ]
+        tried = [one.fit(fit.hypothesis, fit.parameters, at.bench.short, 0) for one in begun]
+        scored = [(deviance(f), i) for i, f in enumerate(tried) if f is not None]
+        if scored:
+            there = begun[min(scored)[1]]
+            first = there.fit(fit.hypothesis, fit.parameters, at.bench.short, 6)
+            if first is not None:
+                ends.append(_descended(there, first, linear))
+                if deviance(ends[1][1]) < deviance(ends[0][1]) - 20.0:
+                    ends.reverse()
     return _quieted(*ends[0], linear)
 
 
