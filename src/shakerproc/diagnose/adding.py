@@ -91,7 +91,7 @@ def fit_effect(
     if not fits:
         raise DiagnosisError(f"{kind} cannot be fitted to these tests; its motion runs away.")
     fit = fits[0]
-    kept = bench.kept() or bench.fitted()
+    kept = bench.kept()
     numbers = estimates(fit, len(fit.hypothesis.terms) - 1)
     term = fit.hypothesis.terms[-1]
     stiffness, damping = linear_estimates(known, fit)

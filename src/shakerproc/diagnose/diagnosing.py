@@ -20,7 +20,14 @@ from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.next_test import level_text, loudest, settle
 from shakerproc.diagnose.pipeline import MATTERS, Findings, investigate
 from shakerproc.diagnose.prepare import TestArrays
-from shakerproc.diagnose.problem import Hypothesis, Parameters, assemble, law_table, run
+from shakerproc.diagnose.problem import (
+    Hypothesis,
+    Parameters,
+    Segment,
+    assemble,
+    law_table,
+    run,
+)
 from shakerproc.diagnose.result import (
     Diagnosis,
     Errors,
@@ -119,7 +126,7 @@ def _worded(
     start: Parameters, clearances: Sequence[float], seed: int,
 ) -> Diagnosis:  # fmt: skip
     at, linear = found.at, found.linear
-    fitted, kept = at.bench.fitted(), at.bench.kept() or at.bench.fitted()
+    fitted, kept = at.bench.fitted(), at.bench.kept()
     ordered = rank(found.fits)
     best = ordered[0] if ordered else None
     real = best is not None and _matters(best, linear)
@@ -153,7 +160,7 @@ def _worded(
     )
     if verdict in {"outside library", "cannot tell"}:
         effects = []
-    tried = [_tried(known, found, fit, kept, n_base) for fit in ordered]
+    tried = [_tried(known, found, fit, (fitted, kept), n_base) for fit in ordered]
     tried += [
         Tried(s.candidate.kind, known.between(s.joint), None, None, {})
         for s in found.starts
@@ -288,13 +295,16 @@ def _reach(found: Findings) -> float:
     return reach
 
 
-def _tried(known: Skeleton, found: Findings, fit: Fit, kept, n_base: int) -> Tried:  # type: ignore[no-untyped-def]
+def _tried(
+    known: Skeleton, found: Findings, fit: Fit,
+    parts: tuple[tuple[Segment, ...], tuple[Segment, ...]], n_base: int,
+) -> Tried:  # fmt: skip
     term = fit.hypothesis.terms[-1]
     return Tried(
         "+".join(t.candidate.kind for t in fit.hypothesis.terms[n_base:]),
         known.between(term.joint),
-        float(np.sqrt(fit.cost / fit.count)),
-        error_of(found.at, fit.hypothesis, fit.parameters, kept),
+        error_of(found.at, fit.hypothesis, fit.parameters, parts[0]),
+        error_of(found.at, fit.hypothesis, fit.parameters, parts[1]),
         estimates(fit, len(fit.hypothesis.terms) - 1),
     )
 
@@ -393,8 +403,8 @@ def _notes(tests: tuple[TestArrays, ...]) -> tuple[str, ...]:
     out = []
     if not any(t.hold_out for t in tests):
         out.append(
-            "No test was held out: the error called held-out is of fitted tests; mark a test "
-            "hold_out: true."
+            "No test is marked hold_out: true; the held-out error is of every third block of "
+            "the tests, which took no part in the fit."
         )
     if len({round(float(np.std(t.controls)), 6) for t in tests}) < 2:
         out.append("All tests are at one level: what depends on amplitude is hard to see.")

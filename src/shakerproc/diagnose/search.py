@@ -53,12 +53,21 @@ class Bench:
     priors: Priors
 
     def fitted(self) -> tuple[Segment, ...]:
-        """Return the whole tests that may be fitted to."""
-        return tuple(s for s in self.whole if not s.hold_out)
+        """Return what may be fitted to: whole tests, or two of three blocks if none is kept."""
+        if self.marked:
+            return tuple(s for s in self.whole if not s.hold_out)
+        return tuple(piece for s in self.whole for piece in blocks(s, kept=False))
 
     def kept(self) -> tuple[Segment, ...]:
-        """Return the whole tests that are only scored."""
-        return tuple(s for s in self.whole if s.hold_out)
+        """Return what is only scored: the tests held out, or every third block of all."""
+        if self.marked:
+            return tuple(s for s in self.whole if s.hold_out)
+        return tuple(piece for s in self.whole for piece in blocks(s, kept=True))
+
+    @property
+    def marked(self) -> bool:
+        """Whether a test is held out."""
+        return any(s.hold_out for s in self.whole)
 
     def quieter(self, factor: FloatArray) -> "Bench":
         """Return the same with the noise of the sensors of every test times a factor."""
@@ -89,6 +98,25 @@ def fineness(structure: Structure, sample_rate: float) -> int:
     return int(np.clip(np.ceil(fastest / sample_rate / 0.12), 1, 6))
 
 
+def blocks(segment: Segment, *, kept: bool) -> list[Segment]:
+    """Return every third block of a test, or the pairs of blocks between them.
+
+    Blocks last a second, or a ninth of a shorter test; the observer runs in before it counts.
+    """
+    n, rate = segment.measured.shape[1], segment.sample_rate
+    size = max(min(round(rate), n // 9), round(0.3 * rate))
+    edges = range(0, n, 3 * size)
+    ends = [(i + 2 * size, i + 3 * size) if kept else (i, i + 2 * size) for i in edges]
+    run_in = round(0.15 * rate)
+    out = []
+    for start, stop in ends:
+        first = max(start - run_in, 0) if kept else start
+        if min(stop, n) - first > 2 * run_in:
+            skip = max(run_in, segment.skip - first)
+            out.append(cut(segment, first, min(stop, n), skip))
+    return [piece for piece in out if piece.skip < piece.measured.shape[1] - run_in]
+
+
 def windows(prepared: Prepared, seconds: float) -> list[tuple[int, int]]:
     """Return the stretches of a test that stand for it: one where it is loud, or three."""
     rate, n = prepared.sample_rate, prepared.measured.shape[1]
@@ -116,11 +144,20 @@ def short_segments(
 ) -> tuple[Segment, ...]:
     """Return the short stretches of the tests that may be fitted to."""
     out = []
+    marked = any(segment.hold_out for segment in whole)
     for segment in whole:
         if segment.hold_out:
             continue
+        run_in = int(0.15 * segment.sample_rate)
         for start, stop in windows(prepared[segment.test], SEGMENT_SECONDS):
-            out.append(cut(segment, start, stop, int(0.15 * segment.sample_rate)))
+            if marked:
+                out.append(cut(segment, start, stop, run_in))
+                continue
+            for piece in blocks(segment, kept=False):
+                first = max(start, piece.start)
+                last = min(stop, piece.start + piece.measured.shape[1])
+                if last - first > 2 * run_in:
+                    out.append(cut(segment, first, last, run_in))
     return tuple(out)
 
 
