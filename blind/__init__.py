@@ -4,3 +4,7 @@ Nothing here but `score` imports shakerproc. The force laws, the integrator, the
 the files are written afresh, so that a campaign cannot be explained by a mistake that the
 simulation which fits it shares.
 """
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # campaigns fill the cores by themselves

@@ -1,9 +1,14 @@
 """The command line: the only room that prints."""
 
+import os
 import sys
 from typing import Annotated
 
 import typer
+
+# before numpy is imported: our own threads and processes fill the cores, and those of the
+# matrix library would only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from shakerproc import __version__
 from shakerproc.cli import output

@@ -217,7 +217,7 @@ def _stribeck_values(inner: Values, weights: FloatArray, _: Motion) -> Values | 
 def _stribeck_around(coulomb: Values, motion: Motion) -> list[Values]:
     return [
         (share * coulomb[0], excess, speed * motion.fast)
-        for share, excess in ((0.97, 0.1), (0.9, 0.4), (0.75, 0.8))
+        for share, excess in ((0.97, 0.1), (0.85, 0.2), (0.9, 0.4), (0.65, 0.5), (0.75, 0.8))
         for speed in (0.05, 0.2, 0.6, 1.5)
     ]
 

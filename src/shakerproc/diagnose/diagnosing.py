@@ -47,6 +47,8 @@ from shakerproc.models import Model
 
 GAIN_TOLERANCE = 0.01
 """Gain error of a sensor below which no fault is named [-]."""
+NEGLIGIBLE = 0.01
+"""Share of the response that is as good as explained: what sensors are calibrated to [-]."""
 DELAY_TOLERANCE = 5e-6
 """Delay below which no fault is named [s]."""
 
@@ -154,7 +156,13 @@ def _worded(
         )
         for i, term in enumerate(chosen.hypothesis.terms[n_base:])
     ]  # fmt: skip
-    outside = real and best is not None and _outside(found, best, errors, fitted)
+    if real and best is not None:
+        outside = _outside(found, best, errors, fitted)
+    else:
+        held = errors.held_out
+        outside = held.after > max(2.0 * errors.noise_floor, NEGLIGIBLE, 0.06 * held.before)
+    if outside:  # what was fitted to make up for unknown physics is not a fault
+        faults = [f for f in faults if f.kind not in {"sensor_gain", "sensor_delay"}]
     verdict, sentence = _verdict(
         known, effects, faults, same, errors, clearances, found, outside=outside
     )
@@ -195,7 +203,7 @@ def _outside(found: Findings, best: Fit, errors: Errors, fitted) -> bool:  # typ
     linear = error_of(at, found.linear.hypothesis, found.linear.parameters, fitted)
     floor = noise_floor(fitted, at)
     excess = float(np.sqrt(max(after**2 - floor**2, 0.0)))
-    return after > 1.5 * floor and excess > 0.06 * linear
+    return after > max(1.5 * floor, NEGLIGIBLE) and excess > 0.06 * linear
 
 
 def _confidence(ordered: Sequence[Fit]) -> float:
@@ -249,9 +257,10 @@ def _verdict(
     wrong = " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
     held = errors.held_out
     fall = f"the held-out error falls from {held.before:.3g} to {held.after:.3g}"
-    if effects and outside:
+    if outside:
+        nearest = f"the nearest, {named}," if effects else "the refitted model"
         return "outside library", (
-            f"Something is missing that is not in the library: the nearest, {named}, leaves "
+            f"Something is missing that is not in the library: {nearest} leaves "
             f"{held.after:.3g} of the response where the noise is {errors.noise_floor:.3g}."
         )
     if effects:

@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import faults as guesses
 from shakerproc.diagnose.arrays import Correction, no_correction, prepare
+from shakerproc.diagnose.decide import error_of, size, window
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
@@ -323,7 +324,7 @@ def pair_search(
     best = fits[0]
     if only_noise(at, best):
         return None
-    found: tuple[Context, Fit] | None = None
+    found: list[tuple[Context, Fit]] = []
     for single in fits[:2]:
         term = single.hypothesis.terms[-1]
         worse = deviance(single) > deviance(best) + best.count
@@ -342,15 +343,16 @@ def pair_search(
             continue
         remaining = remaining_of(screened, screen, regression, starts)
         tighter, pairs = annealed(at, single, starts, remaining, (single.parameters,), 2)
-        if pairs and (found is None or deviance(pairs[0]) < deviance(found[1])):
-            found = tighter, pairs[0]
-    if found is None:
+        found += [(tighter, pair) for pair in pairs]
+    if not found:
         return None
-    gained = deviance(best) - deviance(found[1])
-    together = _left(found[0], found[1], found[0].bench)
-    if together > 0.75 * _left(at, best, at.bench):
+    least = min(deviance(pair) for _, pair in found)
+    near = [one for one in found if deviance(one[1]) <= least + window([one[1]])]
+    chosen = min(near, key=lambda one: (size(one[1]), deviance(one[1])))
+    gained = deviance(best) - deviance(chosen[1])
+    if _left(*chosen, chosen[0].bench) > 0.75 * _left(at, best, at.bench):
         return None
-    return found if gained > max(100.0, 0.1 * best.count) else None
+    return chosen if gained > max(100.0, 0.1 * best.count) else None
 
 
 def _floor(bench: Bench) -> float:
@@ -365,8 +367,6 @@ def _floor(bench: Bench) -> float:
 
 def _left(at: Context, fit: Fit, bench: Bench) -> float:
     """Return the rms of the innovations over that of the response, over the short stretches."""
-    from shakerproc.diagnose.decide import error_of
-
     return error_of(at, fit.hypothesis, fit.parameters, bench.short)
 
 

@@ -406,11 +406,12 @@ def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) ->
             for values in guesses
         ]
         tried = [at.fit(hypothesis, one, at.bench.short, 0) for one in begun]
-        scored = [(deviance(f), i) for i, f in enumerate(tried) if f is not None]
-        if not scored:
-            return None
-        first = at.valley(hypothesis, begun[min(scored)[1]])
-        return at.fit(hypothesis, first, at.bench.short, 6)
+        scored = sorted((deviance(f), i) for i, f in enumerate(tried) if f is not None)
+        ends = [
+            at.fit(hypothesis, at.valley(hypothesis, begun[i]), at.bench.short, 6)
+            for _, i in scored[: 2 if start.candidate.kind in DRY else 1]
+        ]
+        return min((f for f in ends if f is not None), key=deviance, default=None)
 
     with ThreadPoolExecutor(2) as pool:
         return [fit for fit in pool.map(work, jobs) if fit is not None]
@@ -544,11 +545,20 @@ def refit(at: Context, fits: list[Fit], segments: tuple[Segment, ...], iteration
     return sorted(new, key=deviance)
 
 
+def _as_acceleration(structure: Structure, prepared: Prepared) -> float:
+    """Return the rms of the responses, as accelerations at the lowest resonance [m/s²]."""
+    from shakerproc.diagnose.structure import matrices
+
+    slowest = float(np.min(np.abs(np.linalg.eigvals(matrices(structure).state))))
+    factors = np.array([slowest ** (2 - sensing.order) for sensing in structure.sensing])
+    return float(np.sqrt(np.mean((prepared.measured * factors[:, None]) ** 2)))
+
+
 def make_bench(
     structure: Structure, prepared: tuple[Prepared, ...], fine: int, priors: Priors
 ) -> Bench:
     """Return a bench."""
     whole = tuple(full_segment(p, i, fine) for i, p in enumerate(prepared))
     short = short_segments(whole, prepared)
-    rms = np.array([float(np.sqrt(np.mean(p.measured**2))) for p in prepared])
+    rms = np.array([_as_acceleration(structure, p) for p in prepared])
     return Bench(structure, prepared, whole, short, rms, priors)
