@@ -6,8 +6,10 @@ from numpy.testing import assert_allclose
 
 from shakerproc.diagnose import kernel, single
 from shakerproc.diagnose.faults import clipped, hum_lines
+from shakerproc.diagnose.fit import drawn_in
 from shakerproc.diagnose.prepare import shifted, upsample, white_level
-from shakerproc.diagnose.problem import Observed, beyond_filter
+from shakerproc.diagnose.problem import Observed, Segment, beyond_filter
+from shakerproc.diagnose.search import blocks
 from shakerproc.diagnose.structure import (
     Joint,
     Sensing,
@@ -190,3 +192,26 @@ def test_the_jumps_of_forces_are_located_within_the_step(op, numbers):
     error = np.max(np.abs(states[0] - reference)) / np.max(np.abs(reference))
     assert np.max(np.abs(linear - reference)) > 0.1 * np.max(np.abs(reference))
     assert error < 5e-3
+
+
+def test_blocks_kept_aside_share_no_judged_sample_with_those_fitted():
+    rate, n = 1000.0, 20500
+    zeros = np.zeros((1, n))
+    whole = Segment(0, "a", rate, 1, 0, 300, zeros[0], zeros, zeros, zeros + 1.0, 0, False)
+    judged = {kept: np.zeros(n, dtype=int) for kept in (True, False)}
+    for kept, count in judged.items():
+        for piece in blocks(whole, kept=kept):
+            count[piece.start + piece.skip : piece.start + piece.measured.shape[1]] += 1
+    assert not np.any((judged[True] > 0) & (judged[False] > 0))
+    assert max(np.max(count) for count in judged.values()) == 1
+    assert not np.any(judged[False][:300])
+    assert np.mean(judged[True]) == pytest.approx(1.0 / 3.0, abs=0.03)
+    assert np.mean(judged[False]) > 0.58
+
+
+def test_samples_that_miss_by_far_weigh_linearly():
+    e = np.array([-40.0, -5.0, 1.0, 5.0, 20.0])
+    loss = drawn_in(e) ** 2
+    assert_allclose(loss[1:4], e[1:4] ** 2)
+    assert_allclose(loss[[0, 4]], 2.0 * 5.0 * np.abs(e[[0, 4]]) - 25.0)
+    assert np.all(np.sign(drawn_in(e)) == np.sign(e))
