@@ -170,3 +170,48 @@ def test_the_gap_of_a_chain_of_three_masses_is_found_in_its_joint(tmp_path):
     assert clearance.low < truth["parameters"]["clearance"] < clearance.high
     assert clearance.value == pytest.approx(truth["parameters"]["clearance"], rel=0.01)
     assert found.errors.held_out.after < 1.5 * found.errors.noise_floor
+
+
+@pytest.mark.shared
+def test_the_silverbox_is_a_cubic_spring(shared, tmp_path):
+    """An electronic circuit made to be x'' + c x' + k x + k3 x^3 = force [1]_.
+
+    References
+    ----------
+    .. [1] T. Wigren and J. Schoukens, "Three free data sets for development and benchmarking
+       in nonlinear system identification", European Control Conference, 2933-2938, 2013.
+    """
+    shutil.copy(next((shared / "data").rglob("SNLS80mV.mat")), tmp_path / "SNLS80mV.mat")
+    found = diagnosis_of(tmp_path, BOX_MODEL, BOX_LOG)
+    assert found.verdict == "effect found"
+    (effect,) = found.effects
+    assert effect.kind == "cubic_stiffness"
+    linear = found.linear["stiffness base-box"].value
+    assert effect.parameters["coefficient"].value / linear == pytest.approx(3.2, rel=0.15)
+
+
+BOX_MODEL = """
+model: 1
+title: Silverbox, linear
+masses: {box: 5.375 mg}
+elements:
+  - {kind: spring, between: [base, box], stiffness: 1.0 N/m}
+  - {kind: damper, between: [base, box], damping: 0.00025 N s/m}
+excitation: {force on: box}
+sensors:
+  V2: {at: box, measures: displacement}
+"""
+
+BOX_LOG = """
+testlog: 1
+title: Silverbox
+recordings: .
+channels:
+  V1: {role: force, at: box, sensitivity: 1 V/N}
+  V2: {role: displacement, at: box, sensitivity: 1 V/m}
+processing:
+  crop: none
+  sample_rate: 610.35 Hz
+tests:
+  - {id: 1, recording: SNLS80mV.mat, excitation: random, from: 5 Hz, to: 200 Hz}
+"""
