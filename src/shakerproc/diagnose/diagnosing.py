@@ -8,6 +8,7 @@ from scipy.signal import welch
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.arrays import Correction
+from shakerproc.diagnose.candidates import Candidate
 from shakerproc.diagnose.decide import (
     error_of,
     estimates,
@@ -170,7 +171,7 @@ def _worded(
         effects = []
     tried = [_tried(known, found, fit, (fitted, kept), n_base) for fit in ordered]
     tried += [
-        Tried(s.candidate.kind, known.between(s.joint), None, None, {})
+        Tried(s.candidate.kind, known.between(s.joint), None, None, _side(s.candidate))
         for s in found.starts
         if s.candidate.kind not in {t.kind for t in tried}
     ]
@@ -187,6 +188,12 @@ def _worded(
         notes=_notes(tests),
         seed=seed,
     )
+
+
+def _side(candidate: Candidate) -> dict[str, Estimate]:
+    """Return what tells candidates of one kind apart: the side of a stop."""
+    words = {name: value for name, value in candidate.fixed.items() if isinstance(value, str)}
+    return {name: Estimate(word, None, None, "") for name, word in words.items()}
 
 
 def _stands_alone(fault: Finding, known: Skeleton) -> bool:

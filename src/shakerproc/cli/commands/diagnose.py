@@ -9,6 +9,7 @@ from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from shakerproc.diagnose import Diagnosis
+    from shakerproc.diagnose.result import Tried
 
 
 def diagnose(
@@ -64,8 +65,8 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
         )
     output.print_table(
         ["candidate", "between", "held_out_error"],
-        [[c.kind, " - ".join(c.between), c.held_out_error] for c in result.candidates],
-        title="Candidates, best first",
+        [[_label(c), " - ".join(c.between), c.held_out_error] for c in result.candidates],
+        title="Candidates, best first; without an error: too little explained to be fitted",
         json_target=json_target,
     )
     for test in result.next_test:
@@ -75,3 +76,9 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
         )
     for note in result.notes:
         output.message(note)
+
+
+def _label(candidate: "Tried") -> str:
+    """Return the kind of a candidate, with its side where it has one."""
+    side = candidate.parameters.get("side")
+    return candidate.kind if side is None else f"{candidate.kind} ({side.value})"
