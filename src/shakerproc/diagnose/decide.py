@@ -135,7 +135,7 @@ def error_of(
     tunings = at.tuned(hypothesis, p)
     structure = at.bench.structure
     beyond = None
-    if at.filtered and hypothesis.terms:
+    if at.filtered:
         beyond = taken_away(structure, hypothesis, p, segments, tunings, None)
         beyond = taken_away(structure, hypothesis, p, segments, tunings, beyond)
     above = below = 0.0

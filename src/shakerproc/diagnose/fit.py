@@ -282,7 +282,6 @@ def levenberg(
         return whitened(structure, hypothesis, code.unpack(at), segments, tunings, beyond)
 
     beyond: list[FloatArray] | None = None
-    filtered = filtered and bool(hypothesis.terms)
     if filtered:
         for _ in range(3):
             beyond = taken_away(structure, hypothesis, start, segments, tunings, beyond)

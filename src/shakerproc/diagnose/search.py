@@ -509,7 +509,7 @@ def innovation_sizes(at: Context, fit: Fit) -> FloatArray | None:
         at.bench.short,
     )
     beyond = None
-    if at.filtered and fit.hypothesis.terms:
+    if at.filtered:
         for _ in range(2):
             beyond = taken_away(
                 structure, fit.hypothesis, fit.parameters, short, tunings, beyond
