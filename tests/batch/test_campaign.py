@@ -190,7 +190,7 @@ def test_ctrl_c_ends_a_batch_at_once_with_130(tmp_path):
         text=True,
         start_new_session=True,
         # a shell that runs its tests in the background has them ignore Ctrl-C
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
     )
     until = time.monotonic() + 60.0
     while not (out / "manifest.json").exists() and time.monotonic() < until:
