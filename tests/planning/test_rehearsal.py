@@ -1,14 +1,13 @@
 """A simulated campaign: what is written is what the log and the model say."""
 
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import run
 
-from shakerproc.cli import main
 from shakerproc.compare import compare, sentence
 from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError
@@ -63,19 +62,6 @@ def campaign(tmp_path):
     (tmp_path / "model.yaml").write_text(MODEL)
     (tmp_path / "log.yaml").write_text(LOG)
     return tmp_path
-
-
-def run(*arguments):
-    """Run a command; return its exit status."""
-    before = sys.argv
-    sys.argv = ["shakerproc", *map(str, arguments)]
-    try:
-        main()
-    except SystemExit as left:
-        return left.code or 0
-    finally:
-        sys.argv = before
-    return 0
 
 
 def read(campaign):

@@ -1,13 +1,12 @@
 """Limits of the shaker in the log, and the tests that a diagnosis asks for."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import run
 
-from shakerproc.cli import main
 from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.planning import (
@@ -44,19 +43,6 @@ DIAGNOSIS = {
 def log(tmp_path):
     (tmp_path / "log.yaml").write_text(LOG)
     return read_testlog(tmp_path / "log.yaml")
-
-
-def run(*arguments):
-    """Run a command; return its exit status."""
-    before = sys.argv
-    sys.argv = ["shakerproc", *map(str, arguments)]
-    try:
-        main()
-    except SystemExit as left:
-        return left.code or 0
-    finally:
-        sys.argv = before
-    return 0
 
 
 def test_the_log_says_what_the_shaker_can_do(log):

@@ -1,13 +1,12 @@
 """Pictures of the effects: what they show is what closed forms say, and all can be drawn."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import run
 
-from shakerproc.cli import main
 from shakerproc.models import EFFECTS, FAULTS
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.report import style
@@ -15,19 +14,6 @@ from shakerproc.report.effects import FREQUENCY, cycle_of, picture
 
 OMEGA = 2.0 * np.pi * FREQUENCY
 A = 1.2e-4
-
-
-def run(*arguments):
-    """Run a command; return its exit status."""
-    before = sys.argv
-    sys.argv = ["shakerproc", *map(str, arguments)]
-    try:
-        main()
-    except SystemExit as left:
-        return left.code or 0
-    finally:
-        sys.argv = before
-    return 0
 
 
 def half_open(ratio):
