@@ -6,7 +6,7 @@ from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
 
-from shakerproc.compare.errors import Pair, share
+from shakerproc.compare.errors import Pair
 from shakerproc.compare.measured import Measured
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import FloatArray
@@ -112,8 +112,3 @@ def worst(floor: Floor) -> float:
     """Return the floor of the noisiest sensor [-]."""
     known = floor.share[np.isfinite(floor.share)]
     return float(known.max()) if known.size else float("nan")
-
-
-def times_floor(error: float, floor: float) -> float | None:
-    """Return how many times the floor an error is; None where that is unknown."""
-    return share(error, floor) if np.isfinite(floor) and floor > 0.0 else None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from shakerproc.compare.measured import measured_tests
 from shakerproc.diagnose.arrays import no_correction
-from shakerproc.diagnose.decide import error_of, estimates, intervals
+from shakerproc.diagnose.decide import error_of, estimates, linear_estimates
 from shakerproc.diagnose.from_files import arrays
 from shakerproc.diagnose.pipeline import remaining_of, screened_bench
 from shakerproc.diagnose.result import Estimate
@@ -94,12 +94,12 @@ def fit_effect(
     kept = bench.kept()
     numbers = estimates(fit, len(fit.hypothesis.terms) - 1)
     term = fit.hypothesis.terms[-1]
-    stiffness, damping = linear_estimates(known, fit)
+    linear = {known.between(i): both for i, both in enumerate(linear_estimates(fit))}
     return Added(
         Element(effect_of(kind, numbers), known.between(term.joint)),
         numbers,
-        stiffness,
-        damping,
+        {place: stiffness for place, (stiffness, _) in linear.items()},
+        {place: damping for place, (_, damping) in linear.items()},
         error_of(final, base, start, kept),
         error_of(final, fit.hypothesis, fit.parameters, kept),
         tuple(m.name for m in measured if not m.test.hold_out),
@@ -114,17 +114,3 @@ def effect_of(kind: str, numbers: dict[str, Estimate]) -> AbstractEffect:
     """Return the effect with these numbers."""
     values = {name: estimate.value for name, estimate in numbers.items()}
     return EFFECTS[kind](**values)
-
-
-def linear_estimates(known: Skeleton, fit):  # type: ignore[no-untyped-def]
-    """Return stiffness and damping of the joints with 95 % intervals."""
-    n = fit.parameters.stiffness.size
-    sigma = intervals(fit, n)
-    stiffness, damping = {}, {}
-    for i in range(n):
-        place = known.between(i)
-        k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
-        dk, dc = 1.96 * sigma[[i, n + i]] * fit.linear_scales[[i, n + i]]
-        stiffness[place] = Estimate(k, k - dk, k + dk, "N/m")
-        damping[place] = Estimate(c, c - dc, c + dc, "N s/m")
-    return stiffness, damping

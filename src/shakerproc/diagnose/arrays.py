@@ -1,6 +1,6 @@
 """From the arrays of a campaign to a bench: noise, faults of the samples, hold-out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,15 +38,6 @@ class Correction:
 def no_correction(n_sensors: int) -> Correction:
     """Return the correction of sound sensors."""
     return Correction(np.ones(n_sensors), np.zeros(n_sensors), {})
-
-
-@dataclass(frozen=True, slots=True)
-class Clip:
-    """A channel that stands at a limit in some tests."""
-
-    sensor: int
-    level: float
-    tests: tuple[str, ...]
 
 
 def prepare(
@@ -95,8 +86,3 @@ def _shift_mask(weight: FloatArray, samples: float) -> FloatArray:
         return weight
     moved = np.roll(weight, -round(samples))
     return moved * np.roll(moved, 1) * np.roll(moved, -1)
-
-
-def common_noise(prepared: list[Prepared]) -> tuple[Prepared, ...]:
-    """Return tests with noises that agree: each its own, where it is clearly below the rest."""
-    return tuple(replace(p) for p in prepared)

@@ -178,10 +178,6 @@ def _power(motion: Motion) -> list[Values]:
     return [(n,) for n in (1.3, 1.5, 1.7, 2.0, 2.3, 2.6, 3.2, 3.6, 4.0, 4.5, 5.0, 6.0)]
 
 
-def _power_values(inner: Values, weights: FloatArray, motion: Motion) -> Values | None:
-    return _single(inner, weights * motion.rms ** inner[0], motion)
-
-
 def power(reference: float) -> Candidate:
     """Return the power law of a joint; its force is given at this displacement [m]."""
     return Candidate(

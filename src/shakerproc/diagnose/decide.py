@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose.fit import Fit, taken_away, whitened
+from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
 from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import Context, deviance
@@ -17,11 +17,6 @@ CALIBRATION = 2e-3
 def size(fit: Fit) -> int:
     """Return how many numbers a hypothesis adds to the linear model."""
     return sum(len(term.candidate.names) for term in fit.hypothesis.terms)
-
-
-def criterion(fit: Fit) -> float:
-    """Return Bayes' information criterion: deviance and a price for every number."""
-    return deviance(fit) / max(fit.cost / fit.count, 1.0) + size(fit) * float(np.log(fit.count))
 
 
 def window(fits: Sequence[Fit]) -> float:
@@ -58,7 +53,7 @@ def ties(ordered: Sequence[Fit]) -> list[Fit]:
     ]  # fmt: skip
 
 
-def intervals(fit: Fit, structure_n: int) -> FloatArray:
+def intervals(fit: Fit) -> FloatArray:
     """Return the standard deviation of every scaled number of a fit."""
     spread = max(fit.cost / fit.count, 1.0)
     return np.sqrt(np.maximum(np.diag(fit.covariance), 0.0) * spread + CALIBRATION**2)
@@ -70,7 +65,7 @@ def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
     values = fit.parameters.values[term_index]
     n, s = fit.parameters.stiffness.size, fit.parameters.gain.size
     first = 2 * n + 2 * s + sum(len(v) for v in fit.parameters.values[:term_index])
-    sigma = intervals(fit, n)[first : first + len(values)]
+    sigma = intervals(fit)[first : first + len(values)]
     out: dict[str, Estimate] = {}
     for name, unit, value, sd, positive in zip(
         term.candidate.names, term.candidate.units, values, sigma, term.candidate.positive,
@@ -83,6 +78,18 @@ def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
             half = 1.96 * sd * abs(_start_scale(fit, term_index, name))
             out[name] = Estimate(value, value - half, value + half, unit)
     return _as_effect(term, out)
+
+
+def linear_estimates(fit: Fit) -> tuple[tuple[Estimate, Estimate], ...]:
+    """Return stiffness and damping of every joint with 95 % intervals."""
+    n = fit.parameters.stiffness.size
+    half = 1.96 * intervals(fit)[: 2 * n] * fit.linear_scales
+    out = []
+    for i in range(n):
+        k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
+        dk, dc = float(half[i]), float(half[n + i])
+        out.append((Estimate(k, k - dk, k + dk, "N/m"), Estimate(c, c - dc, c + dc, "N s/m")))
+    return tuple(out)
 
 
 def _start_scale(fit: Fit, term_index: int, name: str) -> float:
@@ -132,16 +139,9 @@ def error_of(
     The prediction is one sample ahead, by an observer that follows the measurement as far as
     the noise of the sensors justifies.
     """
-    tunings = at.tuned(hypothesis, p)
-    structure = at.bench.structure
-    beyond = None
-    if at.filtered:
-        beyond = taken_away(structure, hypothesis, p, segments, tunings, None)
-        beyond = taken_away(structure, hypothesis, p, segments, tunings, beyond)
     above = below = 0.0
-    for i, segment in enumerate(segments):
-        lost = None if beyond is None else [beyond[i]]
-        seen = whitened(structure, hypothesis, p, (segment,), tunings, lost, robust=False)
+    for segment in segments:
+        seen = at.judged(hypothesis, p, (segment,), robust=False)
         if seen is None:
             return float("inf")
         parts, logs = seen

@@ -13,6 +13,7 @@ from shakerproc.diagnose.decide import (
     error_of,
     estimates,
     intervals,
+    linear_estimates,
     noise_floor,
     rank,
     ties,
@@ -41,7 +42,7 @@ from shakerproc.diagnose.result import (
     Where,
 )
 from shakerproc.diagnose.search import deviance
-from shakerproc.diagnose.structure import matrices, pattern
+from shakerproc.diagnose.structure import angular_frequencies, pattern
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -203,8 +204,7 @@ def _stands_alone(fault: Finding, known: Skeleton) -> bool:
     a delay of a small part of a period.
     """
     if fault.kind == "sensor_delay":
-        system = matrices(known.structure).state
-        period = 2.0 * np.pi / float(np.min(np.abs(np.linalg.eigvals(system))))
+        period = 2.0 * np.pi / float(angular_frequencies(known.structure)[0])
         return abs(float(fault.parameters["delay"].value)) > 0.1 * period
     return fault.kind != "sensor_gain"
 
@@ -241,7 +241,7 @@ def _faults(known: Skeleton, found: Findings, chosen: Fit) -> list[Finding]:
     fix: Correction = found.correction
     out = []
     n, s = chosen.parameters.stiffness.size, chosen.parameters.gain.size
-    sigma = intervals(chosen, n)
+    sigma = intervals(chosen)
     for i, name in enumerate(known.sensors):
         gain = float(chosen.parameters.gain[i] * fix.gain[i])
         delay = float(chosen.parameters.delay[i] + fix.delay[i])
@@ -417,15 +417,11 @@ def _next(
 
 
 def _linear(known: Skeleton, fit: Fit) -> Mapping[str, Estimate]:
-    n = fit.parameters.stiffness.size
-    sigma = intervals(fit, n)
     out = {}
-    for i in range(n):
+    for i, (stiffness, damping) in enumerate(linear_estimates(fit)):
         a, b = known.between(i)
-        k, c = float(fit.parameters.stiffness[i]), float(fit.parameters.damping[i])
-        dk, dc = 1.96 * sigma[[i, n + i]] * fit.linear_scales[[i, n + i]]
-        out[f"stiffness {a}-{b}"] = Estimate(k, k - dk, k + dk, "N/m")
-        out[f"damping {a}-{b}"] = Estimate(c, c - dc, c + dc, "N s/m")
+        out[f"stiffness {a}-{b}"] = stiffness
+        out[f"damping {a}-{b}"] = damping
     return out
 
 

@@ -17,7 +17,6 @@ class SensorGuess:
     polarity: float
     gain: float
     delay: float
-    improvement: float
 
 
 def clipped(samples: FloatArray) -> tuple[FloatArray, float] | None:
@@ -78,7 +77,6 @@ def sensor_guess(
     )
     weight = weight / np.maximum(np.abs(h), 0.05) / np.maximum(1.0, s**2)
     best: tuple[float, FloatArray, float] | None = None
-    none_left = None
     coarse = np.concatenate([np.arange(-2e-3, 2.2e-2, 0.25 / sample_rate), [0.0]])
     for stage in range(2):
         grid = coarse
@@ -92,17 +90,13 @@ def sensor_guess(
             b = np.concatenate([(right * weight).real, (right * weight).imag])
             solved, *_ = np.linalg.lstsq(a, b, rcond=None)
             left = float(np.sum((a @ solved - b) ** 2))
-            if delay == 0.0:
-                none_left = left
             plausible = 0.5 < solved[0] < 2.0
             if plausible and (best is None or left < best[0]):
                 best = (left, solved, float(delay))
-    if best is None or none_left is None:
+    if best is None:
         return None
     gain = float(best[1][2] / best[1][0])
-    return SensorGuess(
-        float(np.sign(gain)), abs(gain), best[2], float(none_left / max(best[0], 1e-30))
-    )
+    return SensorGuess(float(np.sign(gain)), abs(gain), best[2])
 
 
 def _stretch(shortest: int) -> int:

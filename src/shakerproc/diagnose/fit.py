@@ -1,7 +1,7 @@
 """Maximum likelihood by prediction error: Levenberg-Marquardt on the observer's innovations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -234,6 +234,24 @@ def taken_away(
     return out
 
 
+def settled(
+    structure: Structure,
+    hypothesis: Hypothesis,
+    p: Parameters,
+    segments: tuple[Segment, ...],
+    tunings: tuple[Tuning, ...],
+    *,
+    rounds: int,
+) -> list[FloatArray] | None:
+    """Return what the recorder's filter took, found in rounds: it bears on what is observed."""
+    beyond = taken_away(structure, hypothesis, p, segments, tunings, None)
+    for _ in range(rounds - 1):
+        if beyond is None:
+            return None
+        beyond = taken_away(structure, hypothesis, p, segments, tunings, beyond)
+    return beyond
+
+
 def _flat(parts: list[FloatArray]) -> FloatArray:
     return np.concatenate([part.ravel() for part in parts])
 
@@ -283,10 +301,9 @@ def levenberg(
 
     beyond: list[FloatArray] | None = None
     if filtered:
-        for _ in range(3):
-            beyond = taken_away(structure, hypothesis, start, segments, tunings, beyond)
-            if beyond is None:
-                return None
+        beyond = settled(structure, hypothesis, start, segments, tunings, rounds=3)
+        if beyond is None:
+            return None
     first = parts_at(vector)
     if first is None:
         return None
@@ -422,8 +439,3 @@ def _normal_equations(
     return (columns @ columns.T).astype(float), (columns @ flat.astype(np.float32)).astype(
         float
     )
-
-
-def released(fit: Fit, fault: tuple[str, int]) -> Hypothesis:
-    """Return the hypothesis of a fit with a fault let free."""
-    return replace(fit.hypothesis, faults=(*fit.hypothesis.faults, fault))

@@ -49,28 +49,20 @@ class Findings:
         The linear model (with the effects the model has), fitted.
     fits : tuple of Fit
         Hypotheses with one more effect or fault, best first.
-    pairs : tuple of Fit
-        With two more.
     correction : Correction
         What was corrected before the fits.
     faults : dict
         Faults that stand, by sensor: kind to (sensor, numbers).
     starts : tuple of Start
         The screening.
-    screen_cost : float
-        Cost of the linear regression of the screening, and its count.
     """
 
     at: Context
     linear: Fit
     fits: tuple[Fit, ...]
-    pairs: tuple[Fit, ...]
     correction: Correction
     faults: tuple[tuple[str, int, float], ...]
     starts: tuple[Start, ...]
-    screen_cost: float
-    screen_count: int
-    linear_loose: float
 
 
 def _bench(
@@ -205,7 +197,6 @@ class Side:
 
     stage: Stage
     at: Context
-    linear_at: Context
     linear: Fit
     fits: list[Fit]
     faults: tuple[tuple[str, int, float], ...]
@@ -246,17 +237,16 @@ def _singles(
     progress("the linear model")
     at, p, screen, regression = stage.at, stage.p, stage.screen, stage.regression
     cost, count = regression.cost, screen.residual.size
-    linear_at, linear = fit_base(stage.bench, at, p, base, cost, count)
+    final, linear = fit_base(stage.bench, at, p, base, cost, count)
     fits: list[Fit] = []
-    final = linear_at
-    if _worth(linear_at, linear, joints):
+    if _worth(final, linear, joints):
         progress("the candidates")
         keep = plausible(stage.starts, cost)
         none = at.fit(base, p, stage.bench.short, 0)
         if keep and none is not None:
             remaining = remaining_of(at, screen, regression, keep)
             final, fits = annealed(at, none, keep, remaining, (start, linear.parameters))
-    return Side(stage, final, linear_at, linear, fits, tuple(found))
+    return Side(stage, final, linear, fits, tuple(found))
 
 
 def _finished(
@@ -276,10 +266,8 @@ def _finished(
         linear.hypothesis, linear.parameters, final.bench.fitted(), 3, sensors=True
     )
     return Findings(
-        final, whole or linear, tuple(fits), (), stage.fix, side.faults,
-        tuple(stage.starts), stage.regression.cost, stage.screen.residual.size,
-        side.linear_at.loose,
-    )  # fmt: skip
+        final, whole or linear, tuple(fits), stage.fix, side.faults, tuple(stage.starts)
+    )
 
 
 def _sharpened(

@@ -77,16 +77,6 @@ class Parameters:
     values: tuple[tuple[float, ...], ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reference:
-    """The linear model that sets the correction gains, and the weights of the innovations."""
-
-    structure: Structure
-    noise: FloatArray
-    input_noise: FloatArray
-    model_noise: FloatArray
-
-
 def placed(index: int, n: int) -> int:
     """Return a mass index as the observer counts: the base comes last."""
     return n if index < 0 else index

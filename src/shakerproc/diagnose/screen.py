@@ -358,8 +358,3 @@ def try_attached(
                 values = (float(weights[0]), frequency, ratio)
                 found.append(_start(screen, candidate, joint, values, base, gain))
     return sorted(found, key=lambda start: -start.gain)
-
-
-def term_of(start: Start) -> Term:
-    """Return the term of a start."""
-    return Term(start.candidate, start.joint)

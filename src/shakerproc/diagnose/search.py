@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.candidates import library
-from shakerproc.diagnose.fit import Fit, Priors, compass, levenberg
+from shakerproc.diagnose.fit import Fit, Priors, compass, levenberg, settled, whitened
 from shakerproc.diagnose.prepare import Prepared
 from shakerproc.diagnose.problem import (
     Hypothesis,
@@ -30,7 +30,7 @@ from shakerproc.diagnose.screen import (
     try_attached,
     try_candidate,
 )
-from shakerproc.diagnose.structure import Structure
+from shakerproc.diagnose.structure import Structure, angular_frequencies
 
 SEGMENT_SECONDS = 3.5
 FLOOR = 5e-4
@@ -92,9 +92,7 @@ class Bench:
 
 def fineness(structure: Structure, sample_rate: float) -> int:
     """Return fine steps per sample such that the fastest mode turns 0.12 rad in one."""
-    from shakerproc.diagnose.structure import matrices
-
-    fastest = float(np.max(np.abs(np.linalg.eigvals(matrices(structure).state))))
+    fastest = float(angular_frequencies(structure)[-1])
     return int(np.clip(np.ceil(fastest / sample_rate / 0.12), 1, 6))
 
 
@@ -172,13 +170,6 @@ def blend_frequency(prepared: Prepared, structure: Structure, omega: float) -> f
     return float(np.clip(np.cbrt(cube), 0.1 * own, 0.7 * own))
 
 
-def linear_start(bench: Bench) -> Parameters:
-    """Return the nominal parameters."""
-    s = bench.structure
-    n = len(s.sensing)
-    return Parameters(s.stiffness.copy(), s.damping.copy(), np.ones(n), np.zeros(n))
-
-
 def equation_linear(
     bench: Bench, p: Parameters, loose: float = 0.3, rounds: int = 3
 ) -> Parameters:
@@ -225,6 +216,17 @@ class Context:
             filtered=self.filtered,
         )  # fmt: skip
 
+    def judged(
+        self, hypothesis: Hypothesis, p: Parameters, segments: tuple[Segment, ...], *,
+        robust: bool = True,
+    ) -> tuple[list[FloatArray], float] | None:  # fmt: skip
+        """Return the whitened innovations of segments and the sum of their logarithms."""
+        structure, tunings = self.bench.structure, self.tuned(hypothesis, p)
+        beyond = None
+        if self.filtered:
+            beyond = settled(structure, hypothesis, p, segments, tunings, rounds=2)
+        return whitened(structure, hypothesis, p, segments, tunings, beyond, robust=robust)
+
     def valley(
         self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0,
         rounds: int = 9, always: bool = False,
@@ -249,7 +251,7 @@ def context(
 
 def build_screen(at: Context, p: Parameters, joints: tuple[int, ...]) -> Screen | None:
     """Return the screening of a linear fit."""
-    omega = _strongest(at)
+    omega = float(angular_frequencies(at.reference)[0])
     blend = max(
         blend_frequency(prepared, at.reference, omega)
         for prepared in at.bench.prepared
@@ -258,12 +260,6 @@ def build_screen(at: Context, p: Parameters, joints: tuple[int, ...]) -> Screen 
     return prepare_screen(
         at.bench.structure, p, at.bench.whole, at.bench.short, at.tunings, blend, joints
     )
-
-
-def _strongest(at: Context) -> float:
-    from shakerproc.diagnose.structure import matrices
-
-    return float(np.min(np.abs(np.linalg.eigvals(matrices(at.reference).state))))
 
 
 def screen_all(screen: Screen, regression: Regression, joints: tuple[int, ...],
@@ -419,13 +415,11 @@ def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) ->
 
 def one_of_each(fits: list[Fit]) -> list[Fit]:
     """Return the best fit of every set of candidates and joints; `fits` are best first."""
-    best: dict[tuple[tuple[str, int, float], ...], Fit] = {}
+    best: dict[tuple[tuple[str, int, object], ...], Fit] = {}
     for fit in fits:
-        terms = fit.hypothesis.terms
-        sides = [t.candidate.rows(v, 1.0)[0][1][-1] if t.candidate.kind == "stop" else 0.0
-                 for t, v in zip(terms, fit.parameters.values, strict=True)]  # fmt: skip
         key = tuple(
-            (t.candidate.kind, t.joint, side) for t, side in zip(terms, sides, strict=True)
+            (term.candidate.kind, term.joint, term.candidate.fixed.get("side"))
+            for term in fit.hypothesis.terms
         )
         best.setdefault(key, fit)
     return list(best.values())
@@ -501,20 +495,8 @@ def _quieted(at: Context, fit: Fit, linear: Parameters) -> tuple[Context, Fit]:
 
 def innovation_sizes(at: Context, fit: Fit) -> FloatArray | None:
     """Return the rms of the whitened innovations of every test; of a held-out one, the mean."""
-    from shakerproc.diagnose.fit import taken_away, whitened
-
-    structure, tunings, short = (
-        at.bench.structure,
-        at.tuned(fit.hypothesis, fit.parameters),
-        at.bench.short,
-    )
-    beyond = None
-    if at.filtered:
-        for _ in range(2):
-            beyond = taken_away(
-                structure, fit.hypothesis, fit.parameters, short, tunings, beyond
-            )
-    seen = whitened(structure, fit.hypothesis, fit.parameters, short, tunings, beyond)
+    short = at.bench.short
+    seen = at.judged(fit.hypothesis, fit.parameters, short)
     if seen is None:
         return None
     power, count = np.zeros(len(at.bench.prepared)), np.zeros(len(at.bench.prepared))
@@ -547,9 +529,7 @@ def refit(at: Context, fits: list[Fit], segments: tuple[Segment, ...], iteration
 
 def _as_acceleration(structure: Structure, prepared: Prepared) -> float:
     """Return the rms of the responses, as accelerations at the lowest resonance [m/s²]."""
-    from shakerproc.diagnose.structure import matrices
-
-    slowest = float(np.min(np.abs(np.linalg.eigvals(matrices(structure).state))))
+    slowest = float(angular_frequencies(structure)[0])
     factors = np.array([slowest ** (2 - sensing.order) for sensing in structure.sensing])
     return float(np.sqrt(np.mean((prepared.measured * factors[:, None]) ** 2)))
 

@@ -120,6 +120,11 @@ def matrices(structure: Structure) -> Matrices:
     )
 
 
+def angular_frequencies(structure: Structure) -> FloatArray:
+    """Return the angular natural frequencies (2m,), one for each state, ascending [rad/s]."""
+    return np.sort(np.abs(np.linalg.eigvals(matrices(structure).state)))
+
+
 def hold(state: FloatArray, onto: FloatArray, step: float) -> tuple[FloatArray, ...]:
     """Return propagators over a step: of the state, of the input at its start and at its end.
 

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models.laws import Law, Row
-from shakerproc.models.model import BASE, Element, Model
+from shakerproc.models.model import BASE, Model
 from shakerproc.models.surroundings import resolved
 from shakerproc.simulate.kernels.table import LAW, MEMORY, STACK, Machine
 
@@ -168,9 +168,3 @@ def _sum_of_frictions(model: Model, one: Row, other: Row) -> Row:
 
 def _whole(exponent: float) -> bool:
     return exponent == round(exponent) and exponent <= _HIGHEST_POWER
-
-
-def element_indices(system: System, element: Element) -> tuple[int, int]:
-    """Return which masses an element stands between, first and second; -1 is the base."""
-    first, second = (_index(system.names, place) for place in element.between)
-    return first, second
