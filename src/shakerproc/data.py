@@ -136,6 +136,8 @@ class Recording:
         How many samples the file promised, where it holds fewer.
     notes : tuple of str
         What the reader had to decide or found odd, a sentence each.
+    in_file : int, optional
+        How many channels of numbers the file holds, those included that are not used.
     """
 
     run: str
@@ -148,6 +150,7 @@ class Recording:
     start_time: datetime | None = None
     expected_samples: int | None = None
     notes: tuple[str, ...] = ()
+    in_file: int | None = None
 
     def __post_init__(self) -> None:
         checks.positive("sample_rate", self.sample_rate, "Hz")

@@ -54,6 +54,11 @@ foot = 0.3048 * metre = ft
 tonne = 1e6 * gram = t
 pound = 453.59237 * gram = lb
 pound_force = 4.4482216152605 * newton = lbf
+kilopound_force = 1000 * pound_force = kip
+pound_per_square_inch = pound_force / inch**2 = psi
+kilopound_per_square_inch = 1000 * pound_per_square_inch = ksi
+slug = pound_force * second**2 / foot
+thousandth_of_an_inch = 0.001 * inch = mil
 gravity = {STANDARD_GRAVITY!r} * metre / second**2 = g_n = gn = g0
 """
 
@@ -79,10 +84,12 @@ _EXAMPLES: Final = {
 
 _SYMBOLS: Final = (
     "m", "mm", "µm", "um", "nm", "cm", "km", "in", "ft", "s", "ms", "µs", "us", "min", "h",
-    "Hz", "kHz", "MHz", "g", "kg", "mg", "lb", "t", "N", "kN", "mN", "MN", "lbf", "Pa", "kPa",
-    "MPa", "GPa", "J", "W", "V", "mV", "C", "pC", "A", "K", "degC", "rad", "deg", "rpm", "oct",
-    "dec", "dB", "%", "m/s", "mm/s", "m/s^2", "mm/s^2", "g^2/Hz", "(m/s^2)^2/Hz", "N/m", "N/mm",
-    "N s/m", "N s/mm", "oct/min", "oct/s", "Hz/s", "dB/oct", "1/s", "mV/g",
+    "Hz", "kHz", "MHz", "g", "kg", "mg", "lb", "t", "N", "kN", "mN", "MN", "lbf", "kip", "Pa",
+    "kPa", "MPa", "GPa", "psi", "ksi", "slug", "mil", "J", "W", "V", "mV", "C", "pC",
+    "A", "K", "degC", "rad", "deg", "rpm", "oct", "dec", "dB", "%", "m/s", "mm/s",
+    "m/s^2", "mm/s^2", "g^2/Hz", "(m/s^2)^2/Hz", "N/m", "N/mm",
+    "N s/m", "N s/mm", "lbf/in", "kip/in", "lbf s/in", "oct/min",
+    "oct/s", "Hz/s", "dB/oct", "1/s", "mV/g",
 )  # fmt: skip
 
 _PREFIXED: Final = ("m", "s", "N", "Pa", "J", "W", "V", "C", "A", "Hz", "Nm", "Ns")
@@ -90,7 +97,8 @@ _ALONE: Final = (
     "metre", "meter", "second", "sec", "minute", "hour", "gram", "tonne", "kelvin", "radian",
     "degree", "octave", "decade", "decibel", "hertz", "newton", "pascal", "volt", "inch",
     "foot", "gravity", "cm", "in", "ft", "min", "h", "g_n", "gn", "g0", "g", "kg", "mg", "lb",
-    "t", "lbf", "K", "degC", "rad", "deg", "rpm", "oct", "dec", "dB", "%",
+    "t", "lbf", "kip", "psi", "ksi", "slug", "mil", "K", "degC", "rad", "deg", "rpm",
+    "oct", "dec", "dB", "%",
 )  # fmt: skip
 _KNOWN: Final = frozenset(_ALONE) | {p + u for p in ("", *"pnµumkMG") for u in _PREFIXED}
 """Symbols that are read; pint alone would take Min for a million inches."""
@@ -329,7 +337,12 @@ def _factor(written: str, wanted: str) -> tuple[float, float] | str:
         if not isinstance(meaning, str) and meaning[1] == target[1]:
             return meaning[0], 0.0
     first = meanings[0]
-    return first if isinstance(first, str) else f'"{written}" is not such a unit'
+    if isinstance(first, str):
+        return first
+    force = re.sub(r"\blb\b", "lbf", written)
+    meant = _parsed(force, "g_n")
+    hint = not isinstance(meant, str) and meant[1] == target[1]
+    return f'"{written}" is not such a unit' + (f"; of force, write {force}" if hint else "")
 
 
 def _is_temperature(unit: str) -> bool:

@@ -46,6 +46,14 @@ def test_a_recording_that_is_not_is_told_with_test_and_place(expected, match):
         check(recording(), **expected)
 
 
+def test_channels_are_counted_as_the_file_holds_them():
+    check(replace(recording(), in_file=4), channels=4)
+    with pytest.raises(LogError, match=r"has 4 \(all of them counted; 2 are used\)"):
+        check(replace(recording(), in_file=4), channels=2)
+    with pytest.raises(LogError, match=r"has 2 \(all are used\)"):
+        check(replace(recording(), in_file=2), channels=4)
+
+
 def test_everything_that_differs_is_told_at_once():
     with pytest.raises(LogError, match=r"1 s, .*; .* 5 channels, .*; correct the log"):
         check(recording(), duration=1.0, channels=5)

@@ -72,6 +72,15 @@ G = 9.80665  # ISO 80000-3, written out: data.STANDARD_GRAVITY is checked agains
         ("90 deg", "rad", math.pi / 2.0),
         ("2.8 GPa", "Pa", 2.8e9),
         ("1 lbf", "N", 4.4482216152605),
+        ("1 kip", "N", 4448.2216152605),
+        ("2.5 kip/in", "N/m", 2.5 * 4448.2216152605 / 0.0254),
+        ("10 lbf/in", "N/m", 10.0 * 4.4482216152605 / 0.0254),
+        ("1 lbf s/in", "N s/m", 4.4482216152605 / 0.0254),
+        ("1 lbf s^2/in", "kg", 4.4482216152605 / 0.0254),
+        ("1 slug", "kg", 4.4482216152605 / 0.3048),
+        ("1 psi", "Pa", 4.4482216152605 / 0.0254**2),
+        ("36 ksi", "Pa", 36e3 * 4.4482216152605 / 0.0254**2),
+        ("5 mil", "m", 5 * 2.54e-5),
         ("1.41e3 kg/m^3", "kg/m^3", 1410.0),
         ("0.5\u00a0g", "m/s^2", 0.5 * G),  # a space that does not break, from a word processor
         ("\u22120.5 g", "m/s^2", -0.5 * G),  # a minus sign from there
@@ -98,6 +107,7 @@ def test_a_quantity_becomes_its_si_value(text, unit, value):
         ("0.5 hz", "Hz", 'no unit "hz"; did you mean "Hz"'),
         ("0.5 KHz", "Hz", 'did you mean "kHz"'),
         ("0.5 G", "m/s^2", 'did you mean "g"'),
+        ("500 lb/in", "N/m", '"lb/in" is not such a unit; of force, write lbf/in$'),
         ("0.5 Kg", "kg", 'did you mean "kg"'),
         ("0.5 mm", "Hz", '"mm" is not such a unit'),
         ("0.5 g", "N", '"g" is not such a unit'),

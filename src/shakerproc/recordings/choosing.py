@@ -125,9 +125,7 @@ def choose_channels(
         If one holds no numbers, or is used twice.
     """
     if uses is None:
-        chosen: tuple[Chosen, ...] = tuple(
-            (c, None) for c in group.channels if c.promised > 0 and not c.problem
-        )
+        chosen: tuple[Chosen, ...] = tuple((c, None) for c in with_numbers(group))
     else:
         chosen = tuple((_find(group, u.key, run), u) for u in uses if u.role != "ignore")
     if not chosen:
@@ -136,6 +134,11 @@ def choose_channels(
         )
     _check_distinct(chosen, run)
     return chosen
+
+
+def with_numbers(group: RawGroup) -> tuple[RawChannel, ...]:
+    """Return the channels of a group that hold numbers."""
+    return tuple(c for c in group.channels if c.promised > 0 and not c.problem)
 
 
 def _find(group: RawGroup, key: str | int, run: str) -> RawChannel:

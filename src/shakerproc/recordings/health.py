@@ -1,5 +1,7 @@
 """What may be wrong with a recording, found in one pass over its samples."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,8 +44,12 @@ def _incomplete(recording: Recording) -> list[Flag]:
     return [Flag("incomplete", "", message, recording.duration, expected)]
 
 
+LARGEST: Final = 1e50
+"""In SI; nothing that is measured comes near it, and its fourth power is still a number."""
+
+
 class _Gaps:
-    """Watches for what is no number, and bridges it for the others."""
+    """Watches for what is no number, or too large to be one, and bridges it for the others."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -53,9 +59,9 @@ class _Gaps:
 
     def add(self, first: int, block: FloatArray) -> FloatArray:
         """Return the block with straight lines over what was no number."""
-        if np.isfinite(block.sum()):  # a sum of finite numbers that overflows comes out below
+        if block.max() < LARGEST and block.min() > -LARGEST:  # not so where one is NaN
             return block
-        bad = ~np.isfinite(block)
+        bad = ~(np.abs(block) < LARGEST)
         for row in np.flatnonzero(bad.any(axis=1)):
             at = np.flatnonzero(bad[row])
             self._counts[row] += at.size
@@ -70,8 +76,9 @@ class _Gaps:
             Flag(
                 "not a number",
                 channel.name,
-                f"{count} samples are no numbers, the first at {first / rate:.6g} s. Keep them "
-                "out of the crop, or export the recording again.",
+                f"{count} samples are no numbers, or beyond all measure, the first at "
+                f"{first / rate:.6g} s. Keep them out of the crop, or export the recording "
+                "again.",
                 first / rate,
                 last / rate,
             )

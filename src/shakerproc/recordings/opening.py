@@ -1,7 +1,7 @@
 """Open a recording, whatever its format."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
@@ -18,6 +18,7 @@ from shakerproc.recordings.choosing import (
     choose_group,
     common_length,
     common_rate,
+    with_numbers,
 )
 from shakerproc.recordings.csv import read_csv
 from shakerproc.recordings.guard import shown
@@ -99,8 +100,10 @@ def open_recording(
     name = run or path.name
     raw = _reader(path, name)(path, name)
     try:
-        chosen = choose_channels(choose_group(raw, group, uses, name), uses, name)
-        return _recording(path, name, raw, chosen, sample_rate)
+        among = choose_group(raw, group, uses, name)
+        chosen = choose_channels(among, uses, name)
+        found = _recording(path, name, raw, chosen, sample_rate)
+        return replace(found, in_file=len(with_numbers(among)))
     except BaseException:
         raw.source.close()
         raise

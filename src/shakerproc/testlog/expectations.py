@@ -47,11 +47,8 @@ def _departures(test: Test, recording: Recording) -> Iterator[str]:
         yield from _apart("s", expect.duration, recording.duration, expect.duration_tolerance)
     if expect.sample_rate is not None:
         yield from _apart("Hz", expect.sample_rate, recording.sample_rate, RATE_TOLERANCE)
-    if expect.channels is not None and expect.channels != len(recording.channels):
-        yield (
-            f"the log expects {expect.channels} channels, the recording has "
-            f"{len(recording.channels)}"
-        )
+    if expect.channels is not None:
+        yield from _other_count(expect.channels, recording)
     if expect.unit is not None:
         yield from _other_units(expect.unit, recording)
     if expect.sha256 is not None and recording.path is not None:
@@ -61,6 +58,14 @@ def _departures(test: Test, recording: Recording) -> Iterator[str]:
 def _apart(unit: str, wanted: float, found: float, tolerance: float) -> Iterator[str]:
     if abs(found - wanted) > tolerance * wanted:
         yield f"the log expects {wanted:.7g} {unit}, the recording has {found:.7g} {unit}"
+
+
+def _other_count(wanted: int, recording: Recording) -> Iterator[str]:
+    used = len(recording.channels)
+    found = used if recording.in_file is None else recording.in_file
+    if found != wanted:
+        counted = f"all of them counted; {used} are used" if used != found else "all are used"
+        yield f"the log expects {wanted} channels, the recording has {found} ({counted})"
 
 
 def _other_units(wanted: str, recording: Recording) -> Iterator[str]:

@@ -192,7 +192,8 @@ class Expectation:
     sample_rate : float, optional
         Samples per second [Hz].
     channels : int, optional
-        How many the recording holds.
+        How many the recording holds: all that hold numbers, those with ``role: ignore`` and
+        those that the log does not name included; in a file of several groups, of its group.
     unit : str, optional
         Unit of the used channels in the file, such as ``g``.
     sha256 : str, optional
