@@ -56,5 +56,9 @@ class ExchangeError(ShakerprocError):
     """A file of another program cannot be used."""
 
 
+class TableError(ShakerprocError):
+    """A table of results cannot be used."""
+
+
 class LockedError(ShakerprocError):
     """Another shakerproc works in this folder (exit status 75)."""

@@ -10,6 +10,7 @@ import typer
 
 from shakerproc.cli.commands.add import add
 from shakerproc.cli.commands.batch import batch
+from shakerproc.cli.commands.check import check
 from shakerproc.cli.commands.compare import compare
 from shakerproc.cli.commands.convert import convert
 from shakerproc.cli.commands.demo import demo
@@ -33,6 +34,7 @@ COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "inspect": inspect,
     "process": process,
     "batch": batch,
+    "check": check,
     "compare": compare,
     "diagnose": diagnose,
     "add": add,

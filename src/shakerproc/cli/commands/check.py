@@ -1,0 +1,177 @@
+"""``shakerproc check``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from shakerproc.runs.agreement import Deviation, Table, Tolerance
+
+
+def check(
+    table: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TABLE",
+            help="Table that a batch wrote (CSV or Parquet), or its folder for peaks.csv.",
+            exists=True,
+        ),
+    ],
+    against: Annotated[
+        Path,
+        typer.Option(
+            "--against", metavar="REFERENCE", help="Such a table, kept as wanted.", exists=True
+        ),
+    ],
+    tolerance: Annotated[
+        str,
+        typer.Option(metavar="TOLERANCE", help='A share, "2 %", or a value, "0.5 Hz".'),
+    ] = "2 %",
+    columns: Annotated[
+        str,
+        typer.Option(
+            metavar="COLUMNS",
+            help="What to compare, with commas, each with its own tolerance if need be: "
+            '"omega_e, quality=20 %".',
+        ),
+    ] = "omega_e",
+    json: output.JsonOption = None,
+) -> None:
+    """Hold a table of runs against a reference; fail where a number left its tolerance.
+
+    Exit status 1 if a value is off or a run is missing, with one line for each. Of peaks, the
+    tallest of each response is compared. A reference may have fewer rows and columns.
+    """
+    from shakerproc.runs.agreement import agreement, read_table
+
+    wanted = _wanted(columns, tolerance)
+    found, reference = (read_table(_file_of(path)) for path in (table, against))
+    try:
+        result = agreement(found, reference, wanted)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--tolerance") from error
+    reasons = {test: _reason(found, test) for test in result.missing}
+    output.write_json(
+        {
+            "schema": "shakerproc-check/1",
+            "table": found.path,
+            "against": reference.path,
+            "tolerances": {name: one.text for name, one in wanted.items()},
+            "holds": result.holds,
+            "compared": result.compared,
+            "deviations": result.deviations,
+            "missing": [{"test": test, "reason": why} for test, why in reasons.items()],
+            "added": result.added,
+        },
+        json,
+    )
+    for deviation in result.deviations:
+        text = _line(deviation, wanted[deviation.column])
+        output.data(text, json_target=json)
+    for test, why in reasons.items():
+        text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
+        output.data(text, json_target=json)
+    for test in result.added:
+        output.message(f"note: test {test} is not in {reference.path}, and was not compared")
+    told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
+    output.data(told, json_target=json)
+    if not result.holds:
+        output.finish(1)
+
+
+def _file_of(path: Path) -> Path:
+    """Return the table that is meant: of a folder, its peaks.
+
+    Raises
+    ------
+    TableError
+        If a folder has none.
+    """
+    from shakerproc.errors import TableError
+
+    if not path.is_dir():
+        return path
+    peaks = path / "peaks.csv"
+    if not peaks.is_file():
+        raise TableError(f"{path}: no peaks.csv in it; name the folder that a batch wrote")
+    return peaks
+
+
+def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
+    """Return the tolerance of each column.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is no column, or a tolerance cannot be read.
+    """
+    from shakerproc.runs.agreement import read_tolerance
+
+    wanted = {}
+    for part in columns.split(","):
+        name, _, own = (word.strip() for word in part.partition("="))
+        if name:
+            hint = "--columns" if own else "--tolerance"
+            try:
+                wanted[name] = read_tolerance(own or tolerance)
+            except ValueError as error:
+                raise typer.BadParameter(str(error), param_hint=hint) from error
+    if not wanted:
+        raise typer.BadParameter("name a column, such as omega_e", param_hint="--columns")
+    return wanted
+
+
+def _reason(table: "Table", test: str) -> str:
+    """Return why a run is missing, where the table of runs beside it says so."""
+    from shakerproc.errors import TableError
+    from shakerproc.runs.agreement import read_table
+
+    runs = table.path.parent / "runs.csv"
+    try:
+        rows = read_table(runs).rows if runs.is_file() else ()
+    except TableError:
+        return ""
+    row = next((row for row in rows if row["test"] == test), None)
+    if row is None or row.get("status", "done") == "done":
+        return ""
+    return f" ({': '.join(filter(None, (row['status'], row.get('error'))))})"
+
+
+def _line(off: "Deviation", tolerance: "Tolerance") -> str:
+    """Return what a person reads of one deviation."""
+    place = [f"test {off.test}", off.channel, off.quantity]
+    unit = f" {off.unit}" if off.unit else ""
+    found = "missing" if off.found is None else f"found {off.found:.6g}{unit}"
+    by = ""
+    if off.found is not None and off.wanted != 0.0:
+        by = f", off by {100.0 * (off.found / off.wanted - 1.0):+.2f} %"
+    elif off.found is not None:
+        by = f", off by {off.found - off.wanted:+.3g}{unit}"
+    where = ", ".join(filter(None, place))
+    return (
+        f"{where}: {off.column}: {found}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"
+    )
+
+
+def _sum(
+    compared: "Mapping[str, int]",
+    wanted: "Mapping[str, Tolerance]",
+    off: int,
+    missing: int,
+) -> str:
+    told = ", ".join(
+        f"{n} {'value' if n == 1 else 'values'} of {name} within {wanted[name].text}"
+        for name, n in compared.items()
+    )
+    if not off and not missing:
+        return f"all hold: {told}"
+    parts = [f"{off} {'value is' if off == 1 else 'values are'} off"] if off else []
+    parts += (
+        [f"{missing} {'run is' if missing == 1 else 'runs are'} missing"] if missing else []
+    )
+    return f"{', '.join(parts)}; compared: {told}"

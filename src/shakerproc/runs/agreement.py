@@ -1,0 +1,378 @@
+"""A table of runs held against a reference table: which numbers left their tolerance."""
+
+import csv
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, TypeAlias, final
+
+from shakerproc import units
+from shakerproc.errors import TableError
+from shakerproc.runs.trends import SINGLE_FREQUENCY
+
+OMEGA_E: Final = "omega_e"
+"""Name that stands for omega_e in every table that holds it, whatever its column is called."""
+
+Key: TypeAlias = tuple[str, ...]
+"""What names a value: the test, its channel and the quantity, as far as a table has them."""
+
+_NAMES: Final = ("test", "channel", "quantity")
+_ENDINGS: Final = {
+    "_g2_per_hz": "g^2/Hz",
+    "_n_per_m": "N/m",
+    "_hz": "Hz",
+    "_kg": "kg",
+    "_deg": "deg",
+    "_m": "m",
+    "_g": "g",
+    "_s": "s",
+}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far a value may lie from the wanted one.
+
+    Attributes
+    ----------
+    text : str
+        As it was written: a share such as ``2 %``, or a value such as ``0.5 Hz``.
+    share : float or None
+        Of the wanted value [-]; None where the text is a value with a unit.
+    """
+
+    text: str
+    share: float | None
+
+    def around(self, wanted: float, unit: str) -> float:
+        """Return the largest difference that is allowed, in the unit of the column.
+
+        Raises
+        ------
+        ValueError
+            If the tolerance has another unit than the column.
+        """
+        if self.share is not None:
+            return self.share * abs(wanted)
+        return units.from_si(units.to_si(self.text, unit), unit, unit)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of runs, every cell as text.
+
+    Attributes
+    ----------
+    path : Path
+        Where it stands.
+    columns : tuple of str
+        Its headers.
+    rows : tuple of mapping
+        Cells by header.
+    lines : tuple of int
+        Line of the file in which each row stands.
+    """
+
+    path: Path
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, str], ...]
+    lines: tuple[int, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """A value that left its tolerance, or is missing.
+
+    Attributes
+    ----------
+    test, channel, quantity : str
+        Whose value; empty where the tables do not say.
+    column, unit : str
+        Which value; its unit, empty for none.
+    found : float or None
+        Value in the table; None where it is missing.
+    wanted, allowed : float
+        Value in the reference, and the largest difference that would do.
+    """
+
+    test: str
+    channel: str
+    quantity: str
+    column: str
+    unit: str
+    found: float | None
+    wanted: float
+    allowed: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """What came of holding a table against a reference.
+
+    Attributes
+    ----------
+    compared : mapping of str to int
+        How many values of each column were compared.
+    deviations : tuple of Deviation
+        Those that left their tolerance, in the order of the reference.
+    missing : tuple of str
+        Tests of the reference of which the table holds no value.
+    added : tuple of str
+        Tests of the table that the reference does not know.
+    """
+
+    compared: Mapping[str, int]
+    deviations: tuple[Deviation, ...]
+    missing: tuple[str, ...]
+    added: tuple[str, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether every value of the reference was found within its tolerance."""
+        return not self.deviations and not self.missing
+
+
+def read_tolerance(text: str) -> Tolerance:
+    """Return a tolerance written as a share (``2 %``) or as a value (``0.5 Hz``).
+
+    Raises
+    ------
+    ValueError
+        If the text is neither, or is negative.
+    """
+    plain = text.strip()
+    number = plain.rstrip("%") if plain.endswith("%") else plain.partition(" ")[0]
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not value >= 0.0 or math.isinf(value) or number == plain:
+        raise ValueError(
+            f"expected a share such as 2 %, or a value with its unit such as 0.5 Hz, "
+            f"got {units.quoted(text)}"
+        )
+    return Tolerance(plain, value / 100.0 if plain.endswith("%") else None)
+
+
+def read_table(path: Path) -> Table:
+    """Return a table that a batch has written (CSV or Parquet), or one like it.
+
+    Raises
+    ------
+    TableError
+        If the file is no such table.
+    """
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise TableError(f"{path}: expected a table, {' or '.join(_READERS)}")
+    table = reader(path)
+    if "test" not in table.columns:
+        has = ", ".join(table.columns[:6]) or "none"
+        raise TableError(
+            f"{path}:1: no column test; it has {has}. A batch writes peaks.csv, runs.csv, "
+            f"statistics.csv and trends/, which have it."
+        )
+    return table
+
+
+def _read_csv(path: Path) -> Table:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise TableError(f"{path}: not UTF-8 text at byte {error.start}; save it so") from error
+    reader = csv.reader(text.splitlines(), strict=True)
+    header: list[str] = []
+    rows, lines = [], []
+    try:
+        header = next(reader, [])
+        for row in reader:
+            if not row:
+                continue
+            if len(row) != len(header):
+                raise TableError(
+                    f"{path}:{reader.line_num}: {len(row)} cells, but the header has "
+                    f"{len(header)}; write every cell, empty ones too"
+                )
+            rows.append(MappingProxyType(dict(zip(header, row, strict=True))))
+            lines.append(reader.line_num)
+    except csv.Error as error:
+        raise TableError(f"{path}:{reader.line_num}: no CSV: {error}") from error
+    return Table(path, tuple(header), tuple(rows), tuple(lines))
+
+
+def _read_parquet(path: Path) -> Table:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(path)
+    except pa.ArrowInvalid as error:
+        raise TableError(f"{path}: no Parquet file: {str(error).splitlines()[0]}") from error
+    rows = tuple(
+        MappingProxyType({name: _text(cell) for name, cell in row.items()})
+        for row in table.to_pylist()
+    )
+    return Table(path, tuple(table.column_names), rows, tuple(range(1, len(rows) + 1)))
+
+
+def _text(cell: Any) -> str:
+    return "" if cell is None else str(cell)
+
+
+_READERS: Final[Mapping[str, Callable[[Path], Table]]] = MappingProxyType({
+    ".csv": _read_csv,
+    ".parquet": _read_parquet,
+})
+
+
+def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -> Agreement:
+    """Return what a table has of a reference within tolerance, and what not.
+
+    In a table of peaks, the tallest peak of each response and quantity is looked at; omega_e
+    is that of the PSD, and a test with a single sine has none.
+
+    Parameters
+    ----------
+    table, reference : Table
+        What was found and what is wanted; the reference may hold fewer rows and columns.
+    wanted : mapping of str to Tolerance
+        Columns to compare; `OMEGA_E` stands for omega_e in any table that has it.
+
+    Raises
+    ------
+    TableError
+        If a column is missing, holds text, or does not name its rows uniquely.
+    ValueError
+        If a tolerance has another unit than its column.
+    """
+    tests, known = _tests(table), _tests(reference)
+    compared: dict[str, int] = {}
+    deviations, seen = [], set[str]()
+    for column, tolerance in wanted.items():
+        names = _shared_names(table, reference, column)
+        found = _values(table, column, names)
+        unit = _unit_of(column)
+        expected = _values(reference, column, names)
+        compared[column] = sum(value is not None for value in expected.values())
+        if not compared[column]:
+            raise TableError(f"{reference.path}: no value of {column}: nothing to hold against")
+        for key, value in expected.items():
+            if value is None:
+                continue
+            here, allowed = found.get(key), tolerance.around(value, unit)
+            if here is None or not abs(here - value) <= allowed * (1.0 + 1e-12):
+                place, shown = _named(names, key), "" if unit == "1" else unit
+                deviations.append(Deviation(*place, column, shown, here, value, allowed))
+            if here is not None:
+                seen.add(key[0])
+    lost = {d.test for d in deviations if d.test not in seen}
+    return Agreement(
+        compared,
+        tuple(d for d in deviations if d.test not in lost),
+        tuple(test for test in known if test in lost),
+        tuple(test for test in tests if test not in known),
+    )
+
+
+def _tests(table: Table) -> list[str]:
+    return list(dict.fromkeys(row["test"] for row in table.rows))
+
+
+def _named(names: Sequence[str], key: Key) -> tuple[str, str, str]:
+    """Return test, channel and quantity of a value, empty where they are not told."""
+    said = dict(zip(names, key, strict=True))
+    return said["test"], said.get("channel", ""), said.get("quantity", "")
+
+
+def _unit_of(column: str) -> str:
+    """Return the unit that a header says at its end; ``1`` for none."""
+    if column == OMEGA_E:
+        return "Hz"
+    return next((unit for end, unit in _ENDINGS.items() if column.endswith(end)), "1")
+
+
+def _shared_names(table: Table, reference: Table, column: str) -> tuple[str, ...]:
+    """Return the columns that name a value in both tables."""
+    names = _NAMES[:2] if column == OMEGA_E else _NAMES
+    return tuple(n for n in names if n in table.columns and n in reference.columns)
+
+
+def _is_of_peaks(table: Table) -> bool:
+    return {"quantity", "rank", "frequency_hz"} <= set(table.columns)
+
+
+def _column_of(table: Table, column: str) -> str:
+    """Return the header under which a table holds what was asked for.
+
+    Raises
+    ------
+    TableError
+        If it has none.
+    """
+    if column != OMEGA_E:
+        if column in table.columns:
+            return column
+        meant = units.near_miss(column, table.columns)
+        guess = f"; did you mean {meant}?" if meant else f"; it has {', '.join(table.columns)}"
+        raise TableError(f"{table.path}:1: no column {column!r}{guess}")
+    if _is_of_peaks(table):
+        return "frequency_hz"
+    if "omega_e_hz" in table.columns:
+        return "omega_e_hz"
+    raise TableError(
+        f"{table.path}:1: no omega_e in it; take peaks.csv or a table of trends/, or name "
+        f"other columns with --columns"
+    )
+
+
+def _values(table: Table, column: str, names: Sequence[str]) -> dict[Key, float | None]:
+    """Return the numbers of a column by what names them.
+
+    Raises
+    ------
+    TableError
+        If a cell is no number, or two rows have one name.
+    """
+    header = _column_of(table, column)
+    values: dict[Key, float | None] = {}
+    for row, line in zip(table.rows, table.lines, strict=True):
+        if not _is_meant(table, row, column):
+            continue
+        key = tuple(row[name] for name in names)
+        value = _number(table, row[header], header, line)
+        if key in values and values[key] != value:
+            named = ", ".join(f"{n} {k}" for n, k in zip(names, key, strict=True))
+            lacking = [n for n in _NAMES if n in table.columns and n not in names]
+            more = f"; add the column {' and '.join(lacking)} to the other" if lacking else ""
+            raise TableError(f"{table.path}:{line}: a second {header} of {named}{more}")
+        values[key] = value
+    return values
+
+
+def _is_meant(table: Table, row: Mapping[str, str], column: str) -> bool:
+    """Return whether a row holds what is compared: in a table of peaks, not every one does."""
+    if not _is_of_peaks(table):
+        return True
+    tallest = row["rank"] == "1" and row.get("role", "response") == "response"
+    if column != OMEGA_E:
+        return tallest
+    is_tone = row.get("excitation") in SINGLE_FREQUENCY
+    return tallest and row["quantity"] == "psd" and not is_tone
+
+
+def _number(table: Table, cell: str, header: str, line: int) -> float | None:
+    if not cell.strip():
+        return None
+    try:
+        value = float(cell)
+    except ValueError as error:
+        raise TableError(
+            f"{table.path}:{line}: {header}: expected a number, got {units.quoted(cell)}"
+        ) from error
+    return None if math.isnan(value) else value
