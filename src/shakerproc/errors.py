@@ -60,5 +60,9 @@ class TableError(ShakerprocError):
     """A table of results cannot be used."""
 
 
+class ClusterError(ShakerprocError):
+    """The cluster that was asked for cannot be used, or is lost."""
+
+
 class LockedError(ShakerprocError):
     """Another shakerproc works in this folder (exit status 75)."""

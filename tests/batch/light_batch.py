@@ -8,8 +8,8 @@ from tests.batch.light_work import light_work
 
 from shakerproc.batch.campaign import Products, run_batch
 from shakerproc.batch.collecting import write_tables
-from shakerproc.batch.executor import ProcessExecutor
 from shakerproc.batch.lock import locked
+from shakerproc.executors import Limits, ProcessExecutor
 from shakerproc.testlog import read_testlog
 
 
@@ -20,7 +20,7 @@ def main(log: Path, out: Path):
             out,
             work=light_work,
             executor=ProcessExecutor(
-                int(os.environ.get("CHAOS_WORKERS", "2")), time_limit=60.0
+                int(os.environ.get("CHAOS_WORKERS", "2")), Limits(time=60.0)
             ),
             products=Products(),
         )

@@ -14,10 +14,10 @@ from tests.batch.light_work import light_work
 from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
 from shakerproc.batch.campaign import Products, folder_names, run_batch
-from shakerproc.batch.executor import AbstractExecutor, Outcome, ProcessExecutor
 from shakerproc.batch.lock import locked
 from shakerproc.batch.manifest import read_manifest
 from shakerproc.errors import LockedError, LogError
+from shakerproc.executors import AbstractExecutor, Limits, Outcome, ProcessExecutor
 from shakerproc.testlog import Test, read_testlog
 
 
@@ -153,7 +153,7 @@ def test_a_damaged_manifest_says_what_to_do(tmp_path):
 def test_one_bad_run_of_92_leaves_91_done(tmp_path, monkeypatch, kind):
     log = write_big_campaign(tmp_path)
     monkeypatch.setenv("BAD_WORK", kind)
-    limits = ProcessExecutor(2, time_limit=2.0, memory_limit=1e9)
+    limits = ProcessExecutor(2, Limits(2.0, 1e9))
     runs = batch(log, tmp_path / "out", executor=limits).runs
     assert sum(run.status == "done" for run in runs) == 91
     (bad,) = [run for run in runs if run.status != "done"]

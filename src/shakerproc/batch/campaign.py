@@ -3,14 +3,13 @@
 import hashlib
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from shakerproc import files
-from shakerproc.batch.executor import AbstractExecutor, Outcome, Task, Work
 from shakerproc.batch.manifest import (
     Entry,
     Manifest,
@@ -20,6 +19,7 @@ from shakerproc.batch.manifest import (
     write_manifest,
 )
 from shakerproc.errors import ShakerprocError
+from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.recordings import sha256
 from shakerproc.runs import RunSummary, read_summary
 from shakerproc.testlog import Test, TestLog, facts_of
@@ -102,6 +102,7 @@ def run_batch(
     executor: AbstractExecutor,
     products: Products,
     accept_changed: bool = False,
+    hashes: "Hashes | None" = None,
     on_start: Callable[[int, int], None] | None = None,
     on_end: Callable[[str], None] | None = None,
 ) -> Campaign:
@@ -124,6 +125,8 @@ def run_batch(
         What to write for each test.
     accept_changed : bool
         Whether a recording may differ from what was seen first.
+    hashes : callable, optional
+        Where the hashes of the recordings are from; by default from the files of the log.
     on_start : callable, optional
         Called with the number of tests to do and of those kept.
     on_end : callable, optional
@@ -137,7 +140,10 @@ def run_batch(
     files.remove_leftovers(root)
     names = folder_names(log.tests)
     known = read_manifest(root)
-    ready, manifest = _ready(log, root, names, known, products, accept_changed=accept_changed)
+    found = (hashes or _hashes)(log)
+    ready, manifest = _ready(
+        log, root, known, products, hashes=found, accept_changed=accept_changed
+    )
     to_do = {
         job.folder.name: (job, key)
         for job, key in ready
@@ -172,15 +178,15 @@ def folder_names(tests: Sequence[Test]) -> dict[int | str, str]:
 def _ready(
     log: TestLog,
     root: Path,
-    names: Mapping[int | str, str],
     known: Manifest,
     products: Products,
     *,
+    hashes: Sequence[str | ShakerprocError],
     accept_changed: bool,
 ) -> tuple[list[tuple[Job, str]], Manifest]:
     """Return the tests whose recording is there, with their keys, and a manifest of all."""
-    ready, entries = [], {}
-    for test, found in zip(log.active, _hashes(log.active), strict=True):
+    ready, entries, names = [], {}, folder_names(log.tests)
+    for test, found in zip(log.active, hashes, strict=True):
         name = names[test.id]
         before = known.runs.get(name)
         problem = found if isinstance(found, ShakerprocError) else None
@@ -192,17 +198,33 @@ def _ready(
         if problem is not None:
             entries[name] = Entry("failed", key, digest, cause="input", error=str(problem))
             continue
-        recording = test.require_recording().relative_to(log.folder.resolve()).as_posix()
+        recording = relative_recording(log, test)
         ready.append((Job(test, root, root / RUNS / name, recording, digest, products), key))
         if before is not None:
             entries[name] = before
     return ready, Manifest(entries)
 
 
-def _hashes(tests: Sequence[Test]) -> Iterator[str | ShakerprocError]:
-    """Yield the hash of each recording, or why there is none."""
+Hashes: TypeAlias = Callable[[TestLog], Sequence[str | ShakerprocError]]
+"""From a log to the hash of the recording of each active test, or why there is none."""
+
+
+def relative_recording(log: TestLog, test: Test) -> str:
+    """Return the path of a recording below the folder of the log's recordings.
+
+    Raises
+    ------
+    LogError
+        If the test names none.
+    """
+    if test.recording is None:
+        test.require_recording()
+    return Path(test.recording or "").relative_to(log.folder).as_posix()
+
+
+def _hashes(log: TestLog) -> Sequence[str | ShakerprocError]:
     with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
-        yield from pool.map(_hash, tests)
+        return list(pool.map(_hash, log.active))
 
 
 def _hash(test: Test) -> str | ShakerprocError:

@@ -41,6 +41,25 @@ ThesisOption: TypeAlias = Annotated[
     bool,
     typer.Option("--thesis", help="Write the thesis' tables too, to the letter."),
 ]
+SchedulerOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Work on the dask.distributed cluster of this scheduler, such as "
+        "tcp://10.0.0.1:8786 (extra: cluster).",
+        show_default="this machine",
+    ),
+]
+RecordingsOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--recordings",
+        metavar="FOLDER|URL",
+        help="Where the workers find the log's recordings: a shared folder, or a URL that "
+        "fsspec knows, such as s3://bucket/campaign.",
+        show_default="the log's folder",
+    ),
+]
 ExportOption: TypeAlias = Annotated[
     str, typer.Option("--export", metavar="mat,uff,parquet", help="Further formats of spectra.")
 ]

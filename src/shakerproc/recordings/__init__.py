@@ -1,6 +1,7 @@
 """Recording files in, Recordings out: lazily and in bounded memory."""
 
 from shakerproc.recordings.choosing import ChannelNotFoundError
+from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.health import health
 from shakerproc.recordings.opening import READERS, contents, open_recording
@@ -22,7 +23,9 @@ __all__ = [
     "ChannelNotFoundError",
     "Flag",
     "contents",
+    "fetch",
     "health",
+    "is_url",
     "open_recording",
     "sha256",
     "write_csv",

@@ -21,6 +21,8 @@ def batch(
         float,
         typer.Option("--memory-limit", help="Most that one test may allocate [MB].", min=50.0),
     ] = 4000.0,
+    scheduler: options.SchedulerOption = None,
+    recordings: options.RecordingsOption = None,
     trend: Annotated[
         list[str] | None,
         typer.Option(metavar="COLUMN", help="A further trend of omega_e against this column."),
@@ -49,7 +51,8 @@ def batch(
     """Work every test of a log through: tables, trends, figures and a report; resumable."""
     from shakerproc.batch.campaign import Products
     from shakerproc.batch.lock import locked
-    from shakerproc.cli.everyday import Limits, work_through_log
+    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.machines import Machines
     from shakerproc.cli.write_up import Wish, tell, write_up
     from shakerproc.testlog import read_testlog
 
@@ -73,7 +76,7 @@ def batch(
             log,
             root,
             products,
-            Limits(workers, time_limit_s, memory_limit_mb * 1e6),
+            Machines(workers, time_limit_s, memory_limit_mb * 1e6, scheduler, recordings),
             accept_changed=accept_changed,
         )
         wish = Wish(channel, tuple(trend or ()), _words(by), figures)

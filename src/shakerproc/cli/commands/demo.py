@@ -8,9 +8,9 @@ import typer
 from shakerproc.cli import output
 
 if TYPE_CHECKING:
+    from shakerproc.cli.evidence import Evidence
     from shakerproc.compare import Comparison
     from shakerproc.diagnose import Diagnosis
-    from shakerproc.report.page import Section
     from shakerproc.testlog import TestLog
 
 
@@ -61,21 +61,28 @@ def _worked_through(
     *,
     figures: bool,
     json: str | None,
-    sections: "tuple[Section, ...]" = (),
+    evidence: "Evidence | None" = None,
     verdict: str = "",
 ) -> dict[str, Any]:
-    """Do what `shakerproc batch` does, with further sections in the report."""
+    """Do what `shakerproc batch` does, with the evidence in the report."""
     from shakerproc.batch.campaign import Products
     from shakerproc.batch.lock import locked
-    from shakerproc.cli.everyday import Limits, work_through_log
+    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.machines import Machines
+    from shakerproc.cli.evidence import NONE
     from shakerproc.cli.write_up import Wish, tell, write_up
 
     with locked(root):
-        campaign = work_through_log(log, root, Products(figures=figures), Limits())
+        campaign = work_through_log(log, root, Products(figures=figures), Machines())
         document = write_up(
-            log.title, campaign, root, Wish(figures=figures), sections=sections, verdict=verdict
+            log.title,
+            campaign,
+            root,
+            Wish(figures=figures),
+            evidence=evidence or NONE,
+            verdict=verdict,
         )
-    if not sections:
+    if evidence is None:
         tell(campaign, document, root, json)
     return document
 
@@ -85,9 +92,11 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.cli import example
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
+    from shakerproc.cli.evidence import Evidence, inputs_of, name_of_new
     from shakerproc.compare import compare, sentence
     from shakerproc.diagnose import diagnose
     from shakerproc.model_files import read_model
+    from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
     with output.progress("simulating", len(example.TESTS)) as advance:
@@ -111,9 +120,12 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     with output.progress("compare", len(log.tests)) as advance:
         after = compare(read_model(new), log, tell=advance)
     verdict = _verdict(before, after, diagnosis)
-    sections = _sections(before, after, diagnosis, folder, figures=figures)
+    if figures:
+        _draw(before, after, folder)
+    models = Models(before, after, new=name_of_new(diagnosis))
+    evidence = Evidence(models, diagnosis, inputs_of(log, log_path, [model_path, new]))
     _worked_through(
-        log, folder / "results", figures=figures, json=json, sections=sections, verdict=verdict
+        log, folder / "results", figures=figures, json=json, evidence=evidence, verdict=verdict
     )
     _tell(before, after, json)
     output.data(f"\nreport: {folder / 'results' / 'report.html'}", json_target=json)
@@ -131,26 +143,12 @@ def _say(*words: object, json: str | None) -> None:
     output.data(f"\n$ shakerproc {' '.join(map(str, words))}", json_target=json)
 
 
-def _sections(
-    before: "Comparison",
-    after: "Comparison",
-    diagnosis: "Diagnosis",
-    folder: Path,
-    *,
-    figures: bool,
-) -> "tuple[Section, ...]":
+def _draw(before: "Comparison", after: "Comparison", folder: Path) -> None:
+    """Draw the figures of both comparisons as files."""
     from shakerproc.report.compare import draw_comparison
-    from shakerproc.report.evidence import comparison_section, diagnosis_section
 
-    drawn = {
-        name: draw_comparison(found, folder / f"compare_{name}") if figures else []
-        for name, found in (("before", before), ("after", after))
-    }
-    return (
-        comparison_section(before, drawn["before"], "Where the model fails", "before"),
-        diagnosis_section(diagnosis),
-        comparison_section(after, drawn["after"], "The model with the effect", "after"),
-    )
+    for name, found in (("before", before), ("after", after)):
+        draw_comparison(found, folder / f"compare_{name}")
 
 
 def _verdict(before: "Comparison", after: "Comparison", diagnosis: "Diagnosis") -> str:

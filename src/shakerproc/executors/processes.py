@@ -1,81 +1,55 @@
-"""Where tasks run: the interface, and the processes of this machine behind it."""
+"""Processes of this machine, each with one task at a time."""
 
 import contextlib
 import json
 import multiprocessing
 import multiprocessing.connection
+import pickle
 import signal
 import sys
 import time
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
-from typing import Any, Final, Literal, TypeAlias, final
+from typing import Any, Final, final
 
 from shakerproc import checks
-from shakerproc.batch import worker
-
-Work: TypeAlias = Callable[[Any], Mapping[str, Any]]
-"""A function at the top of a module: from a picklable argument to what JSON can hold."""
-
-Cause: TypeAlias = Literal["", "input", "error", "killed", "time limit", "memory limit"]
+from shakerproc.executors import child
+from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
 
 _STARTUP_LIMIT: Final = 180.0  # [s]; imports from a slow network disk
 
 
+@final
 @dataclass(frozen=True, slots=True)
-class Task:
-    """One thing to do.
+class Limits:
+    """What one task may take.
 
     Attributes
     ----------
-    name : str
-        Name in every message.
-    argument : object
-        What the work is called with.
+    time : float
+        Longest that it may take [s].
+    memory : float
+        Most that its process may allocate, on Linux [byte].
     """
 
-    name: str
-    argument: Any
+    time: float = 600.0
+    memory: float = 4e9
+
+    def __post_init__(self) -> None:
+        checks.positive("time limit", self.time, "s")
+        checks.positive("memory limit", self.memory, "byte")
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How one task ended.
-
-    Attributes
-    ----------
-    name : str
-        Name of the task.
-    value : mapping
-        What the work returned; empty where it failed.
-    cause : Cause
-        Why it failed; empty where it did not.
-    error, detail : str
-        One line, and the traceback where there is one.
-    """
-
-    name: str
-    value: Mapping[str, Any] = field(default_factory=dict)
-    cause: Cause = ""
-    error: str = ""
-    detail: str = ""
-
-
-class AbstractExecutor(ABC):
-    """Something that runs tasks and lets none of them harm another."""
-
-    @abstractmethod
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
-        """Yield the outcome of each task as it ends, in any order, one for each task."""
+NO_MORE: Final = Limits()
+"""What a task may take where nobody says otherwise."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class ProcessExecutor(AbstractExecutor):
-    """Processes of this machine, each with one task at a time.
+    """Processes of this machine; no task can harm another.
 
     A process that fails in any way is replaced. A task whose process was killed from outside
     is set aside and tried once more, alone, when the others are done.
@@ -84,23 +58,18 @@ class ProcessExecutor(AbstractExecutor):
     ----------
     n_workers : int
         Processes at a time.
-    time_limit : float
-        Longest that one task may take [s].
-    memory_limit : float
-        Most that one process may allocate, on Linux [byte].
+    limits : Limits
+        What one task may take.
     prepare : callable, optional
         What a new process does before its first task, such as slow imports.
     """
 
     n_workers: int
-    time_limit: float = 600.0
-    memory_limit: float = 4e9
+    limits: Limits = NO_MORE
     prepare: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         checks.positive("n_workers", self.n_workers, "processes")
-        checks.positive("time_limit", self.time_limit, "s")
-        checks.positive("memory_limit", self.memory_limit, "byte")
 
     def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
         quarantine: list[Task] = []
@@ -117,68 +86,98 @@ class ProcessExecutor(AbstractExecutor):
     ) -> Iterator[tuple[Outcome, Task]]:
         """Yield each task with its outcome."""
         waiting = deque(tasks)
-        pool: list[_Process] = []
+        orders = packed_work(work, self.prepare)
+        pool: list[Child] = []
+        of: dict[str, Task] = {task.name: task for task in tasks}
         try:
             while waiting or any(process.task for process in pool):
                 while waiting and len(pool) < n_workers:
-                    pool.append(_Process(self, work, waiting.popleft()))
-                _wait(pool)
+                    pool.append(Child(self.limits, orders))
+                    _give(pool[-1], waiting.popleft())
+                wait(pool)
                 for process in list(pool):
-                    task, outcome = process.task, process.look()
+                    outcome = process.look()
                     if process.ended:
                         pool.remove(process)
-                    elif process.task is None and waiting:
-                        process.give(waiting.popleft())
-                    if outcome is not None and task is not None:
-                        yield outcome, task
+                    elif not process.task and waiting:
+                        _give(process, waiting.popleft())
+                    if outcome is not None:
+                        yield outcome, of[outcome.name]
         finally:
             for process in pool:
                 process.kill()
 
 
-@final
-class _Process:
-    """One worker process and what it is doing."""
+def _give(process: "Child", task: Task) -> None:
+    process.give(task.name, packed_task(task.argument))
 
-    def __init__(self, executor: ProcessExecutor, work: Work, task: Task) -> None:
-        self.executor = executor
-        self.task: Task | None = None
-        self.ready = False
+
+def packed_work(work: Work, prepare: Callable[[], None] | None) -> bytes:
+    """Return what a child process is told to do with every argument that comes."""
+    return pickle.dumps(("work", work, prepare))
+
+
+def packed_task(argument: object) -> bytes:
+    """Return an argument as a child process takes it."""
+    return pickle.dumps(("task", argument))
+
+
+@final
+class Child:
+    """One process and what it is doing.
+
+    Attributes
+    ----------
+    task : str
+        Name of what it is doing; empty where it waits.
+    ended : bool
+        Whether it is gone.
+    """
+
+    def __init__(self, limits: Limits, orders: bytes) -> None:
+        self.task = ""
         self.ended = False
+        self.deadline = 0.0
+        self._limits = limits
+        self._ready = False
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
         self.process: BaseProcess = context.Process(
-            target=worker.serve, args=(theirs, int(executor.memory_limit)), daemon=True
+            target=child.serve, args=(theirs, int(limits.memory)), daemon=True
         )
         _start_without_interrupts(self.process)
         theirs.close()
-        self._send((work, executor.prepare))
-        self.give(task)
-        self.deadline = time.monotonic() + _STARTUP_LIMIT
+        self.order(orders)
 
-    def give(self, task: Task) -> None:
+    def order(self, orders: bytes) -> None:
+        """Tell it what to do with the arguments that come from now on."""
+        self._ready = False
+        self._send(orders)
+
+    def give(self, name: str, argument: bytes) -> None:
         """Send it a task."""
-        self.task = task
-        self.deadline = time.monotonic() + self.executor.time_limit
-        self._send(task.argument)
+        self.task = name
+        limit = self._limits.time if self._ready else _STARTUP_LIMIT
+        self.deadline = time.monotonic() + limit
+        self._send(argument)
 
-    def _send(self, message: object) -> None:
+    def _send(self, message: bytes) -> None:
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # look() finds it dead
-            self.connection.send(message)
+            self.connection.send_bytes(message)
 
     def look(self) -> Outcome | None:
         """Return the outcome of the task, if it has ended."""
         message = self._received()
-        if message is not None and not self.ready:
-            self.ready = True
-            self.deadline = time.monotonic() + self.executor.time_limit
+        if message is not None and not self._ready:
+            self._ready = True
+            self.deadline = time.monotonic() + self._limits.time
             return None
         if message is not None:
             return self._finished(json.loads(message))
         if not self.process.is_alive():
             return self._failed("killed", _how_it_died(self.process.exitcode))
-        if time.monotonic() > self.deadline:
-            limit = f"{self.executor.time_limit:g} s" if self.ready else "start"
+        if self.task and time.monotonic() > self.deadline:
+            limit = f"{self._limits.time:g} s" if self._ready else "start"
             return self._failed(
                 "time limit",
                 f"stopped at the time limit ({limit}); allow more with --time-limit",
@@ -193,15 +192,15 @@ class _Process:
             return None
 
     def _finished(self, report: Mapping[str, Any]) -> Outcome | None:
-        task, self.task = self.task, None
+        name, self.task = self.task, ""
         if report["cause"]:
             self.kill()
-        return None if task is None else Outcome(task.name, **report)
+        return Outcome(name, **report) if name else None
 
     def _failed(self, cause: Cause, error: str) -> Outcome | None:
-        task, self.task = self.task, None
+        name, self.task = self.task, ""
         self.kill()
-        return None if task is None else Outcome(task.name, cause=cause, error=error)
+        return Outcome(name, cause=cause, error=error) if name else None
 
     def kill(self) -> None:
         """End it and wait for its end."""
@@ -211,10 +210,10 @@ class _Process:
         self.connection.close()
 
 
-def _wait(pool: Sequence[_Process]) -> None:
+def wait(pool: Sequence[Child]) -> None:
     """Wait until a process says something, dies, or has reached its deadline."""
     watched = [p.connection for p in pool] + [p.process.sentinel for p in pool]
-    deadline = min(p.deadline for p in pool if p.task is not None)
+    deadline = min(p.deadline for p in pool if p.task)
     multiprocessing.connection.wait(watched, max(0.0, deadline - time.monotonic()) + 0.01)
 
 

@@ -3,9 +3,9 @@ import time
 import pytest
 from tests.batch.bad_work import work
 
-from shakerproc.batch.executor import ProcessExecutor, Task
+from shakerproc.executors import Limits, ProcessExecutor, Task, ThreadExecutor
 
-LIMITS = {"n_workers": 2, "time_limit": 3.0, "memory_limit": 1e9}
+LIMITS = Limits(time=3.0, memory=1e9)
 CAUSES = {
     "raise": ("error", "no luck"),
     "unpicklable": ("error", "cannot cross"),
@@ -17,8 +17,8 @@ CAUSES = {
 }
 
 
-def outcomes(tasks, **limits):
-    ended = list(ProcessExecutor(**(LIMITS | limits)).run(work, tasks))
+def outcomes(tasks, n_workers=2):
+    ended = list(ProcessExecutor(n_workers, LIMITS).run(work, tasks))
     assert len(ended) == len(tasks)
     return {outcome.name: outcome for outcome in ended}
 
@@ -59,14 +59,20 @@ def test_no_tasks_are_done_at_once():
 @pytest.mark.slow
 def test_leaving_early_kills_the_processes_at_once():
     tasks = [Task("quick", {"kind": "good", "number": 1}), Task("h", {"kind": "hang"})]
-    running = ProcessExecutor(n_workers=2, time_limit=600.0).run(work, tasks)
+    running = ProcessExecutor(2, Limits(time=600.0)).run(work, tasks)
     next(running)
     start = time.monotonic()
     running.close()
     assert time.monotonic() - start < 60.0  # the task itself would hang for ten minutes
 
 
-@pytest.mark.parametrize("name", ["n_workers", "time_limit", "memory_limit"])
+@pytest.mark.parametrize("name", ["time", "memory"])
 def test_limits_must_be_positive(name):
-    with pytest.raises(ValueError, match=f"{name} must be above 0"):
-        ProcessExecutor(**(LIMITS | {name: 0}))
+    with pytest.raises(ValueError, match=f"{name} limit must be above 0"):
+        Limits(**{name: 0.0})
+
+
+@pytest.mark.parametrize("kind", [ProcessExecutor, ThreadExecutor])
+def test_there_must_be_a_worker(kind):
+    with pytest.raises(ValueError, match="n_workers must be above 0"):
+        kind(0)

@@ -1,4 +1,4 @@
-"""What runs in a worker process: one task after the other, every failure put into words."""
+"""What runs in a child process: one task after the other, every failure put into words."""
 
 import json
 import os
@@ -17,22 +17,32 @@ _ONE_THREAD_EACH: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_T
 
 
 def serve(connection: Connection, memory_limit: int) -> None:
-    """Receive the work, then do it for each argument that comes, until the pipe closes."""
+    """Do what is ordered with each argument that comes, until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends us
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for name in _ONE_THREAD_EACH:  # before numpy is imported
         os.environ.setdefault(name, "1")
-    work, prepare = connection.recv()
-    if prepare is not None:
-        prepare()
-    _limit_memory(memory_limit)
-    connection.send_bytes(b"ready")
+    work: Callable[[Any], object] = _nothing
+    limited = False
     while True:
         try:
-            argument = connection.recv()
+            kind, *content = connection.recv()
         except EOFError:
             return
-        connection.send_bytes(_attempt(work, argument))
+        if kind == "task":
+            connection.send_bytes(_attempt(work, content[0]))
+            continue
+        work, prepare = content
+        if prepare is not None:
+            prepare()
+        if not limited:
+            _limit_memory(memory_limit)
+            limited = True
+        connection.send_bytes(b"ready")
+
+
+def _nothing(_: object) -> dict[str, object]:
+    return {}
 
 
 def _end_with_parent() -> None:

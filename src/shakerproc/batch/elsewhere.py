@@ -1,0 +1,146 @@
+"""Tests worked through where the folder of results is not seen: files come back as bytes."""
+
+import base64
+import hashlib
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, final
+
+from shakerproc import files
+from shakerproc.batch.campaign import RUNS, Job, relative_recording
+from shakerproc.errors import RecordingError, ShakerprocError
+from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
+from shakerproc.recordings import fetch, sha256
+from shakerproc.testlog import Test, TestLog
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """One test for a worker elsewhere.
+
+    Attributes
+    ----------
+    work : callable
+        What is to be done with the job.
+    job : Job
+        As for a worker of this machine.
+    source : str
+        Folder or URL of the recordings, as the worker sees it.
+    """
+
+    work: Work
+    job: Job
+    source: str
+
+
+def work_elsewhere(order: Order) -> Mapping[str, Any]:
+    """Work a test through in a temporary folder; return what was written, and its hashes.
+
+    Raises
+    ------
+    RecordingError
+        If the recording is not the one that the batch was begun with.
+    """
+    job = order.job
+    with tempfile.TemporaryDirectory(prefix="shakerproc-") as name:
+        here = Path(name).resolve()
+        path = fetch(order.source, job.recording, here / "recordings")
+        if sha256(path) != job.sha256:
+            raise RecordingError(
+                f"{job.recording}: the recording at {order.source} is not the one that "
+                "the batch began with (another SHA-256); give all machines the same recordings."
+            )
+        test = replace(job.test, recording=path, folder=None)
+        root = here / "results"
+        value = order.work(
+            replace(job, test=test, root=root, folder=root / RUNS / job.folder.name)
+        )
+        content = {
+            output: base64.b64encode((root / output).read_bytes()).decode("ascii")
+            for output in value["outputs"]
+        }
+    return {"outputs": value["outputs"], "content": content}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ElsewhereExecutor(AbstractExecutor):
+    """Another executor, whose workers need not see the folder of results.
+
+    Attributes
+    ----------
+    executor : AbstractExecutor
+        Where tasks run.
+    source : str
+        Folder or URL of the recordings, as its workers see it.
+    """
+
+    executor: AbstractExecutor
+    source: str
+
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        jobs = {task.name: task.argument for task in tasks}
+        orders = [Task(name, Order(work, job, self.source)) for name, job in jobs.items()]
+        for outcome in self.executor.run(work_elsewhere, orders):
+            yield outcome if outcome.cause else _received(outcome, jobs[outcome.name])
+
+
+def _received(outcome: Outcome, job: Job) -> Outcome:
+    """Return the outcome with its files written below the root."""
+    expected = dict(outcome.value["outputs"])
+    for name, text in outcome.value["content"].items():
+        content = base64.b64decode(text)
+        path = (job.root / name).resolve()
+        inside = path.is_relative_to(job.folder.resolve())
+        if not inside or hashlib.sha256(content).hexdigest() != expected.get(name):
+            return Outcome(outcome.name, cause="error", error=f"{name} came back damaged")
+        files.write_bytes(job.root / name, content)
+    return Outcome(outcome.name, {"outputs": expected})
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class HashesElsewhere:
+    """The hashes of recordings, taken where they are.
+
+    Attributes
+    ----------
+    executor : AbstractExecutor
+        Where hashes are taken.
+    source : str
+        Folder or URL of the recordings, as its workers see it.
+    """
+
+    executor: AbstractExecutor
+    source: str
+
+    def __call__(self, log: TestLog) -> list[str | ShakerprocError]:
+        """Return the hash of the recording of each test, or why there is none."""
+        found: dict[str, str | ShakerprocError] = {}
+        tasks = []
+        for number, test in enumerate(log.active):
+            try:
+                relative = relative_recording(log, test)
+            except ShakerprocError as error:
+                found[str(number)] = error
+            else:
+                tasks.append(Task(str(number), (self.source, relative)))
+        for outcome in self.executor.run(hash_elsewhere, tasks):
+            found[outcome.name] = (
+                ShakerprocError(_about(log.active[int(outcome.name)], outcome.error))
+                if outcome.cause
+                else outcome.value["sha256"]
+            )
+        return [found[str(number)] for number in range(len(log.active))]
+
+
+def _about(test: Test, error: str) -> str:
+    return f"{test.source}: test {test.id}: {error}"
+
+
+def hash_elsewhere(place: tuple[str, str]) -> Mapping[str, str]:
+    """Return the hash of a recording at a source and a path below it."""
+    with tempfile.TemporaryDirectory(prefix="shakerproc-") as name:
+        return {"sha256": sha256(fetch(*place, Path(name)))}

@@ -1,0 +1,44 @@
+"""Which machines work: the processes of this one, or a cluster; and where recordings lie."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
+from shakerproc.testlog import TestLog
+
+
+@dataclass(frozen=True, slots=True)
+class Machines:
+    """Where the tests of a log are worked through.
+
+    Attributes
+    ----------
+    workers : int, optional
+        Processes at a time; by default one for each processor. A cluster has its own number.
+    time_limit : float
+        Longest that one test may take [s].
+    memory_limit : float
+        Most that one test may allocate [byte].
+    scheduler : str, optional
+        Address of a dask scheduler; this machine alone where there is none.
+    recordings : str, optional
+        Folder or URL of the recordings as the workers see it; by default the log's folder.
+    """
+
+    workers: int | None = None
+    time_limit: float = 600.0
+    memory_limit: float = 4e9
+    scheduler: str | None = None
+    recordings: str | None = None
+
+    def executor(self, prepare: Callable[[], None] | None = None) -> AbstractExecutor:
+        """Return what runs the tests."""
+        limits = Limits(self.time_limit, self.memory_limit)
+        if self.scheduler is not None:
+            return ClusterExecutor(self.scheduler, limits, prepare)
+        return ProcessExecutor(self.workers or os.cpu_count() or 1, limits, prepare)
+
+    def source(self, log: TestLog) -> str:
+        """Return where the recordings are, as the workers see it."""
+        return str(log.folder) if self.recordings is None else self.recordings
