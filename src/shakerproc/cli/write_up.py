@@ -5,16 +5,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from shakerproc import __version__, files
 from shakerproc.batch.campaign import Campaign
 from shakerproc.batch.collecting import write_tables
 from shakerproc.cli import output
-from shakerproc.report.page import Report, Section, write_report
+from shakerproc.cli.evidence import NONE, Evidence, document, methods_of, sections_of
+from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.runs import RunSummary, telling, trends
 from shakerproc.runs.trends import Trend
+
+SCHEMA: Final = "shakerproc-report/1"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +46,7 @@ def write_up(
     root: Path,
     wish: Wish,
     *,
-    sections: Sequence[Section] = (),
+    evidence: Evidence = NONE,
     verdict: str = "",
 ) -> dict[str, Any]:
     """Write everything that concerns the whole campaign; return what report.json holds."""
@@ -60,11 +63,25 @@ def write_up(
     if wish.figures:
         for trend in found:
             draw_trend(trend, root / "trends" / f"{trend.name}.png")
-    report = Report(title, runs, found, channel, command(), {}, verdict, sections, missing)
+    report = Report(
+        title,
+        runs,
+        found,
+        channel,
+        command(),
+        {},
+        verdict,
+        sections_of(root, evidence),
+        missing,
+        evidence.inputs,
+        methods_of(runs, evidence),
+    )
     write_report(root / "report.html", report)
-    document = _document(title, runs, found, channel)
-    files.write_json(root / "report.json", document)
-    return document
+    content = {**_document(title, runs, found, channel), **document(evidence)}
+    if verdict:
+        content["verdict"] = verdict
+    files.write_json(root / "report.json", content)
+    return content
 
 
 def command() -> str:
@@ -76,7 +93,7 @@ def _document(
     title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str
 ) -> dict[str, Any]:
     return {
-        "schema": "shakerproc-report/1",
+        "schema": SCHEMA,
         "shakerproc": __version__,
         "title": title,
         "command": command(),

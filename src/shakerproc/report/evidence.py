@@ -1,146 +1,309 @@
 """The evidence of a comparison and a diagnosis as sections of the report."""
 
-import base64
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
-from markupsafe import Markup
 
-from shakerproc.compare import Comparison, sentence
-from shakerproc.diagnose import Diagnosis
-from shakerproc.report import svg
+from shakerproc.compare import sentence
+from shakerproc.diagnose import Diagnosis, Estimate
+from shakerproc.diagnose.result import Tried
+from shakerproc.models import EFFECTS
+from shakerproc.report import evidence_figures as figures
+from shakerproc.report.evidence_figures import Models
+from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.page import Section, Table
 from shakerproc.report.run_view import Drawing
 
-CAPTIONS: Final[Mapping[str, tuple[str, str]]] = {
-    "response": (
-        "Measured and modelled response.",
-        "Where the lines part, the model fails; look whether it depends on the level.",
-    ),
-    "error_map": (
-        "Error over frequency and level.",
-        "An error that grows with level is a missing nonlinearity.",
-    ),
-    "restoring_force": (
-        "Restoring force.",
-        "Against displacement and velocity: the shape of what holds the mass.",
-    ),
-    "error_in_time": ("Error in time.", "A drift shows as a slope."),
-    "harmonics": ("Harmonics.", "Energy where the table does not shake."),
+TWO_METHODS: Final = (
+    "The two kinds of error in this report are not the same: a comparison lets the model run "
+    "free under the measured input, a diagnosis predicts the response one sample ahead with "
+    "an observer that follows the measurement; the second is the smaller of the two."
+)
+
+_SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
+    "m": ("mm", 1e3),
+    "kg": ("g", 1e3),
+    "m/s^2": ("m/s²", 1.0),
+    "1": ("-", 1.0),
 }
 
 
-def picture(path: Path, title: str, caption: str) -> Drawing:
-    """Return a PNG file as a drawing that is part of the page."""
-    data = base64.b64encode(path.read_bytes()).decode("ascii")
-    image = Markup('<img alt="{}" src="data:image/png;base64,{}">').format(title, data)
-    return Drawing(title, caption, image)
-
-
-def comparison_section(
-    comparison: Comparison, figures: Sequence[Path], title: str, anchor: str
-) -> Section:
-    """Return where a model fails: a sentence, the errors of every test, the figures."""
-    rows = [
-        (
-            test.measured.name,
-            test.measured.test.level_text,
-            "yes" if test.measured.test.hold_out else "",
-            f"{test.error:.1%}",
-            f"{test.noise:.2%}",
-            "" if test.prediction.predictable else "chaotic: judged by density and H1",
-        )
-        for test in comparison.tests
-    ]
-    columns = ("test", "level", "held out", "not explained", "noise", "note")
+def model_section(models: Models) -> Section:
+    """Return where a model fails, and where its successor still does."""
+    columns = ("test", "level", "held out", models.old, models.new, "noise", "note")
+    rows = []
+    after = models.after
+    for i, test in enumerate(models.before.tests):
+        level = test.measured.test.level_text.replace("^2", "²")
+        held = "yes" if test.measured.test.hold_out else ""
+        new = f"{after.tests[i].error:.2%}" if after else ""
+        note = "" if test.prediction.predictable else "chaotic: judged by density and H1"
+        rows.append((
+            test.measured.name, level, held, f"{test.error:.1%}", new, _share(test.noise), note
+        ))  # fmt: skip
+    kept = [i for i in range(len(columns)) if i < 3 or any(row[i] for row in rows)]
     table = Table(
-        "Share of the measured response that the model does not explain", columns, rows
+        "Share of the measured response that the model, run free, does not explain",
+        [columns[i] for i in kept],
+        [[row[i] for i in kept] for row in rows],
     )
+    paragraphs = [_opened(models.old, sentence(models.before))]
+    if after is not None:
+        paragraphs.append(_opened(models.new, sentence(after)))
+    forces = figures.restoring_force(models)
+    drift = figures.error_in_time(models)
+    parts = [
+        Section(
+            "Response functions",
+            "responses",
+            [
+                "Broad grey: measured. Where the lines leave it the model fails; look whether "
+                "they do so more at a higher level. A coherence that is low in the "
+                "measurement and not in the model is a nonlinearity that the model lacks."
+            ],
+            figures=figures.responses(models),
+        ),
+        Section(
+            "Error by band, level and motion",
+            "errors",
+            figures=[
+                *figures.error_maps(models),
+                *figures.error_by_band(models),
+                figures.error_by_level(models),
+                *figures.error_by_motion(models),
+                *([drift] if drift is not None else []),
+                *figures.harmonics(models),
+            ],
+        ),
+    ]
+    if forces:
+        parts.append(Section("Restoring force", "forces", figures=forces))
     return Section(
-        title, anchor, [sentence(comparison)], [table], [_captioned(path) for path in figures]
+        "Where the model fails", "model", paragraphs, [table, *_refit(models)], parts=parts
     )
 
 
-def _captioned(path: Path) -> Drawing:
-    key = next((name for name in CAPTIONS if path.stem.startswith(name)), "")
-    return picture(path, *CAPTIONS.get(key, (path.stem.replace("_", " "), "")))
+def _opened(name: str, text: str) -> str:
+    """Return a sentence about a model after its name."""
+    return f"{name[0].upper()}{name[1:]}: {text}"
 
 
-def diagnosis_section(diagnosis: Diagnosis) -> Section:
-    """Return which effect is missing: verdict, error ladder, parameters, what was tried."""
-    found = [
-        (effect.kind, " - ".join(effect.between), name, _number(p.value), _number(p.low),
-         _number(p.high), p.unit)
+def _share(value: float) -> str:
+    return f"{value:.2%}" if math.isfinite(value) else "unknown"
+
+
+def _refit(models: Models) -> list[Table]:
+    """Return the numbers that were fitted before the comparison, if any were."""
+    fitted = models.before.refit or (models.after.refit if models.after else None)
+    if fitted is None:
+        return []
+    rows = []
+    for p in fitted.parameters:
+        estimate = Estimate(p.value, p.low, p.high, p.unit)
+        note = "ran against its bound" if p.at_bound else ""
+        before = shown_value(Estimate(p.before, None, None, p.unit))
+        rows.append((p.kind, " - ".join(p.between), p.name, before, *interval(estimate), note))
+    title = f"Numbers of the model fitted to test {', '.join(fitted.tests)}, 95 % intervals"
+    columns = (
+        "element",
+        "between",
+        "number",
+        "before",
+        "fitted",
+        "low",
+        "high",
+        "±",
+        "unit",
+        "",
+    )
+    return [Table(title, columns, rows)]
+
+
+def diagnosis_section(diagnosis: Diagnosis, *, compared: bool = True) -> Section:
+    """Return which effect is missing: verdict, ladder, numbers, what is open.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The verdict and all that stands behind it.
+    compared : bool
+        Whether errors of a comparison stand in the same report.
+    """
+    paragraphs = [
+        f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
+        *_signatures(diagnosis),
+        *diagnosis.notes,
+    ]
+    if compared:
+        paragraphs.append(TWO_METHODS)
+    parts = [
+        Section(
+            "Error ladder",
+            "ladder",
+            _left_behind(diagnosis),
+            figures=[error_ladder(diagnosis)],
+        ),
+        Section("Numbers", "numbers", tables=parameter_tables(diagnosis)),
+        _open_questions(diagnosis),
+    ]
+    kept = [part for part in parts if part.paragraphs or part.tables or part.figures]
+    return Section("What is missing", "diagnosis", paragraphs, parts=kept)
+
+
+def _signatures(diagnosis: Diagnosis) -> list[str]:
+    """Return what each effect that was found looks like, to be held against the figures."""
+    return [
+        f"What a {effect.kind.replace('_', ' ')} looks like: {EFFECTS[effect.kind].signature}"
         for effect in diagnosis.effects
-        for name, p in effect.parameters.items()
+        if effect.kind in EFFECTS
+    ]
+
+
+def error_ladder(diagnosis: Diagnosis) -> Drawing:
+    """Return the errors of the old model, every candidate and the new model."""
+    errors = diagnosis.errors
+    rungs = [Rung("model as it was", errors.fitted.before, errors.held_out.before, strong=True)]
+    best_last = sorted(
+        diagnosis.candidates,
+        key=lambda c: np.inf if c.held_out_error is None else -c.held_out_error,
+    )
+    fitted = [c for c in best_last if c.held_out_error is not None]
+    many = len({c.between for c in diagnosis.candidates}) > 1
+    rungs += [Rung(_named(c, place=many), c.fitted_error, c.held_out_error) for c in fitted]
+    new = {"effect found": "with the effect", "nothing missing": "numbers fitted"}
+    rungs.append(
+        Rung(
+            new.get(diagnosis.verdict, "best that was found"),
+            errors.fitted.after,
+            errors.held_out.after,
+            strong=True,
+        )
+    )
+    return Drawing(
+        "Error of every model that was tried.",
+        "One sample ahead. Held-out tests took no part in the fit: where theirs falls as far "
+        "as that of the fitted ones, the effect is real; what is left should be near noise.",
+        ladder(rungs, errors.noise_floor, title="Errors of all models that were tried"),
+        broad=True,
+    )
+
+
+def _named(candidate: Tried, *, place: bool) -> str:
+    """Return a candidate's name, and where it acts if that is told."""
+    name = candidate_name(candidate.kind, candidate.parameters)
+    return f"{name}, {' - '.join(candidate.between)}" if place else name
+
+
+def _left_behind(diagnosis: Diagnosis) -> list[str]:
+    """Return which candidates explain too little to be fitted."""
+    out = [c for c in diagnosis.candidates if c.held_out_error is None]
+    many = len({c.between for c in diagnosis.candidates}) > 1
+    names = "; ".join(_named(c, place=many) for c in out)
+    return [f"Screened, and too little explained to be fitted: {names}."] if out else []
+
+
+def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
+    """Return the kind of a candidate, with its side where it has one."""
+    side = parameters.get("side")
+    name = kind.replace("_", " ").replace("+", " + ")
+    return name if side is None else f"{name}, {side.value}"
+
+
+def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
+    """Return the numbers of effects found, of the linear joints, and of every candidate."""
+    columns = ("", "between", "number", "value", "low", "high", "±", "unit", "confidence")
+    found = [
+        (
+            effect.kind.replace("_", " "), " - ".join(effect.between), name,
+            *interval(estimate), f"{effect.confidence:.2f}",
+        )
+        for effect in diagnosis.effects
+        for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
     ]  # fmt: skip
+    linear = [
+        ("linear joint", place, number, *interval(estimate), "")
+        for name, estimate in diagnosis.linear.items()
+        for number, place in [name.split(" ", 1)]
+    ]
     tried = [
         (
-            c.kind,
-            " - ".join(c.between),
-            _number(c.fitted_error),
-            _number(c.held_out_error) or "left behind",
+            candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
+            *interval(estimate), "",
         )
         for c in diagnosis.candidates
-    ]
+        if c.held_out_error is not None
+        for name, estimate in c.parameters.items()
+    ]  # fmt: skip
     tables = [
-        Table(
-            "Found, with 95 % intervals",
-            ("effect", "between", "parameter", "value", "low", "high", "unit"),
-            found,
-        ),
-        Table(
-            "Tried, best first", ("effect", "between", "fitted error", "held-out error"), tried
-        ),
-    ]
-    paragraphs = [f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}"]
-    if diagnosis.indistinguishable:
-        names = ", ".join(diagnosis.indistinguishable)
-        paragraphs.append(f"Cannot be told apart on these tests: {names}.")
-    paragraphs += [
-        f"Next test: {test.excitation} at {test.level}: {test.reason}"
-        for test in diagnosis.next_test
-    ]
-    used = [table for table in tables if table.rows]
-    return Section("What is missing", "diagnosis", paragraphs, used, [ladder(diagnosis)])
+        Table("Found, with 95 % intervals", columns, [*found, *linear]),
+        Table("Candidates that were fitted, with 95 % intervals", columns[:-1],
+              [row[:-1] for row in tried]),
+    ]  # fmt: skip
+    return [table for table in tables if table.rows]
 
 
-def _number(value: float | str | None) -> str:
-    if isinstance(value, str):
-        return value
-    return "" if value is None or not math.isfinite(value) else f"{value:.4g}"
-
-
-def ladder(diagnosis: Diagnosis) -> Drawing:
-    """Return the errors before and after, on fitted and on held-out tests."""
-    errors = diagnosis.errors
-    places = np.array([0.0, 1.0])
-    curves = [
-        svg.Curve(name, places, np.array([pair.before, pair.after]), style, points=True)
-        for style, (name, pair) in enumerate((
-            ("fitted tests", errors.fitted),
-            ("held-out tests", errors.held_out),
-        ))
-    ]
-    floor = np.full(2, errors.noise_floor)
-    curves.append(svg.Curve("noise floor", np.array([-0.5, 1.5]), floor, 7, thin=True))
-    values = np.concatenate([curve.y for curve in curves])
-    values = values[np.isfinite(values) & (values > 0.0)]
-    low = 10.0 ** np.floor(np.log10(values.min())) if values.size else 0.01
-    high = 10.0 ** np.ceil(np.log10(values.max()) + 0.05) if values.size else 1.0
-    names = {0.0: "model as it was", 1.0: "with the effect"}
-    return Drawing(
-        "Error ladder.",
-        "Held-out tests took no part in the fit: if theirs falls too, the effect is real.",
-        svg.plot(
-            curves,
-            svg.Axis("", -0.5, 1.5),
-            svg.Axis("share not explained [-]", float(low), float(high), logarithmic=True),
-            title="Errors before and after",
-            names=names,
-            height=260,
-        ),
+def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
+    """Return value, low, high, half width in per cent, and unit, for people."""
+    if isinstance(estimate.value, str):
+        return estimate.value, "", "", "", ""
+    unit, factor = _SHOWN_UNITS.get(estimate.unit, (estimate.unit, 1.0))
+    value = estimate.value * factor
+    low, high = (
+        "" if end is None or not math.isfinite(end) else _number(end * factor)
+        for end in (estimate.low, estimate.high)
     )
+    half = ""
+    if estimate.low is not None and estimate.high is not None and value:
+        half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
+    return _number(value), low, high, half, unit
+
+
+def shown_value(estimate: Estimate) -> str:
+    """Return a value in the unit that people use, without it."""
+    return interval(estimate)[0]
+
+
+def _number(value: float) -> str:
+    """Return four digits, in full where that is short."""
+    rounded = float(f"{value:.4g}")
+    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
+        return f"{rounded:.10g}"
+    return f"{rounded:.3e}"
+
+
+def _open_questions(diagnosis: Diagnosis) -> Section:
+    """Return what cannot be told apart, and the test that would."""
+    paragraphs = []
+    same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
+    found = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
+    if same:
+        paragraphs.append(
+            f"Cannot be told apart on these tests: {', '.join([*found, *same])}. Where the "
+            "rivals have numbers of their own, look in the table above whether these differ."
+        )
+    elif found:
+        paragraphs.append("No other candidate does as well on these tests.")
+    rows = [
+        (test.excitation, test.level, ", ".join(t.replace("_", " ") for t in test.separates),
+         test.reason)
+        for test in diagnosis.next_test
+    ]  # fmt: skip
+    table = Table("Next test", ("as", "at", "tells apart", "why"), rows)
+    return Section(
+        "What is open, and the test that would settle it",
+        "open",
+        paragraphs,
+        [table] if rows else [],
+    )
+
+
+def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Section]:
+    """Return the sections there is evidence for."""
+    out = []
+    if models is not None:
+        out.append(model_section(models))
+    if diagnosis is not None:
+        out.append(diagnosis_section(diagnosis, compared=models is not None))
+    return out

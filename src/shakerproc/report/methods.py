@@ -1,9 +1,13 @@
 """What was done, in words, with references: collected from the runs."""
 
 import importlib.metadata
+import inspect
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from shakerproc.models import EFFECTS
+from shakerproc.models.faults import FAULTS
 from shakerproc.runs.summary import RunSummary
 
 
@@ -51,10 +55,66 @@ _REFERENCES = (
 )
 
 
-def methods_of(runs: Sequence[RunSummary]) -> Methods:
-    """Return the methods that these runs used."""
+_COMPARED = (
+    "A model is driven by the measured input and its joints are integrated exactly between "
+    "samples; its error is the rms of measured less predicted over the rms measured, within "
+    "the excited band and the harmonics above it. Where the motion is chaotic, density and H1 "
+    "are compared instead. The noise floor is that of the quiet before the test, of repeated "
+    "tests, or what is incoherent at the lowest level. The force in a joint is what moves "
+    "the masses beyond it, over its measured motion (Masri and Caughey)."
+)
+_DIAGNOSED = (
+    "A diagnosis screens every effect of the library in every joint, fits those that explain "
+    "something together with stiffness, damping and sensors, and ranks them by the likelihood "
+    "of what an observer does not predict one sample ahead (Ljung). Held-out tests take no "
+    "part in any fit. Intervals are 95 %."
+)
+_MASRI = (
+    "S. F. Masri and T. K. Caughey, A nonparametric identification technique for nonlinear "
+    "dynamic problems, Journal of Applied Mechanics 46, 433-447, 1979."
+)
+_LJUNG = "L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall, 1999."
+
+
+def methods_of(
+    runs: Sequence[RunSummary],
+    *,
+    compared: bool = False,
+    diagnosed: bool = False,
+    kinds: Sequence[str] = (),
+) -> Methods:
+    """Return the methods that were used.
+
+    Parameters
+    ----------
+    runs : sequence of RunSummary
+        Runs that were processed.
+    compared, diagnosed : bool
+        Whether a model was held against the tests, and whether an effect was sought.
+    kinds : sequence of str
+        Effects of the models; each brings its own references.
+    """
     swept = any("sweep" in str(run.facts.get("excitation", "")) for run in runs)
-    paragraphs = [_SPECTRA, _PEAKS, *([_SWEEP] if swept else []), _UNITS]
+    paragraphs = [_SPECTRA, _PEAKS, *([_SWEEP] if swept else [])]
+    references = list(_REFERENCES if swept else _REFERENCES[:2])
+    if not runs and (compared or diagnosed):
+        paragraphs, references = [], [_REFERENCES[1]]
+    if compared:
+        paragraphs.append(_COMPARED)
+        references.append(_MASRI)
+    if diagnosed:
+        paragraphs.append(_DIAGNOSED)
+        references.append(_LJUNG)
+    references += [text for kind in kinds for text in references_of(kind)]
     names = ("numpy", "scipy", "nptdms")
     packages = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
-    return Methods(paragraphs, _REFERENCES if swept else _REFERENCES[:2], packages)
+    return Methods([*paragraphs, _UNITS], tuple(dict.fromkeys(references)), packages)
+
+
+def references_of(kind: str) -> list[str]:
+    """Return the references of an effect or a fault, from its own description."""
+    made = EFFECTS.get(kind) or FAULTS.get(kind)
+    text = inspect.getdoc(made) or ""
+    listed = text.partition("References\n----------")[2]
+    parts = re.split(r"^\.\. \[\d+\]", listed, flags=re.MULTILINE)[1:]
+    return [" ".join(part.replace('"', "").replace("`", "").split()) for part in parts]

@@ -31,13 +31,22 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A further section of the report, such as the evidence of a diagnosis."""
+    """A further section of the report, such as the evidence of a diagnosis.
+
+    Attributes
+    ----------
+    title, anchor : str
+        Its heading, and what the navigation calls it.
+    paragraphs, tables, figures, parts : sequence
+        What it holds, in this order; parts are sections of their own.
+    """
 
     title: str
     anchor: str
     paragraphs: Sequence[str] = ()
     tables: Sequence[Table] = ()
     figures: Sequence[Drawing] = ()
+    parts: "Sequence[Section]" = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +73,10 @@ class Report:
         What comes between the trends and the runs.
     without_points : sequence of str
         Titles of trends for which the log has not two values with a run.
+    inputs : sequence of (str, str, str)
+        Further files that went in: what they are, their names and their SHA-256.
+    methods : Methods, optional
+        What was done; by default what the runs tell.
     """
 
     title: str
@@ -75,6 +88,8 @@ class Report:
     verdict: str = ""
     sections: Sequence[Section] = ()
     without_points: Sequence[str] = ()
+    inputs: Sequence[tuple[str, str, str]] = ()
+    methods: Methods | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +140,8 @@ class _Page:
     methods: Sequence[str]
     references: Sequence[str]
     provenance: Sequence[str]
+    inputs: Sequence[tuple[str, str, str]]
+    with_runs: bool
 
 
 COLUMNS: Final = (
@@ -160,7 +177,9 @@ def html(report: Report) -> str:
         lstrip_blocks=True,
     )
     css = Markup(  # noqa: S704 - ours
-        environment.get_template("page.css").render(colours=style.COLOURS, dashes=_dashes())
+        environment.get_template("page.css").render(
+            colours=style.COLOURS, dashes=_dashes(), shades=style.SHADES
+        )
     )
     loader = environment.loader
     assert loader is not None  # noqa: S101 - set above
@@ -187,11 +206,13 @@ def _source_hash(text: str) -> str:
 def _page(report: Report) -> _Page:
     shown = [run for run in report.runs if run.status != "discarded"]
     views = [run_view(run, i) for i, run in enumerate(shown, 1)]
-    methods = methods_of(shown)
+    methods = report.methods or methods_of(shown)
+    with_runs = bool(report.runs) or not report.sections
+    opening = _tally(report.runs) if with_runs else ""
     return _Page(
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
-        verdict=" ".join(filter(None, (_tally(report.runs), report.verdict or _told(report)))),
+        verdict=" ".join(filter(None, (opening, report.verdict or _told(report)))),
         counts=_counts(report.runs),
         attention=_attention(shown, views),
         columns=COLUMNS,
@@ -204,6 +225,11 @@ def _page(report: Report) -> _Page:
         methods=methods.paragraphs,
         references=methods.references,
         provenance=_provenance(report, methods),
+        inputs=[
+            *report.inputs,
+            *((f"test {v.test}", v.recording, v.sha256) for v in views if v.sha256),
+        ],
+        with_runs=with_runs,
     )
 
 

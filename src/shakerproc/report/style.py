@@ -16,6 +16,11 @@ COLOURS: Final = (
 DASHES: Final = ("", "7 2", "2 2", "7 2 2 2", "4 4", "10 3", "", "5 3")
 """Dash of each colour, so that the lines differ in grey too [px]."""
 
+SHADES: Final = (
+    "#ffffff", "#eef3f8", "#d9e5f0", "#bcd2e6", "#8fb3d3", "#5d8fbd", "#2f6aa0", "#0e4374",
+)  # fmt: skip
+"""From little to much, ever darker: one hue, so that grey tells the same."""
+
 CONTROL_STYLES: Final = (6, 7)
 RESPONSE_STYLES: Final = (0, 1, 2, 3, 4, 5)
 

@@ -9,6 +9,21 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from shakerproc.data import FloatArray
+from shakerproc.report import live
+from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
+
+__all__ = [
+    "Axis",
+    "Curve",
+    "Filling",
+    "Mark",
+    "Span",
+    "fine_ticks",
+    "legend",
+    "plot",
+    "sparkline",
+    "ticks",
+]
 
 UNIT: Final = 4
 """Steps of the drawing in one pixel: paths are whole numbers of quarter pixels."""
@@ -25,90 +40,6 @@ _MARKERS: Final = (
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 18, 8, 34  # room for the labels [px]
 
 
-@dataclass(frozen=True, slots=True)
-class Axis:
-    """One axis of a plot.
-
-    Attributes
-    ----------
-    label : str
-        Quantity and unit.
-    low, high : float
-        Ends, in the unit of the label.
-    logarithmic : bool
-        Whether steps are powers of ten.
-    """
-
-    label: str
-    low: float
-    high: float
-    logarithmic: bool = False
-
-    def share(self, values: FloatArray) -> FloatArray:
-        """Return where values lie on the axis, from 0 at the low end to 1 at the high end."""
-        low, high = self.low, self.high
-        if self.logarithmic:
-            values = np.log10(np.maximum(values, 1e-300))
-            low, high = math.log10(low), math.log10(high)
-        return np.asarray(np.clip((values - low) / (high - low), -0.02, 1.02), dtype=float)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """One line of a plot.
-
-    Attributes
-    ----------
-    label : str
-        Name in the legend.
-    x, y : (n,) array
-        Points, in the units of the axes; NaN breaks the line.
-    style : int
-        Which colour and dash; the same channel has the same one everywhere.
-    points : bool
-        Whether to draw a mark at each point, and the line thin.
-    hollow : sequence of bool
-        Which of the marks are hollow.
-    thin : bool
-        Whether the line is a limit and no result.
-    """
-
-    label: str
-    x: FloatArray
-    y: FloatArray
-    style: int
-    points: bool = False
-    hollow: Sequence[bool] = ()
-    thin: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Filling:
-    """An area between two lines, such as the envelope of a time series."""
-
-    label: str
-    x: FloatArray
-    low: FloatArray
-    high: FloatArray
-    style: int
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A vertical line with a word to it, such as a peak or the end of the crop."""
-
-    x: float
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A part of the horizontal axis that is shaded because it does not count."""
-
-    low: float
-    high: float
-
-
 def plot(
     items: Sequence[Curve | Filling],
     x_axis: Axis,
@@ -120,12 +51,17 @@ def plot(
     names: Mapping[float, str] | None = None,
     width: int = 560,
     height: int = 230,
+    keys: bool = True,
 ) -> Markup:
     """Return a figure: axes with ticks, lines, marks and a legend of its own.
 
-    `names` are what to write along the horizontal axis where its values are categories.
+    `names` are what to write along the horizontal axis where its values are categories;
+    without `keys` there is no legend, as where figures above each other share one. Beside the
+    drawing stand its numbers for the script, which draws it anew for whoever looks closer.
     """
-    box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
+    bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
+    box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
+    numbers = Markup("") if names else live.payload(items, x_axis, y_axis, marks, spans)
     parts = [
         Markup('<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>').format(
             width * UNIT, height * UNIT, title
@@ -136,7 +72,8 @@ def plot(
         *(_mark(mark, x_axis, box) for mark in marks),
         Markup("</svg>"),
     ]
-    return Markup("").join(parts) + legend(items)
+    drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
+    return drawn + (legend(items) if keys else Markup(""))
 
 
 def legend(items: Sequence[Curve | Filling]) -> Markup:
@@ -155,11 +92,21 @@ def legend(items: Sequence[Curve | Filling]) -> Markup:
 def _key(item: Curve | Filling) -> Markup:
     style = item.style % 8
     if isinstance(item, Curve) and item.points:
-        return Markup('<path class="p{}" d="M48 20{}"/>').format(style, _marker(style))
-    return Markup('<path class="c{}" d="M0 20h96"/>').format(style)
+        return Markup('<path class="p{}" d="M48 20{}"/>').format(style, marker(style))
+    if isinstance(item, Curve) and item.dots:
+        return Markup('<path class="d{}" d="M24 20h0M48 20h0M72 20h0"/>').format(style)
+    return Markup('<path class="c{}{}" d="M0 20h96"/>').format(style, _weight(item))
 
 
-def _marker(style: int) -> str:
+def _weight(item: Curve | Filling) -> str:
+    """Return the class of a line that is thinner or broader than others."""
+    if not isinstance(item, Curve):
+        return ""
+    return " thin" if item.thin else " wide" if item.wide else ""
+
+
+def marker(style: int) -> str:
+    """Return the path of a mark, from its middle."""
     return _MARKERS[style % len(_MARKERS)]
 
 
@@ -213,6 +160,18 @@ def _path(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
     return "".join(pieces).replace(" -", "-")
 
 
+def _dots(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
+    """Return a dot at each point that is a number, in relative whole steps."""
+    good = np.isfinite(share_x) & np.isfinite(share_y)
+    if not good.any():
+        return ""
+    x, y = _steps(share_x[good], share_y[good], box)
+    places = np.unique(np.array([x, y], dtype=int).T, axis=0)
+    moves = np.diff(places, axis=0).tolist()
+    body = "".join(f"m{a} {b}h0" for a, b in moves).replace(" -", "-")
+    return f"M{places[0, 0]} {places[0, 1]}h0{body}"
+
+
 def _unbroken(good: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
     """Return where runs of True start and stop."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(int)))
@@ -226,19 +185,22 @@ def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Mark
         there = np.concatenate((x, x[::-1]))
         back = np.concatenate((y_axis.share(item.high), y_axis.share(item.low)[::-1]))
         return Markup('<path class="f{}" d="{}z"/>').format(style, _path(there, back, box))
+    if item.dots:
+        return Markup('<path class="d{}" d="{}"/>').format(
+            style, _dots(x, y_axis.share(item.y), box)
+        )
     line = _path(x, y_axis.share(item.y), box)
     if not item.points:
-        weight = " thin" if item.thin else ""
-        return Markup('<path class="c{}{}" d="{}"/>').format(style, weight, line)
+        return Markup('<path class="c{}{}" d="{}"/>').format(style, _weight(item), line)
     steps = list(zip(*_steps(x, y_axis.share(item.y), box), strict=True))
     hollow = [*item.hollow, *([False] * len(steps))]
     solid = "".join(
-        f"M{a:.0f} {b:.0f}{_marker(style)}"
+        f"M{a:.0f} {b:.0f}{marker(style)}"
         for (a, b), h in zip(steps, hollow, strict=False)
         if not h
     )
     empty = "".join(
-        f"M{a:.0f} {b:.0f}{_marker(style)}"
+        f"M{a:.0f} {b:.0f}{marker(style)}"
         for (a, b), h in zip(steps, hollow, strict=False)
         if h
     )
@@ -278,22 +240,21 @@ def _grid(
     x_axis: Axis, y_axis: Axis, box: _Box, height: int, names: Mapping[float, str]
 ) -> Markup:
     lines, texts = [], []
-    for value in names or ticks(x_axis):
+    for value in names or fine_ticks(x_axis):
         x = (box.left + float(x_axis.share(np.array([value]))[0]) * box.width) * UNIT
         lines.append(f"M{x:.0f} {box.top * UNIT}v{box.height * UNIT}")
         below = (box.top + box.height + 14) * UNIT
         texts.append(
             Markup('<text x="{:.0f}" y="{}">{}</text>').format(
-                x, below, names.get(value) or _tick(value)
+                x, below, names.get(value) or shown(value, x_axis)
             )
         )
     for value in ticks(y_axis):
         y = (box.top + (1.0 - float(y_axis.share(np.array([value]))[0])) * box.height) * UNIT
         lines.append(f"M{box.left * UNIT} {y:.0f}h{box.width * UNIT}")
-        shown = _power(value) if y_axis.logarithmic else _tick(value)
         texts.append(
             Markup('<text class="end" x="{}" y="{:.0f}">{}</text>').format(
-                (box.left - 5) * UNIT, y + 14, shown
+                (box.left - 5) * UNIT, y + 14, shown(value, y_axis)
             )
         )
     x_middle, y_middle = (box.left + box.width / 2) * UNIT, (box.top + box.height / 2) * UNIT
@@ -314,12 +275,31 @@ def ticks(axis: Axis) -> list[float]:
     if axis.logarithmic:
         low, high = math.ceil(math.log10(axis.low)), math.floor(math.log10(axis.high))
         every = max(1, math.ceil((high - low + 1) / 7))
-        return [10.0**power for power in range(low, high + 1) if power % every == 0]
+        powers = [10.0**power for power in range(low, high + 1) if power % every == 0]
+        if len(powers) > 1:
+            return powers
+        return fine_ticks(axis)
+    if axis.degrees:
+        return [float(v) for v in range(-360, 361, 90) if axis.low <= v <= axis.high]
     raw = (axis.high - axis.low) / 6
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw)
     first, last = math.ceil(axis.low / step - 1e-9), math.floor(axis.high / step + 1e-9)
     return [i * step for i in range(first, last + 1)]
+
+
+def fine_ticks(axis: Axis) -> list[float]:
+    """Return the same, and on a logarithmic axis of two decades or less 1, 2, 5 of each."""
+    if not axis.logarithmic or axis.high / axis.low > 150.0:
+        return ticks(axis)
+    powers = range(math.floor(math.log10(axis.low)), math.ceil(math.log10(axis.high)) + 1)
+    finer = [m * 10.0**power for power in powers for m in (1, 2, 5)]
+    return [value for value in finer if axis.low <= value <= axis.high]
+
+
+def shown(value: float, axis: Axis) -> str | Markup:
+    """Return the number at a tick."""
+    return _power(value) if axis.logarithmic else _tick(value)
 
 
 def _tick(value: float) -> str:
@@ -328,7 +308,7 @@ def _tick(value: float) -> str:
 
 def _power(value: float) -> Markup:
     power = round(math.log10(value))
-    if 0 <= power <= 3:
+    if 0 <= power <= 3 or abs(10.0**power / value - 1.0) > 1e-6:
         return escape(f"{value:g}")
     return Markup('10<tspan class="up" dy="-20">{}</tspan>').format(
         f"{power}".replace("-", "−")

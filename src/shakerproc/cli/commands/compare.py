@@ -25,6 +25,16 @@ def compare(
         bool,
         typer.Option("--fit", help="Fit the model's numbers first, with 95 % intervals."),
     ] = False,
+    before: Annotated[
+        Path | None,
+        typer.Option(
+            "--before",
+            metavar="OLD",
+            help="An older model, drawn beside it.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
     json: output.JsonOption = None,
@@ -35,14 +45,30 @@ def compare(
     measured force) and its sensors are held against the channels of the same name.
     """
     from shakerproc import files
-    from shakerproc.compare import COLUMNS, document_of, rows_of, sentence
-    from shakerproc.compare import compare as compared
+    from shakerproc.cli.evidence import Evidence, inputs_of, write_evidence
+    from shakerproc.compare import (
+        COLUMNS,
+        compare_tests,
+        document_of,
+        measured_tests,
+        rows_of,
+        sentence,
+    )
     from shakerproc.model_files import read_model
+    from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
     campaign, shaken = read_testlog(log), read_model(model)
+    older = shaken if before is None else read_model(before)
     with output.progress("compare", len(campaign.tests)) as advance:
-        found = compared(shaken, campaign, fit=fit, tell=advance)
+        measured = measured_tests(campaign, shaken)
+        found = compare_tests(shaken, measured, fit=fit, tell=advance)
+        models = Models(found, old=shaken.title)
+        if before is not None:
+            measured = measured_tests(campaign, older)
+        if before is not None or fit:
+            old = compare_tests(older, measured, tell=advance)
+            models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
     folder = output.out_folder(out, f"{model.stem}_compare")
     document = {**_provenance(model, log), **document_of(found)}
     files.write_json(folder / "compare.json", document)
@@ -53,10 +79,20 @@ def compare(
         from shakerproc.report.compare import draw_comparison
 
         draw_comparison(found, folder)
+    inputs = inputs_of(campaign, log, [path for path in (before, model) if path is not None])
+    evidence = Evidence(models, None, inputs)
+    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
+    page = write_evidence(folder, campaign.title, verdict, evidence)
     output.write_json(document, json)
     _print(found, json)
     output.data(sentence(found), json_target=json)
-    output.message(f"results in {folder}")
+    output.message(f"results in {folder}, report: {page}")
+
+
+def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
+    """Return what the two models are called, told apart."""
+    new = f"{new}, fitted" if fit else new
+    return (old, new) if old != new else ("old model", "new model")
 
 
 def _provenance(model: Path, log: Path) -> dict[str, object]:

@@ -68,8 +68,8 @@ def _worked_through(
     from shakerproc.batch.campaign import Products
     from shakerproc.batch.lock import locked
     from shakerproc.cli.everyday import work_through_log
-    from shakerproc.cli.machines import Machines
     from shakerproc.cli.evidence import NONE
+    from shakerproc.cli.machines import Machines
     from shakerproc.cli.write_up import Wish, tell, write_up
 
     with locked(root):

@@ -23,17 +23,23 @@ def diagnose(
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
+    from shakerproc.cli import evidence
+    from shakerproc.compare import measured_tests
     from shakerproc.diagnose import diagnose as judge
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
 
-    with output.progress("diagnose", 8) as advance:
-        result = judge(read_model(model), read_testlog(testlog), seed=seed, progress=advance)
+    log, known = read_testlog(testlog), read_model(model)
+    with output.progress("diagnose", 8 + 2 * len(log.tests)) as advance:
+        result = judge(known, log, seed=seed, progress=advance)
+        models = evidence.judged(known, result, measured_tests(log, known), advance)
     show(result, json)
     output.write_json(result.as_json(), json)
-    if out is not None:
-        folder = output.out_folder(out, "diagnosis")
-        files.write_json(folder / "diagnosis.json", result.as_json())
+    folder = output.out_folder(out, f"{model.stem}_diagnosis")
+    files.write_json(folder / "diagnosis.json", result.as_json())
+    found = evidence.Evidence(models, result, evidence.inputs_of(log, testlog, [model]))
+    page = evidence.write_evidence(folder, log.title, result.sentence, found)
+    output.message(f"results in {folder}, report: {page}")
 
 
 def show(result: "Diagnosis", json_target: str | None) -> None:

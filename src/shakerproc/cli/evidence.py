@@ -1,0 +1,163 @@
+"""The report of a comparison or a diagnosis: one page, the tables beside it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from shakerproc.cli import output
+
+if TYPE_CHECKING:
+    from shakerproc.compare import Comparison, Measured
+    from shakerproc.diagnose import Diagnosis
+    from shakerproc.models import Model
+    from shakerproc.report.evidence_figures import Models
+    from shakerproc.report.methods import Methods
+    from shakerproc.report.page import Section
+    from shakerproc.runs import RunSummary
+    from shakerproc.testlog import TestLog
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What stands beside the runs in a report.
+
+    Attributes
+    ----------
+    models : Models, optional
+        A model held against the tests, and its successor.
+    diagnosis : Diagnosis, optional
+        Which effect is missing.
+    inputs : sequence of (str, str, str)
+        Files that went in: what they are, their names and their SHA-256.
+    """
+
+    models: "Models | None" = None
+    diagnosis: "Diagnosis | None" = None
+    inputs: Sequence[tuple[str, str, str]] = ()
+
+
+NONE: Final = Evidence()
+
+
+def write_evidence(folder: Path, title: str, verdict: str, evidence: Evidence) -> Path:
+    """Write report.html, report.json and the tables of its numbers; return the page."""
+    from shakerproc import __version__, files
+    from shakerproc.cli.write_up import SCHEMA, command
+    from shakerproc.report.page import Report, write_report
+
+    report = Report(
+        title,
+        [],
+        command=command(),
+        verdict=verdict,
+        sections=sections_of(folder, evidence),
+        inputs=evidence.inputs,
+        methods=methods_of([], evidence),
+    )
+    write_report(folder / "report.html", report)
+    content = {
+        "schema": SCHEMA,
+        "shakerproc": __version__,
+        "title": title,
+        "command": report.command,
+        "verdict": verdict,
+        **document(evidence),
+    }
+    files.write_json(folder / "report.json", content)
+    return folder / "report.html"
+
+
+def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
+    """Return the sections of the evidence, its tables written beside the page."""
+    if evidence is NONE:
+        return ()
+    from shakerproc import files
+    from shakerproc.report.evidence import sections
+    from shakerproc.report.evidence_tables import tables
+
+    for name, columns in tables(evidence.models, evidence.diagnosis).items():
+        files.write_csv(folder / name, columns)
+    return sections(evidence.models, evidence.diagnosis)
+
+
+def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
+    """Return what was done, with the references of every effect that plays a part."""
+    from shakerproc.report import methods
+
+    models, diagnosis = evidence.models, evidence.diagnosis
+    kinds = [] if models is None else [
+        element.effect.kind for _, _, c in models.each for element in c.model.elements
+    ]  # fmt: skip
+    if diagnosis is not None:
+        kinds += [*(e.kind for e in diagnosis.effects), *diagnosis.indistinguishable]
+    return methods.methods_of(
+        [run for run in runs if run.status != "discarded"],
+        compared=models is not None,
+        diagnosed=diagnosis is not None,
+        kinds=tuple(dict.fromkeys(kinds)),
+    )
+
+
+def inputs_of(
+    log: "TestLog", log_path: Path, models: Sequence[Path]
+) -> list[tuple[str, str, str]]:
+    """Return every file that went in, with its hash."""
+    from shakerproc.recordings import sha256
+
+    found = [("model", path.name, sha256(path)) for path in models]
+    found.append(("test log", log_path.name, sha256(log_path)))
+    found += [
+        (f"test {test.id}", f"{test.recording.parent.name}/{test.recording.name}",
+         sha256(test.recording))
+        for test in log.tests
+        if test.recording is not None and not test.discarded
+    ]  # fmt: skip
+    return found
+
+
+def judged(
+    model: "Model",
+    diagnosis: "Diagnosis",
+    measured: "Sequence[Measured]",
+    tell: Callable[[str], None],
+) -> "Models":
+    """Return a model and the one that a diagnosis leads to, run free against the same tests."""
+    from shakerproc.compare import compare_tests
+    from shakerproc.diagnose.mended import mended
+    from shakerproc.errors import SimulationError
+    from shakerproc.report.evidence_figures import Models
+
+    before = compare_tests(model, measured, tell=tell)
+    new = mended(model, diagnosis)
+    after: Comparison | None = None
+    if new is not None:
+        try:
+            after = compare_tests(new, measured, tell=tell)
+        except SimulationError as error:
+            output.warning(f"the new model is not shown: {error}")
+    return Models(before, after, new=name_of_new(diagnosis))
+
+
+def name_of_new(diagnosis: "Diagnosis") -> str:
+    """Return what the new model is called in figures."""
+    from shakerproc.models import EFFECTS
+
+    kinds = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
+    return f"with {' and '.join(kinds)}" if kinds else "numbers fitted"
+
+
+def document(evidence: Evidence) -> dict[str, Any]:
+    """Return the evidence as the part of a JSON document."""
+    if evidence is NONE:
+        return {}
+    from shakerproc.compare import document_of
+
+    models, diagnosis = evidence.models, evidence.diagnosis
+    found = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]
+    out: dict[str, Any] = {"inputs": found}
+    if models is not None:
+        out["compare"] = {text: document_of(c) for text, _, c in models.each}
+    if diagnosis is not None:
+        out["diagnosis"] = diagnosis.as_json()
+    return out
