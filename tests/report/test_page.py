@@ -115,7 +115,8 @@ def test_nothing_is_loaded_and_only_our_style_and_script_may_run(many):
     text = html(report_of(many))
     page = Page(text)
     assert not [a for _, a in page.tags if "src" in a or a.get("href", "#")[0] != "#"]
-    assert "http" not in re.sub(r"</?svg[^>]*>", "", text).replace("http-equiv", "")
+    named = "http://www.w3.org/2000/svg"  # the name of a format, fetched by nobody
+    assert "http" not in text.replace("http-equiv", "").replace(named, "")
     (policy,) = [a["content"] for t, a in page.tags if a.get("http-equiv")]
     for tag in ("style", "script"):
         (content,) = re.findall(rf"<{tag}>(.*?)</{tag}>", text, re.DOTALL)

@@ -41,7 +41,9 @@ def payload(
     for i, item in enumerate(drawn):
         first = known.setdefault(item.x.tobytes(), i)
         places = first if first < i else _places(item.x, x_axis, x_range)
-        values = [_text(row, y_axis, y_range, PLACES[1]) for row in _rows(item)]
+        values: list[Any] = [_text(row, y_axis, y_range, PLACES[1]) for row in _rows(item)]
+        if isinstance(item, Curve) and any(item.hollow):
+            values.append([j for j, empty in enumerate(item.hollow) if empty])
         lines.append([item.label, item.style % 8, _kind(item), places, *values])
     content: dict[str, Any] = {
         "x": [*_axis(x_axis), *_short(x_range)],
@@ -53,10 +55,10 @@ def payload(
     if spans:
         content["s"] = [[_rounded(span.low), _rounded(span.high)] for span in spans]
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return Markup("<data value='{}'></data>").format(_quoted(text))
+    return Markup("<data value='{}'></data>").format(quoted(text))
 
 
-def _quoted(text: str) -> Markup:
+def quoted(text: str) -> Markup:
     """Return text for an attribute in single quotes; JSON is full of double ones."""
     safe = text.replace("&", "&amp;").replace("'", "&#39;")
     return Markup(safe.replace("<", "&lt;").replace(">", "&gt;"))  # noqa: S704 - escaped here

@@ -2,8 +2,9 @@
 
 import base64
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from shakerproc import __version__, files
-from shakerproc.report import style, svg, trend_view
+from shakerproc.report import live, style, svg, trend_view
 from shakerproc.report.methods import Methods, methods_of
 from shakerproc.report.run_view import Drawing, RunView, curves_of, number, run_view
 from shakerproc.runs import telling, trends
@@ -101,18 +102,18 @@ class _Count:
 
 @dataclass(frozen=True, slots=True)
 class _Attention:
-    test: str
-    anchor: str
     kind: str
     what: str
     where: str
     message: str
+    tests: Sequence[tuple[str, str]] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class _Column:
     label: str
     numeric: bool
+    choice: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,23 +143,29 @@ class _Page:
     provenance: Sequence[str]
     inputs: Sequence[tuple[str, str, str]]
     with_runs: bool
+    channel: str
 
+
+UPLOT: Final = "1.6.32"
+"""Version of the script that draws on top of the figures (docs/decisions/0011)."""
+
+LOOK: Final = {"colours": style.COLOURS, "dashes": style.DASHES, "markers": svg.MARKERS}
 
 COLUMNS: Final = (
     _Column("test", numeric=True),
-    _Column("status", numeric=False),
-    _Column("joint", numeric=False),
-    _Column("specimen", numeric=False),
+    _Column("status", numeric=False, choice=True),
+    _Column("joint", numeric=False, choice=True),
+    _Column("specimen", numeric=False, choice=True),
     _Column("clearance", numeric=True),
-    _Column("orientation", numeric=False),
-    _Column("excitation", numeric=False),
+    _Column("orientation", numeric=False, choice=True),
+    _Column("excitation", numeric=False, choice=True),
     _Column("level", numeric=True),
     _Column("measured", numeric=True),
     _Column("ω_e [Hz]", numeric=True),
     _Column("Q", numeric=True),
     _Column("coherence", numeric=True),
     _Column("PSD", numeric=False),
-    _Column("flags", numeric=False),
+    _Column("flags", numeric=False, choice=True),
 )
 
 
@@ -178,19 +185,41 @@ def html(report: Report) -> str:
     )
     css = Markup(  # noqa: S704 - ours
         environment.get_template("page.css").render(
-            colours=style.COLOURS, dashes=_dashes(), shades=style.SHADES
+            uplot=_ours(environment, "vendor/uplot/uPlot.min.css"),
+            colours=style.COLOURS,
+            dashes=_dashes(),
+            shades=style.SHADES,
         )
     )
-    loader = environment.loader
-    assert loader is not None  # noqa: S101 - set above
-    script = Markup(loader.get_source(environment, "page.js")[0])  # noqa: S704 - ours
+    script = _script(environment)
     return environment.get_template("report.html.j2").render(
         page=_page(report),
+        look=live.quoted(json.dumps(LOOK)),
         style=css,
         script=script,
         style_hash=_source_hash(css),
         script_hash=_source_hash(script),
     )
+
+
+def _ours(environment: Environment, name: str) -> Markup:
+    """Return a file of ours as it is."""
+    loader = environment.loader
+    assert loader is not None  # noqa: S101 - set where it is made
+    return Markup(loader.get_source(environment, name)[0])  # noqa: S704 - ours
+
+
+def _script(environment: Environment) -> Markup:
+    """Return uPlot with its licence, and what this page does with it, as one script."""
+    licence, drawing, page, shown = (
+        _ours(environment, name)
+        for name in (
+            "vendor/uplot/LICENSE.txt", "vendor/uplot/uPlot.iife.min.js", "page.js", "live.js"
+        )
+    )  # fmt: skip
+    drawing = drawing.partition("*/")[2].strip()  # its own heading; the licence says more
+    heading = f"/*! uPlot {UPLOT}\n\n{licence.strip()}\n*/"
+    return Markup("\n").join((Markup(heading), drawing, page, shown))  # noqa: S704 - ours
 
 
 def _dashes() -> list[str]:
@@ -230,6 +259,7 @@ def _page(report: Report) -> _Page:
             *((f"test {v.test}", v.recording, v.sha256) for v in views if v.sha256),
         ],
         with_runs=with_runs,
+        channel=report.channel,
     )
 
 
@@ -271,21 +301,16 @@ def _counts(runs: Sequence[RunSummary]) -> list[_Count]:
 
 
 def _attention(runs: Sequence[RunSummary], views: Sequence[RunView]) -> list[_Attention]:
-    """Return failed runs, then incomplete ones, then other flags."""
-    failed: list[_Attention] = []
-    incomplete: list[_Attention] = []
-    flagged: list[_Attention] = []
+    """Return failed runs, then incomplete ones, then other flags; the same is told once."""
+    found: dict[_Attention, list[tuple[str, str]]] = {}
     for run, view in zip(runs, views, strict=True):
+        told = [_Attention("flag", f.kind, f.channel, f.message) for f in run.flags]
         if run.status == "failed":
-            failed.append(
-                _Attention(run.test, view.anchor, "status-failed", "failed", "", run.error)
-            )
-        for flag in run.flags:
-            item = _Attention(
-                run.test, view.anchor, "flag", flag.kind, flag.channel, flag.message
-            )
-            (incomplete if flag.kind == "incomplete" else flagged).append(item)
-    return [*failed, *incomplete, *flagged]
+            told.insert(0, _Attention("status-failed", "failed", "", run.error))
+        for item in told:
+            found.setdefault(item, []).append((run.test, view.anchor))
+    items = [replace(item, tests=tests) for item, tests in found.items()]
+    return sorted(items, key=lambda item: (item.what != "failed", item.what != "incomplete"))
 
 
 def _rows(

@@ -1,5 +1,6 @@
 """One run as the report shows it: a line of facts, flags, four drawings, a table."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -206,8 +207,19 @@ def figures(run: RunSummary) -> list[Drawing]:
         return []
     roles = [c.role for c in run.channels]
     chosen = dict(zip((c.name for c in run.channels), style.styles(roles), strict=True))
-    drawn = [draw(run, chosen) for draw in (_time, _psd, _gain, _sweep, _coherence, _notch)]
-    return [_marked(drawing, run) for drawing in drawn if drawing is not None]
+    drawn = {
+        "time": _time(run, chosen),
+        "psd": _psd(run, chosen),
+        "gain": _gain(run, chosen),
+        "sweep": _sweep(run, chosen),
+        "coherence": _coherence(run, chosen),
+        "notch": _notch(run, chosen),
+    }
+    return [
+        replace(_marked(drawing, run), kind=kind)
+        for kind, drawing in drawn.items()
+        if drawing is not None
+    ]
 
 
 def _marked(drawing: Drawing, run: RunSummary) -> Drawing:
@@ -289,8 +301,7 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
     caption = "The tallest peak of a response inside the excited band is ω_e."
-    if run.alarm is not None:
-        caption += " The controls should stay between the thin lines."
+    caption += _control_told(run)
     return Drawing(
         "Power spectral density.",
         caption,
@@ -305,6 +316,18 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     )
 
 
+def _control_told(run: RunSummary) -> str:
+    """Return whether the controls kept the limits that are drawn."""
+    seen = run.control
+    if seen is None:
+        return " The controls should stay between the thin lines." if run.alarm else ""
+    within = f"Mean control within ±{seen.alarm_db:g} dB of the demanded level (thin lines)"
+    worst = f"at worst {seen.worst_db:+.1f} dB at {seen.worst_hz:.4g} Hz"
+    if seen.kept:
+        return f" {within}: kept, {worst}."
+    return f" {within}: NOT KEPT in {seen.beyond_alarm:.0%} of the band, {worst}."
+
+
 def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
     return [trends.omega_e(run, c.name) for c in run.channels if c.role == "response"]
 
@@ -314,9 +337,18 @@ def _alarm_lines(run: RunSummary) -> list[svg.Curve]:
     if run.alarm is None or run.spectrum is None:
         return []
     band = np.array(run.spectrum.band_hz)
+    limits = [("alarm limits", run.alarm, style.CONTROL_STYLES[0])]
+    if run.control is not None:
+        middle = math.sqrt(run.alarm[0] * run.alarm[1])
+        factor = 10.0 ** (run.control.abort_db / 10.0)
+        limits = [
+            (f"alarm ±{run.control.alarm_db:g} dB", run.alarm, style.CONTROL_STYLES[0]),
+            (f"abort ±{run.control.abort_db:g} dB", (middle / factor, middle * factor), 1),
+        ]
     return [
-        svg.Curve(label, band, np.full(2, limit), style.CONTROL_STYLES[0], thin=True)
-        for label, limit in zip(("alarm limits", ""), run.alarm, strict=True)
+        svg.Curve(label, band, np.full(2, limit), number, thin=True)
+        for name, pair, number in limits
+        for label, limit in zip((name, ""), pair, strict=True)
     ]
 
 

@@ -28,7 +28,7 @@ __all__ = [
 UNIT: Final = 4
 """Steps of the drawing in one pixel: paths are whole numbers of quarter pixels."""
 
-_MARKERS: Final = (
+MARKERS: Final = (
     "m-14 0a14 14 0 1 0 28 0a14 14 0 1 0-28 0",
     "m-12-12h24v24h-24z",
     "m0-16l15 27h-30z",
@@ -107,7 +107,7 @@ def _weight(item: Curve | Filling) -> str:
 
 def marker(style: int) -> str:
     """Return the path of a mark, from its middle."""
-    return _MARKERS[style % len(_MARKERS)]
+    return MARKERS[style % len(MARKERS)]
 
 
 def sparkline(

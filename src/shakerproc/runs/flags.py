@@ -8,6 +8,7 @@ from shakerproc.data import Recording
 from shakerproc.recordings.health import health
 from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
+from shakerproc.runs.summary import ControlSummary
 from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
@@ -71,6 +72,20 @@ def _level(result: RunResult) -> Flag | None:
 
 def _control_density(result: RunResult) -> Flag | None:
     """Return whether the density of the mean control keeps its limits at every frequency."""
+    seen = control_density(result)
+    if seen is None or seen.kept:
+        return None
+    return Flag(
+        "control density",
+        "",
+        f"the controls are beyond the alarm limit of ±{seen.alarm_db:g} dB in "
+        f"{seen.beyond_alarm:.0%} of the band, at worst by {seen.worst_db:+.1f} dB at "
+        f"{seen.worst_hz:.4g} Hz",
+    )
+
+
+def control_density(result: RunResult) -> ControlSummary | None:
+    """Return how well the density of the mean control keeps to the one demanded, if one is."""
     wanted = levels.demanded(result.test)
     if wanted is None or wanted.kind != "density" or not result.controls:
         return None
@@ -84,13 +99,13 @@ def _control_density(result: RunResult) -> Flag | None:
     sure = np.maximum(np.abs(off) - _chance(result), 0.0)
     beyond = float(np.mean(sure > tolerance.alarm))
     worst = int(np.argmax(np.abs(off)))
-    if sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM:
-        return None
-    return Flag(
-        "control density",
-        "",
-        f"the controls are beyond the alarm limit of ±{tolerance.alarm:g} dB in {beyond:.0%} "
-        f"of the band, at worst by {off[worst]:+.1f} dB at {frequency[inside][worst]:.4g} Hz",
+    return ControlSummary(
+        alarm_db=tolerance.alarm,
+        abort_db=tolerance.abort,
+        beyond_alarm=beyond,
+        worst_db=float(off[worst]),
+        worst_hz=float(frequency[inside][worst]),
+        kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
     )
 
 

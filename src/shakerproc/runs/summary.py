@@ -186,6 +186,30 @@ class SpectrumSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class ControlSummary:
+    """How well the density of the mean control kept to the one demanded.
+
+    Attributes
+    ----------
+    alarm_db, abort_db : float
+        Limits of the log, either way [dB].
+    beyond_alarm : float
+        Share of the band that surely lies beyond the alarm limit, chance allowed for [-].
+    worst_db, worst_hz : float
+        Largest departure [dB], and where it is [Hz].
+    kept : bool
+        Whether next to nothing is beyond the alarm limit and nothing beyond the abort limit.
+    """
+
+    alarm_db: float
+    abort_db: float
+    beyond_alarm: float
+    worst_db: float
+    worst_hz: float
+    kept: bool
+
+
+@dataclass(frozen=True, slots=True)
 class RunSummary:
     """One test of the log and what came of it.
 
@@ -211,6 +235,8 @@ class RunSummary:
         That unit.
     alarm : tuple of float or None
         Limits that the density of the control should keep, in that unit.
+    control : ControlSummary or None
+        How well it kept them; None where no density is demanded or seen.
     """
 
     test: str
@@ -228,6 +254,7 @@ class RunSummary:
     measured_level: float | None = None
     level_unit: str = ""
     alarm: tuple[float, float] | None = None
+    control: ControlSummary | None = None
     spectrum: SpectrumSummary | None = None
     channels: tuple[ChannelSummary, ...] = ()
     flags: tuple[FlagSummary, ...] = ()

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
+from shakerproc.runs.flags import control_density
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_unit
 from shakerproc.runs.summary import (
     ChannelSummary,
@@ -52,6 +53,7 @@ def summary_of(
         measured_level=level,
         level_unit=level_unit,
         alarm=_alarm(result),
+        control=control_density(result),
         spectrum=_spectrum(result),
         channels=tuple(_channel(result, i) for i in range(len(result.channels))),
         flags=tuple(FlagSummary(f.kind, f.channel, f.message) for f in result.flags),
