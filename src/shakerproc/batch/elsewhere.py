@@ -4,6 +4,7 @@ import base64
 import hashlib
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, final
@@ -14,6 +15,33 @@ from shakerproc.errors import RecordingError, ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.recordings import fetch, sha256
 from shakerproc.testlog import Test, TestLog
+
+
+@contextmanager
+def at_hand(log: TestLog, source: str | None) -> Iterator[TestLog]:
+    """Yield a log whose recordings this machine sees; what was fetched goes with the block.
+
+    Raises
+    ------
+    RecordingError
+        If a recording is not at the source.
+    """
+    if source is None:
+        yield log
+        return
+    with tempfile.TemporaryDirectory(prefix="shakerproc-") as name:
+        here = Path(name).resolve() / log.folder.name
+        yield replace(log, tests=tuple(_moved(log, test, source, here) for test in log.tests))
+
+
+def _moved(log: TestLog, test: Test, source: str, here: Path) -> Test:
+    if test.discarded or test.recording is None:
+        return test
+    try:
+        path = fetch(source, relative_recording(log, test), here)
+    except RecordingError as error:
+        raise RecordingError(_about(test, str(error))) from error
+    return replace(test, recording=path, folder=None)
 
 
 @dataclass(frozen=True, slots=True)

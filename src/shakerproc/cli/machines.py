@@ -3,9 +3,16 @@
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
 from shakerproc.testlog import TestLog
+
+LONG: Final = 7 * 86400.0
+"""How long a part of a study or a diagnosis may take on a cluster [s]."""
+
+MUCH: Final = 1e12
+"""What it may allocate there [byte]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +43,19 @@ class Machines:
         """Return what runs the tests."""
         limits = Limits(self.time_limit, self.memory_limit)
         if self.scheduler is not None:
+            quiet_cluster()
             return ClusterExecutor(self.scheduler, limits, prepare)
         return ProcessExecutor(self.workers or os.cpu_count() or 1, limits, prepare)
 
     def source(self, log: TestLog) -> str:
         """Return where the recordings are, as the workers see it."""
         return str(log.folder) if self.recordings is None else self.recordings
+
+
+def quiet_cluster() -> None:
+    """Keep what dask logs of workers that come and go from the terminal; we say what counts."""
+    try:
+        import dask
+    except ImportError:
+        return  # the executor will say so
+    dask.config.set({"logging": {"distributed": "critical", "distributed.client": "critical"}})

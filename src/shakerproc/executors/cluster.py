@@ -1,12 +1,15 @@
 """The machines of a dask.distributed cluster."""
 
+import json
 import queue
+import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
+from urllib.parse import ParseResult, urlparse
 
 from shakerproc.errors import ClusterError
 from shakerproc.executors.base import AbstractExecutor, Outcome, Task, Work
@@ -20,6 +23,10 @@ _CONNECT: Final = 15.0  # [s]
 _WITHOUT_WORKERS: Final = 60.0
 """How long a cluster may have no worker while there is something to do [s]."""
 _LOOK: Final = 2.0  # [s]
+_HOW: Final = (
+    "Start one with `dask scheduler` and workers with `dask worker ADDRESS`, and give the "
+    "ADDRESS that it prints, such as tcp://10.0.0.1:8786."
+)
 _LOST: Final = (
     "the scheduler at {} is gone. Start it and its workers again and call again; what is done "
     "stands."
@@ -60,6 +67,7 @@ class ClusterExecutor(AbstractExecutor):
             return
         with _client(self.address) as client:
             ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
+            watch = _Watch(client, self.address)
             orders, here = packed_work(work, self.prepare), versions()
             names: dict[str, str] = {}
             for task in tasks:
@@ -70,8 +78,8 @@ class ClusterExecutor(AbstractExecutor):
                 names[future.key] = task.name
                 future.add_done_callback(ended.put)
             for _ in tasks:
-                future = _next(ended, client, self.address)
-                yield _outcome(future, names[future.key], self.address)
+                future = _next(ended, watch)
+                yield _outcome(future, names[future.key], watch, self.address)
 
 
 @contextmanager
@@ -90,56 +98,92 @@ def _client(address: str) -> Iterator["Client"]:
             "--scheduler needs dask.distributed, which is not installed; "
             'install it with: pip install "shakerproc[cluster]"'
         ) from error
-    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+    where = _address(address)
     try:
-        client = Client(**where, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+        # distributed would go on trying, and leave a client behind that cannot be closed
+        socket.create_connection((where.hostname, where.port), _CONNECT).close()
+        client = Client(where.geturl(), timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
         raise ClusterError(
-            f"no scheduler answers at {address} within {_CONNECT:g} s. Start one with "
-            "`dask scheduler`, workers with `dask worker ADDRESS`, and give the ADDRESS that "
-            "it prints, such as tcp://10.0.0.1:8786."
+            f"no scheduler answers at {address}: {' '.join(str(error).split())}. {_HOW}"
         ) from error
     try:
         yield client
     finally:
-        client.close(timeout=5.0)
+        client.close(timeout=_CONNECT)
 
 
-def _next(ended: "queue.SimpleQueue[Future]", client: "Client", address: str) -> "Future":
-    """Return the next task that ends.
+def _address(text: str) -> ParseResult:
+    """Return the address of a scheduler, from a scheduler file where one is named.
 
     Raises
     ------
     ClusterError
-        If the scheduler is gone, or has no worker for long.
+        If it is none.
     """
-    alone_since = None
+    written = text
+    if Path(text).is_file():
+        try:
+            written = json.loads(Path(text).read_text(encoding="utf-8"))["address"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise ClusterError(f"{text}: not a scheduler file of dask. {_HOW}") from error
+    parsed = urlparse(written if "://" in written else f"tcp://{written}")
+    try:
+        usable = bool(parsed.hostname and parsed.port)
+    except ValueError:  # a port that is no number
+        usable = False
+    if not usable:
+        raise ClusterError(f"{text!r} is no address of a scheduler. {_HOW}")
+    return parsed
+
+
+@final
+class _Watch:
+    """Looks whether the cluster is still there while something is waited for."""
+
+    def __init__(self, client: "Client", address: str) -> None:
+        self._client = client
+        self._address = address
+        self._alone_since: float | None = None
+
+    def look(self) -> None:
+        """Pass while there is hope.
+
+        Raises
+        ------
+        ClusterError
+            If the scheduler is gone, or has had no worker for long.
+        """
+        if self._client.status != "running":
+            raise ClusterError(_LOST.format(self._address))
+        if self._n_workers():
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = time.monotonic()
+        elif time.monotonic() - self._alone_since > _WITHOUT_WORKERS:
+            raise ClusterError(
+                f"the cluster at {self._address} has had no worker for {_WITHOUT_WORKERS:g} s. "
+                "Start some (`dask worker`) and call again; what is done "
+                "stands."
+            )
+
+    def _n_workers(self) -> int:
+        try:
+            return len(self._client.nthreads())
+        except OSError:  # the connection is being lost; the status will tell
+            return 0
+
+
+def _next(ended: "queue.SimpleQueue[Future]", watch: _Watch) -> "Future":
+    """Return the next task that ends."""
     while True:
         try:
             return ended.get(timeout=_LOOK)
         except queue.Empty:
-            pass
-        if client.status != "running":
-            raise ClusterError(_LOST.format(address))
-        if _n_workers(client):
-            alone_since = None
-        elif alone_since is None:
-            alone_since = time.monotonic()
-        elif time.monotonic() - alone_since > _WITHOUT_WORKERS:
-            raise ClusterError(
-                f"the cluster at {address} has had no worker for {_WITHOUT_WORKERS:g} s. Start "
-                f"some with `dask worker {address}` and call again; what is done stands."
-            )
+            watch.look()
 
 
-def _n_workers(client: "Client") -> int:
-    try:
-        return len(client.nthreads())
-    except OSError:  # the connection is being lost; the status will tell
-        return 0
-
-
-def _outcome(future: "Future", name: str, address: str) -> Outcome:
+def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> Outcome:
     """Return the outcome of a task.
 
     Raises
@@ -147,17 +191,21 @@ def _outcome(future: "Future", name: str, address: str) -> Outcome:
     ClusterError
         If it was called off because the scheduler is gone.
     """
-    from distributed import KilledWorker
+    from distributed import CancelledError, KilledWorker
 
-    if future.status == "finished":
-        report: dict[str, Any] = future.result()
-        future.release()
-        return Outcome(**report)
-    if future.status != "error":
-        raise ClusterError(_LOST.format(address))
-    error = future.exception()
-    if isinstance(error, KilledWorker):
-        told = "the workers that took it died, one after the other"
-        return Outcome(name, cause="killed", error=told)
-    line = " ".join(f"{type(error).__name__}: {error}".split())
-    return Outcome(name, cause="error", error=f"the worker could not begin: {line}")
+    while True:
+        try:
+            report: dict[str, Any] = future.result(timeout=_LOOK)
+        except TimeoutError:  # its worker died before the result was fetched; another has it
+            watch.look()
+        except CancelledError as error:
+            raise ClusterError(_LOST.format(address)) from error
+        except KilledWorker:
+            told = "the workers that took it died, one after the other"
+            return Outcome(name, cause="killed", error=told)
+        except Exception as error:  # noqa: BLE001 - such as a worker without shakerproc
+            line = " ".join(f"{type(error).__name__}: {error}".split())
+            return Outcome(name, cause="error", error=f"the worker could not begin: {line}")
+        else:
+            future.release()
+            return Outcome(**report)

@@ -1,14 +1,17 @@
 """Running the jobs of a study side by side, and taking up again what an earlier run found."""
 
+import base64
 import hashlib
+import io
 import json
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from shakerproc import __version__, files
+from shakerproc.errors import SimulationError
+from shakerproc.executors import AbstractExecutor, Task, ThreadExecutor
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import Job, jobs_of
 from shakerproc.studies.results import Columns, StudyResult
@@ -20,6 +23,7 @@ def run_study(
     *,
     folder: Path | None = None,
     workers: int = 1,
+    executor: AbstractExecutor | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> StudyResult:
     """Return the result of a study.
@@ -32,34 +36,55 @@ def run_study(
         Where the result of each job is kept; a job that is there already is not run again.
     workers : int
         Jobs that run side by side (the steppers are compiled and let go of Python's lock).
+    executor : AbstractExecutor, optional
+        Where the jobs run; by default in `workers` threads.
     progress : function, optional
         Called after each job with the values that it had.
+
+    Raises
+    ------
+    SimulationError
+        If a job fails where it runs.
     """
     kind, jobs = KINDS[study.kind], jobs_of(study)
-    found: dict[int, Columns] = {}
-    with ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
-        waiting = {pool.submit(_found, study, job, folder): i for i, job in enumerate(jobs)}
-        for done in as_completed(waiting):
-            i = waiting[done]
-            found[i] = done.result()
-            if progress is not None:
-                progress(", ".join(jobs[i].texts))
+    found = {i: kept for i, job in enumerate(jobs) if (kept := _kept(study, job, folder))}
+    for i in found:
+        _tell(progress, jobs[i])
+    tasks = [Task(str(i), (study, job)) for i, job in enumerate(jobs) if i not in found]
+    for outcome in (executor or ThreadExecutor(max(1, workers))).run(compute, tasks):
+        job = jobs[int(outcome.name)]
+        if outcome.cause:
+            raise SimulationError(f"{study.title}: {', '.join(job.texts)}: {outcome.error}")
+        content = base64.b64decode(outcome.value["columns"])
+        if folder is not None:
+            files.write_bytes(folder / f"{_key(study, job)}.npz", content)
+        found[int(outcome.name)] = _columns(content)
+        _tell(progress, job)
     return kind.result(study, jobs, [found[i] for i in range(len(jobs))])
 
 
-def _found(study: Study, job: Job, folder: Path | None) -> Columns:
-    """Return what a job finds, from its file where an earlier run left one."""
-    kind = KINDS[study.kind]
-    if folder is None:
-        return kind.compute(study, job)
-    path = folder / f"{_key(study, job)}.npz"
-    if path.is_file():
-        with np.load(path, allow_pickle=False) as kept:
-            return {name: kept[name] for name in kept.files}
-    columns = kind.compute(study, job)
-    with files.atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **columns)  # type: ignore[arg-type]
-    return columns
+def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
+    """Return what a job finds, its columns bit by bit as text."""
+    study, job = given
+    buffer = io.BytesIO()
+    np.savez(buffer, **KINDS[study.kind].compute(study, job))  # type: ignore[arg-type]
+    return {"columns": base64.b64encode(buffer.getvalue()).decode("ascii")}
+
+
+def _kept(study: Study, job: Job, folder: Path | None) -> Columns | None:
+    """Return what an earlier run found, if it left a file."""
+    path = None if folder is None else folder / f"{_key(study, job)}.npz"
+    return _columns(path.read_bytes()) if path is not None and path.is_file() else None
+
+
+def _columns(content: bytes) -> Columns:
+    with np.load(io.BytesIO(content), allow_pickle=False) as kept:
+        return {name: kept[name] for name in kept.files}
+
+
+def _tell(progress: Callable[[str], None] | None, job: Job) -> None:
+    if progress is not None:
+        progress(", ".join(job.texts))
 
 
 def _key(study: Study, job: Job) -> str:

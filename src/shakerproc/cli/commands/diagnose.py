@@ -18,26 +18,36 @@ def diagnose(
     ],
     testlog: options.LogArgument,
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.")] = 0,
+    scheduler: options.SchedulerOption = None,
+    recordings: options.RecordingsOption = None,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
+    from shakerproc.batch.elsewhere import at_hand
     from shakerproc.cli import evidence
+    from shakerproc.cli.judging import judged
+    from shakerproc.cli.machines import LONG, MUCH, Machines
     from shakerproc.compare import measured_tests
-    from shakerproc.diagnose import diagnose as judge
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
 
     log, known = read_testlog(testlog), read_model(model)
-    with output.progress("diagnose", 8 + 2 * len(log.tests)) as advance:
-        result = judge(known, log, seed=seed, progress=advance)
-        models = evidence.judged(known, result, measured_tests(log, known), advance)
+    machines = Machines(None, LONG, MUCH, scheduler, recordings)
+    with (
+        output.progress("diagnose", 8 + 2 * len(log.tests)) as advance,
+        at_hand(log, recordings) as seen,
+    ):
+        given = seen if scheduler is None else log
+        result = judged(known, given, machines, seed=seed, progress=advance)
+        models = evidence.judged(known, result, measured_tests(seen, known), advance)
+        inputs = evidence.inputs_of(seen, testlog, [model])
     show(result, json)
     output.write_json(result.as_json(), json)
     folder = output.out_folder(out, f"{model.stem}_diagnosis")
     files.write_json(folder / "diagnosis.json", result.as_json())
-    found = evidence.Evidence(models, result, evidence.inputs_of(log, testlog, [model]))
+    found = evidence.Evidence(models, result, inputs)
     page = evidence.write_evidence(folder, log.title, result.sentence, found)
     output.message(f"results in {folder}, report: {page}")
 

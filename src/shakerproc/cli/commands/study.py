@@ -8,6 +8,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
+    from shakerproc.cli.machines import Machines
     from shakerproc.studies import StudyResult
 
 
@@ -28,6 +29,7 @@ def study(
     workers: Annotated[
         int | None, typer.Option(help="Runs side by side.", min=1, show_default="cores")
     ] = None,
+    scheduler: options.SchedulerOption = None,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
     json: output.JsonOption = None,
@@ -42,9 +44,12 @@ def study(
     if thesis:
         _thesis(out, json)
         return
+    from shakerproc.cli.machines import LONG, MUCH, Machines
+
     documents = []
     for path in files or []:
-        result = _run(path, _folder(out, path), workers, resume=resume, figures=figures)
+        machines = Machines(workers, LONG, MUCH, scheduler)
+        result = _run(path, _folder(out, path), machines, resume=resume, figures=figures)
         documents.append(_document(path, result))
         _print(result, json)
     output.write_json(
@@ -57,7 +62,7 @@ def _folder(out: Path | None, path: Path) -> Path:
 
 
 def _run(
-    path: Path, folder: Path, workers: int | None, *, resume: bool, figures: bool
+    path: Path, folder: Path, machines: "Machines", *, resume: bool, figures: bool
 ) -> "StudyResult":
     import os
 
@@ -71,7 +76,8 @@ def _run(
         result = run_study(
             read,
             folder=folder / "points" if resume and total > 1 else None,
-            workers=workers or os.cpu_count() or 1,
+            workers=machines.workers or os.cpu_count() or 1,
+            executor=None if machines.scheduler is None else machines.executor(),
             progress=advance,
         )
     files.write_csv(folder / "table.csv", result.columns)
