@@ -1,6 +1,9 @@
-"""Draw the pictures of README.md from sample_data, as the commands shown there do."""
+"""Draw the pictures of README.md and the tutorial, as the commands shown there do.
 
-import shutil
+python docs/make_images.py            # into docs/images
+python docs/make_images.py FOLDER     # elsewhere; a test compares them with those kept
+"""
+
 import subprocess
 import sys
 import tempfile
@@ -8,32 +11,53 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
+COLOURS = 64
 BATCH = {
     "trends/figure_5_45_omega_e_against_clearance_random.png": "trend.png",
     "runs/test_3/psd_and_response.png": "test_3_psd_and_response.png",
     "runs/test_12/sweep.png": "test_12_sweep.png",
 }
-COMPARE = {"restoring_force_base_coupon.png": "restoring_force.png"}
+TUTORIAL = {
+    "results/trends/omega_e_against_level_g2_per_hz.png": "tutorial_trend.png",
+    "before/response_ch3.png": "tutorial_response_before.png",
+    "before/restoring_force_base_coupon.png": "restoring_force.png",
+    "after/response_ch3.png": "tutorial_response_after.png",
+}
 
 
 def shakerproc(*arguments: object) -> None:
     """Run a command."""
     command = [sys.executable, "-m", "shakerproc", *map(str, arguments)]
-    subprocess.run(command, check=True)  # noqa: S603 - our own program
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - our own
+
+
+def keep(source: Path, target: Path) -> None:
+    """Keep a picture with few colours: lines and letters need no more."""
+    from PIL import Image
+
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with Image.open(source) as picture:
+        picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
+            target, optimize=True
+        )
 
 
 def main() -> None:
-    """Run batch, init and compare, and keep some of their pictures."""
-    IMAGES.mkdir(parents=True, exist_ok=True)
+    """Run the commands, and keep some of their pictures."""
+    images = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
     with tempfile.TemporaryDirectory() as name:
-        out, campaign = Path(name) / "results", Path(name) / "campaign"
-        shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", out)
-        shakerproc("init", campaign)
-        model, log = campaign / "model.yaml", campaign / "testlog.yaml"
-        shakerproc("compare", model, log, "--out", Path(name) / "compare")
-        for folder, wanted in ((out, BATCH), (Path(name) / "compare", COMPARE)):
-            for source, target in wanted.items():
-                shutil.copyfile(folder / source, IMAGES / target)
+        folder = Path(name)
+        shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
+        shakerproc("init", folder / "campaign")
+        model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
+        shakerproc("batch", log, "--out", folder / "results")
+        shakerproc("compare", model, log, "--out", folder / "before")
+        shakerproc("add", "gap", model, log, "-o", folder / "with-gap.yaml")
+        shakerproc("compare", folder / "with-gap.yaml", log, "--out", folder / "after")
+        for source, target in BATCH.items():
+            keep(folder / "batch" / source, images / target)
+        for source, target in TUTORIAL.items():
+            keep(folder / source, images / target)
 
 
 if __name__ == "__main__":

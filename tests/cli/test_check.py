@@ -2,10 +2,15 @@
 
 import csv
 import json
+import os
+import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.small_campaign import write_campaign
@@ -14,6 +19,9 @@ from typer.testing import CliRunner
 from shakerproc.cli import build_app
 from shakerproc.errors import TableError
 from shakerproc.runs.agreement import agreement, read_table, read_tolerance
+
+ROOT = Path(__file__).parents[2]
+RECIPE = ROOT / "examples" / "ci"
 
 
 def run(*words):
@@ -171,10 +179,38 @@ def test_the_limit_itself_is_within(wanted, off, percent):
         assert (difference <= tolerance.around(wanted, "Hz")) == (abs(off) <= percent / 100.0)
 
 
-def test_the_sample_data_keep_their_reference(tmp_path):
-    """What the CI recipe does, in one process."""
-    root = Path(__file__).parents[2]
-    reference = root / "examples" / "ci" / "reference.csv"
-    if shutil.which("bash") is None or not reference.is_file():
-        pytest.skip("no recipe here")
-    assert {row["test"] for row in read_table(reference).rows} >= {"1", "2", "3"}
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("sh") is None, reason="no shell to run the recipe with")
+def test_the_recipe_for_ci_passes_and_fails_as_it_should(tmp_path):
+    """The script that both jobs call, on the sample recordings."""
+    here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+
+    def recipe(*words):
+        return subprocess.run(
+            ["sh", RECIPE / "check.sh", ROOT / "sample_data" / "testlog.yaml", *words],
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            cwd=tmp_path,
+            env={**os.environ, "PATH": here},
+            check=False,
+        )
+
+    done = recipe(RECIPE / "reference.csv")
+    assert done.returncode == 0, done.stderr
+    assert "all hold: 13 values of omega_e within 2 %" in done.stdout
+    wrong = (RECIPE / "reference.csv").read_text(encoding="utf-8").replace("271.5", "281.5")
+    done = recipe(table(tmp_path, "wrong.csv", wrong))
+    assert done.returncode == 1
+    assert "test 3, ch4: omega_e: found 271.518 Hz, wanted 281.5" in done.stdout
+    document = json.loads((tmp_path / "results" / "check.json").read_text(encoding="utf-8"))
+    assert [one["test"] for one in document["deviations"]] == ["3"]
+
+
+@pytest.mark.parametrize("name", ["github-actions.yml", "gitlab-ci.yml"])
+def test_the_jobs_call_the_script_with_files_that_exist(name):
+    text = (RECIPE / name).read_text(encoding="utf-8")
+    assert yaml.safe_load(text)
+    (call,) = re.findall(r"sh (\S+) (\S+) (\S+) \"2 %\"", text)
+    for path in call:
+        assert (ROOT / path).is_file()

@@ -1,7 +1,5 @@
 """``shakerproc effects``."""
 
-import inspect
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,10 +10,7 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.models import AbstractEffect
-    from shakerproc.models.faults.base import AbstractFault
-
-    Kind = type[AbstractEffect] | type[AbstractFault]
+    from shakerproc.cli.effect_documents import Kind
 
 
 def effects(
@@ -35,15 +30,15 @@ def effects(
     and with -o a picture of its loop and of what it makes of stiffness and damping as the
     level rises. With --out a folder with the pictures of all, and a page that shows them.
     """
-    from shakerproc.models import EFFECTS, FAULTS
+    from shakerproc.cli.effect_documents import document_of, known_kinds
 
-    known: Mapping[str, Kind] = {**EFFECTS, **FAULTS}
+    known = known_kinds()
     if kind is not None and kind not in known:
         raise typer.BadParameter(_unknown(kind, list(known)), param_hint="EFFECT")
     if figure is not None and kind is None:
         raise typer.BadParameter("needs the name of one effect", param_hint="-o")
     chosen = known if kind is None else {kind: known[kind]}
-    documents = {name: _document(one) for name, one in chosen.items()}
+    documents = {name: document_of(one) for name, one in chosen.items()}
     output.write_json({"schema": "shakerproc-effects/1", "effects": documents}, json)
     if kind is None:
         _print_all(known, json)
@@ -65,38 +60,6 @@ def _unknown(kind: str, known: list[str]) -> str:
     meant = near_miss(kind, known)
     question = f"; did you mean {meant}?" if meant else ""
     return f"no effect {kind!r}{question} There are {', '.join(known)}."
-
-
-def _document(one: "Kind") -> dict[str, object]:
-    doc = inspect.getdoc(one) or ""
-    told, _, references = doc.partition("References\n----------\n")
-    return {
-        "formula": one.formula,
-        "about": _plain(" ".join(told.split("\n\n")[0].split())),
-        "signature": one.signature,
-        "parameters": {
-            name: {
-                "symbol": parameter.symbol,
-                "unit": parameter.unit,
-                "meaning": parameter.meaning,
-                "linear": parameter.linear,
-                "sign": parameter.sign,
-                "optional": parameter.optional,
-                "choices": parameter.choices,
-            }
-            for name, parameter in one.parameters.items()
-        },
-        "references": [
-            _plain(" ".join(text.split()))
-            for text in re.split(r"^\.\. \[\d+\] ", references, flags=re.MULTILINE)
-            if text.strip()
-        ],
-    }
-
-
-def _plain(text: str) -> str:
-    """Return text without the marks of the manual's formulas."""
-    return re.sub(r":math:`([^`]*)`", r"\1", text).replace("\\pm ", "±").replace("``", "")
 
 
 def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:

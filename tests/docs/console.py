@@ -1,0 +1,124 @@
+"""The console blocks of a page: their commands are run, and what they print is compared."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+TOLERANCE = 0.05
+"""How far a number on a page may lie from what a command prints (on another machine) [-]."""
+
+_BLOCK = re.compile(
+    r"^(?:<!-- (?P<what>file): (?P<path>\S+) -->\n)?"
+    r"```(?P<kind>\w+)\n(?P<body>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
+)
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command and what it prints."""
+
+    line: str
+    expected: tuple[str, ...]
+    status: int = 0
+
+
+def blocks(text):
+    """Yield ("file", path, body) and ("console", "", commands), in the order of the page."""
+    for found in _BLOCK.finditer(text):
+        if found["what"]:
+            yield found["what"], found["path"], found["body"]
+        elif found["kind"] == "console":
+            yield "console", "", list(commands(found["body"]))
+
+
+def commands(body):
+    """Yield the commands of a console block."""
+    for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
+        lines = part.rstrip("\n").split("\n")
+        while lines[0].endswith("\\"):
+            lines[0:2] = [lines[0][:-1] + lines[1].lstrip()]
+        status = re.search(r"  # exit status (\d)$", lines[0])
+        line = lines[0][: status.start()] if status else lines[0]
+        yield Command(line, tuple(lines[1:]), int(status[1]) if status else 0)
+
+
+def run(command, folder):
+    """Run a command as the page shows it; return its status and all that it printed."""
+    words = shlex.split(command.line)
+    if words[0] == "shakerproc":
+        words[:1] = [sys.executable, "-m", "shakerproc"]
+    elif words[0] == "python":
+        words[:1] = [sys.executable]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
+    done = subprocess.run(
+        words,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        timeout=500,
+        check=False,
+        env=environment,
+    )
+    return done.returncode, done.stdout
+
+
+def disagreement(expected, printed):
+    """Return the first line of a page that was not printed in its place, or None.
+
+    A line of three dots stands for any lines; numbers may differ by `TOLERANCE`.
+    """
+    lines = [line.rstrip() for line in printed.splitlines()]
+    at, loose = 0, False
+    for wanted in expected:
+        if wanted.strip() == "...":
+            loose = True
+            continue
+        found = next((i for i in range(at, len(lines)) if alike(wanted, lines[i])), None)
+        if found is None or (not loose and found != at):
+            return wanted
+        at, loose = found + 1, False
+    if not loose and at != len(lines):
+        return f"nothing more, but there is {lines[at]!r}"
+    return None
+
+
+def alike(wanted, found):
+    """Return whether two lines say the same: words equal, numbers near."""
+    if _NUMBER.sub("#", " ".join(wanted.split())) != _NUMBER.sub("#", " ".join(found.split())):
+        return False
+    pairs = zip(_NUMBER.findall(wanted), _NUMBER.findall(found), strict=True)
+    return all(abs(float(a) - float(b)) <= TOLERANCE * abs(float(a)) for a, b in pairs)
+
+
+def play(page, folder):
+    """Run a page in a folder: write its files, run its commands.
+
+    Returns
+    -------
+    list of str
+        What did not come out as the page says.
+    """
+    wrong = []
+    for what, path, content in blocks(Path(page).read_text(encoding="utf-8")):
+        if what == "file":
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(content, encoding="utf-8")
+        elif what == "console":
+            for command in content:
+                status, printed = run(command, folder)
+                if status != command.status:
+                    wrong.append(f"$ {command.line}: exit status {status}\n{printed}")
+                elif missing := disagreement(command.expected, printed):
+                    wrong.append(
+                        f"$ {command.line}: the page has\n{missing}\nprinted:\n{printed}"
+                    )
+    return wrong
