@@ -7,7 +7,7 @@ from shakerproc.compare.measured import measured_tests
 from shakerproc.diagnose.arrays import no_correction
 from shakerproc.diagnose.decide import error_of, estimates, linear_estimates
 from shakerproc.diagnose.from_files import arrays
-from shakerproc.diagnose.pipeline import remaining_of, screened_bench
+from shakerproc.diagnose.pipeline import screened
 from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
@@ -67,24 +67,22 @@ def fit_effect(
     tests = tuple(arrays(m) for m in measured)
     base, start = start_parameters(known)
     say("linear model and screening")
-    bench, p, at, screen, regression, starts = screened_bench(
-        known.structure, tests, no_correction(len(known.sensors)), start
-    )
+    stage = screened(known.structure, tests, no_correction(len(known.sensors)), start)
     wanted = [
-        s for s in starts
-        if s.candidate.kind == kind and (between is None or _same(known, s.joint, between))
+        s for s in stage.starts
+        if s.last.candidate.kind == kind
+        and (between is None or _same(known, s.last.joint, between))
     ]  # fmt: skip
     if not wanted:
         raise DiagnosisError(
             f"{kind} explains nothing of these tests with physical numbers in any joint the "
             "sensors can judge; see `shakerproc diagnose` for what does."
         )
-    none = at.fit(base, p, bench.short, 0)
+    none = stage.at.fit(base, stage.p, stage.bench.short, 0)
     if none is None:
         raise DiagnosisError(f"{model.title}: the model is unstable; check its stiffness.")
     say("the effect")
-    remaining = remaining_of(at, screen, regression, wanted)
-    final, fits = annealed(at, none, wanted, remaining, (start,))
+    final, fits = annealed(stage.at, none, wanted, stage.remaining(wanted), (start,))
     say("whole tests")
     bench = final.bench
     fits = refit(final, fits[:1], bench.fitted(), 3, sensors=True)

@@ -40,17 +40,23 @@ def rank(fits: Sequence[Fit]) -> list[Fit]:
     return sorted(near, key=lambda fit: (size(fit), deviance(fit))) + far
 
 
+def kinds(fit: Fit) -> tuple[str, ...]:
+    """Return the kinds of a hypothesis."""
+    return tuple(term.candidate.kind for term in fit.hypothesis.terms)
+
+
 def ties(ordered: Sequence[Fit]) -> list[Fit]:
-    """Return the fits that explain the data as well as the first."""
+    """Return the fits that explain the data as well as the first, with other effects."""
     if not ordered:
         return []
-    best = ordered[0]
     edge = min(deviance(fit) for fit in ordered) + window(ordered)
-    return [
-        fit for fit in ordered[1:]
-        if deviance(fit) <= edge
-        and fit.hypothesis.terms[-1].candidate.kind != best.hypothesis.terms[-1].candidate.kind
-    ]  # fmt: skip
+    return [fit for fit in rivals(ordered) if deviance(fit) <= edge]
+
+
+def rivals(ordered: Sequence[Fit]) -> list[Fit]:
+    """Return the fits after the first that do not contain all of its effects."""
+    best = set(kinds(ordered[0]))
+    return [fit for fit in ordered[1:] if not best <= set(kinds(fit))]
 
 
 def intervals(fit: Fit) -> FloatArray:

@@ -13,9 +13,11 @@ from shakerproc.diagnose.decide import (
     error_of,
     estimates,
     intervals,
+    kinds,
     linear_estimates,
     noise_floor,
     rank,
+    rivals,
     ties,
 )
 from shakerproc.diagnose.fit import Fit
@@ -137,7 +139,7 @@ def _worded(
     chosen = best if real and best is not None else linear
     n_base = len(base.terms)
     same = tuple(dict.fromkeys(
-        f.hypothesis.terms[-1].candidate.kind for f in ties(ordered)
+        kind for f in ties(ordered) for kind in kinds(f) if kind not in kinds(ordered[0])
     )) if real else ()  # fmt: skip
     errors = Errors(
         Pair(
@@ -172,9 +174,9 @@ def _worded(
         effects = []
     tried = [_tried(known, found, fit, (fitted, kept), n_base) for fit in ordered]
     tried += [
-        Tried(s.candidate.kind, known.between(s.joint), None, None, _side(s.candidate))
-        for s in found.starts
-        if s.candidate.kind not in {t.kind for t in tried}
+        Tried(part.candidate.kind, known.between(part.joint), None, None, _side(part.candidate))
+        for part in (start.last for start in found.starts)
+        if part.candidate.kind not in {t.kind for t in tried}
     ]
     return Diagnosis(
         verdict=verdict,
@@ -228,13 +230,11 @@ def _outside(found: Findings, best: Fit, errors: Errors, fitted) -> bool:  # typ
 
 def _confidence(ordered: Sequence[Fit]) -> float:
     """Return the weight of the best among all, by their likelihoods on blocks."""
-    if len(ordered) < 2:
-        return 0.99
+    best = deviance(ordered[0])
     spread = max(ordered[0].cost / ordered[0].count, 1.0) * 10.0
-    gaps = np.array([(deviance(f) - deviance(ordered[0])) / spread for f in ordered[1:]])
-    return float(
-        np.clip(1.0 / (1.0 + np.sum(np.exp(-0.5 * np.clip(gaps, -50.0, 500.0)))), 0.0, 0.99)
-    )
+    gaps = np.array([(deviance(fit) - best) / spread for fit in rivals(ordered)])
+    weights = np.exp(-0.5 * np.clip(gaps, 0.0, 500.0))
+    return float(min(1.0 / (1.0 + np.sum(weights)), 0.99))
 
 
 def _faults(known: Skeleton, found: Findings, chosen: Fit) -> list[Finding]:
@@ -328,13 +328,17 @@ def _tried(
     known: Skeleton, found: Findings, fit: Fit,
     parts: tuple[tuple[Segment, ...], tuple[Segment, ...]], n_base: int,
 ) -> Tried:  # fmt: skip
-    term = fit.hypothesis.terms[-1]
+    terms = fit.hypothesis.terms[n_base:]
+    numbers: dict[str, Estimate] = {}
+    for i, term in enumerate(terms):
+        before = f"{term.candidate.kind} " if len(terms) > 1 else ""
+        numbers |= {before + k: v for k, v in estimates(fit, n_base + i).items()}
     return Tried(
-        "+".join(t.candidate.kind for t in fit.hypothesis.terms[n_base:]),
-        known.between(term.joint),
+        "+".join(term.candidate.kind for term in terms),
+        known.between(terms[-1].joint),
         error_of(found.at, fit.hypothesis, fit.parameters, parts[0]),
         error_of(found.at, fit.hypothesis, fit.parameters, parts[1]),
-        estimates(fit, len(fit.hypothesis.terms) - 1),
+        numbers,
     )
 
 

@@ -1,6 +1,6 @@
 """The whole of a diagnosis on arrays: faults, linear model, candidates, pairs, decision."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from shakerproc.diagnose.decide import error_of, size, window
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
-from shakerproc.diagnose.screen import Regression, Screen, Start, own_columns
+from shakerproc.diagnose.screen import Regression, Start
 from shakerproc.diagnose.search import (
     FLOOR,
     Bench,
@@ -26,13 +26,18 @@ from shakerproc.diagnose.search import (
     make_bench,
     plausible,
     refit,
-    screen_all,
 )
+from shakerproc.diagnose.sheet import Sheet, make_sheet, pairs, singles
 from shakerproc.diagnose.structure import Structure
 
 Progress = Callable[[str], None]
 LOOSE = 0.3
 """Share of the response that the first screening takes as not explained [-]."""
+CLEARLY_TWO = 0.6
+"""Share of what the best candidate leaves in the screening, below which pairs are fitted at
+once: on tuning draws single effects stayed above it, but for strong quadratic stiffness [-]."""
+PAIRS_TRIED = 6
+"""Pairs of effects that are fitted at most."""
 MATTERS = 0.05
 """Share of the squared residual that an effect must explain to be named [-]."""
 
@@ -76,38 +81,52 @@ def _bench(
     return make_bench(structure, tuple(prepared), fine, Priors()), levels
 
 
-def _screened(
-    bench: Bench, start: Parameters, joints: tuple[int, ...]
-) -> tuple[Parameters, Context, Screen, Regression, list[Start]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """The tests under one correction of the sensors, screened."""
+
+    fix: Correction
+    bench: Bench
+    levels: list[dict[int, float]]
+    p: Parameters
+    at: Context
+    sheet: Sheet
+    starts: list[Start]
+
+    @property
+    def linear_cost(self) -> float:
+        """Cost of the linear regression."""
+        return self.sheet.regression.cost
+
+    def cost(self, starts: Sequence[Start] = ()) -> float:
+        """Return the cost of the best regression, of these starts or of all single ones."""
+        found = starts or self.starts
+        return self.linear_cost - (found[0].gain if found else 0.0)
+
+    def remaining(self, starts: Sequence[Start]) -> float:
+        """Return the share of the response that the best of these starts leaves [-]."""
+        left = max(self.cost(starts), 1.0)
+        return self.at.loose * float(np.sqrt(left / self.sheet.regression.left.size))
+
+
+def screened(
+    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
+) -> Stage:
+    """Return tests under a correction of the sensors, screened."""
+    fine = max(fineness(structure, tests[0].sample_rate), 4)
+    bench, levels = _bench(structure, tests, fix, fine)
     p = equation_linear(bench, start, LOOSE)
     at = context(bench, p, LOOSE)
-    screen = build_screen(at, p, joints)
-    if screen is None:
+    sheet = screen_sheet(at, p, judged_joints(structure))
+    if sheet is None:
         raise FloatingPointError("the linear model is unstable")
-    regression = Regression(screen)
-    return p, at, screen, regression, screen_all(screen, regression, joints)
+    return Stage(fix, bench, levels, p, at, sheet, singles(sheet))
 
 
-def screened_bench(
-    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
-) -> tuple[Bench, Parameters, Context, Screen, Regression, list[Start]]:
-    """Return bench, linear numbers, context, screen, regression and starts of sound tests."""
-    fine = max(fineness(structure, tests[0].sample_rate), 4)
-    bench, _ = _bench(structure, tests, fix, fine)
-    return (bench, *_screened(bench, start, judged_joints(structure)))
-
-
-def best_cost(regression: Regression, starts: list[Start]) -> float:
-    """Return the cost of the best regression."""
-    return regression.cost - (starts[0].gain if starts else 0.0)
-
-
-def remaining_of(
-    at: Context, screen: Screen, regression: Regression, starts: list[Start]
-) -> float:
-    """Return the share of the response that the best regression leaves [-]."""
-    left = max(best_cost(regression, starts), 1.0)
-    return at.loose * float(np.sqrt(left / screen.residual.size))
+def screen_sheet(at: Context, p: Parameters, joints: tuple[int, ...]) -> Sheet | None:
+    """Return the sheet of every candidate beside a linear model; None if it runs away."""
+    screen = build_screen(at, p, joints)
+    return None if screen is None else make_sheet(screen, Regression(screen), joints)
 
 
 def guess_faults(structure: Structure, tests: tuple[TestArrays, ...]) -> Correction | None:
@@ -138,33 +157,6 @@ def guess_faults(structure: Structure, tests: tuple[TestArrays, ...]) -> Correct
     return Correction(gain, delay, {}) if doubtful else None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
-    """The tests under one correction of the sensors, screened."""
-
-    fix: Correction
-    bench: Bench
-    levels: list[dict[int, float]]
-    p: Parameters
-    at: Context
-    screen: Screen
-    regression: Regression
-    starts: list[Start]
-
-    @property
-    def cost(self) -> float:
-        """Cost of the best regression."""
-        return best_cost(self.regression, self.starts)
-
-
-def _stage(
-    structure: Structure, tests: tuple[TestArrays, ...], fix: Correction, start: Parameters
-) -> Stage:
-    fine = max(fineness(structure, tests[0].sample_rate), 4)
-    bench, levels = _bench(structure, tests, fix, fine)
-    return Stage(fix, bench, levels, *_screened(bench, start, judged_joints(structure)))
-
-
 def investigate(
     structure: Structure, tests: tuple[TestArrays, ...], base: Hypothesis, start: Parameters,
     *, progress: Progress,
@@ -175,11 +167,11 @@ def investigate(
     fault: a strong effect imitates one.
     """
     progress("linear model and screening")
-    stages = [_stage(structure, tests, no_correction(len(structure.sensing)), start)]
+    stages = [screened(structure, tests, no_correction(len(structure.sensing)), start)]
     guess = guess_faults(structure, tests)
     if guess is not None:
-        other = _sharpened(_stage(structure, tests, guess, start), structure, tests, start)
-        stages.insert(0 if other.cost < 0.35 * stages[0].cost else 1, other)
+        other = _sharpened(screened(structure, tests, guess, start), structure, tests, start)
+        stages.insert(0 if other.cost() < 0.35 * stages[0].cost() else 1, other)
     sides: list[Side] = []
     for stage in stages:
         side = _singles(stage, structure, tests, base, start, progress)
@@ -230,21 +222,26 @@ def _singles(
     progress("mains hum")
     hum = find_hum(stage.bench, stage.at, stage.p)
     if hum:
-        stage = _stage(structure, tests, replace(fix, hum=hum), start)
+        stage = screened(structure, tests, replace(fix, hum=hum), start)
     found = [("mains_hum", sensor, lines[0][0]) for (_, sensor), lines in hum.items()]
     for level in stage.levels:
         found += [("clipping", sensor, value) for sensor, value in level.items()]
     progress("the linear model")
-    at, p, screen, regression = stage.at, stage.p, stage.screen, stage.regression
-    cost, count = regression.cost, screen.residual.size
+    at, p, cost = stage.at, stage.p, stage.linear_cost
+    count = stage.sheet.regression.left.size
     final, linear = fit_base(stage.bench, at, p, base, cost, count)
     fits: list[Fit] = []
     if _worth(final, linear, joints):
         progress("the candidates")
         keep = plausible(stage.starts, cost)
+        both = pairs(stage.sheet)
+        if both and stage.cost(both) < CLEARLY_TWO * stage.cost():
+            keep = sorted(
+                [*keep[:4], *plausible(both, cost, 3, PAIRS_TRIED)], key=lambda s: -s.gain
+            )
         none = at.fit(base, p, stage.bench.short, 0)
         if keep and none is not None:
-            remaining = remaining_of(at, screen, regression, keep)
+            remaining = stage.remaining(keep)
             final, fits = annealed(at, none, keep, remaining, (start, linear.parameters))
     return Side(stage, final, linear, fits, tuple(found))
 
@@ -256,7 +253,7 @@ def _finished(
     stage, final, fits, linear = side.stage, side.at, side.fits, side.linear
     if fits:
         progress("pairs")
-        both = pair_search(final, stage.at, stage.screen, fits, judged_joints(structure))
+        both = pair_search(final, fits[0], stage, linear, start)
         progress("the best candidates on whole tests")
         near = [f for f in fits if deviance(f) < deviance(fits[0]) + 0.1 * f.count][:4]
         if both is not None:
@@ -291,7 +288,7 @@ def _sharpened(
         p = replace(fit.parameters, delay=np.zeros_like(fix.delay), gain=np.ones_like(fix.gain))
         if np.max(np.abs(fit.parameters.delay)) < 1e-6:
             break
-    return _stage(structure, tests, fix, start)
+    return screened(structure, tests, fix, start)
 
 
 def only_noise(at: Context, fit: Fit) -> bool:
@@ -306,41 +303,26 @@ def only_noise(at: Context, fit: Fit) -> bool:
 
 
 def pair_search(
-    at: Context, screened: Context, screen: Screen, fits: list[Fit], joints: tuple[int, ...]
+    at: Context, best: Fit, stage: Stage, linear: Fit, start: Parameters
 ) -> tuple[Context, Fit] | None:
     """Return the best pair of effects, where one effect leaves more than the noise."""
-    best = fits[0]
-    if only_noise(at, best):
+    if only_noise(at, best) or len(best.hypothesis.terms) > len(linear.hypothesis.terms) + 1:
         return None
-    found: list[tuple[Context, Fit]] = []
-    for single in fits[:2]:
-        term = single.hypothesis.terms[-1]
-        worse = deviance(single) > deviance(best) + best.count
-        if term.candidate.kind == "attached_mode" or worse:
-            continue
-        values = single.parameters.values[-1]
-        beside = float(single.parameters.stiffness[term.joint])
-        if term.candidate.kind == "lugre_friction":
-            beside = term.mass
-        regression = Regression(screen, own_columns(screen, term, values, beside))
-        starts = [
-            s for s in screen_all(screen, regression, joints)
-            if (s.candidate.kind, s.joint) != (term.candidate.kind, term.joint)
-        ][:4]  # fmt: skip
-        if not starts:
-            continue
-        remaining = remaining_of(screened, screen, regression, starts)
-        tighter, pairs = annealed(at, single, starts, remaining, (single.parameters,), 2)
-        found += [(tighter, pair) for pair in pairs]
-    if not found:
+    starts = plausible(pairs(stage.sheet), stage.linear_cost, 3, PAIRS_TRIED)
+    none = stage.at.fit(linear.hypothesis, stage.p, stage.bench.short, 0)
+    if not starts or none is None:
         return None
-    least = min(deviance(pair) for _, pair in found)
-    near = [one for one in found if deviance(one[1]) <= least + window([one[1]])]
-    chosen = min(near, key=lambda one: (size(one[1]), deviance(one[1])))
-    gained = deviance(best) - deviance(chosen[1])
-    if _left(*chosen, chosen[0].bench) > 0.75 * _left(at, best, at.bench):
+    others = (start, linear.parameters, replace(best.parameters, values=()))
+    final, fits = annealed(stage.at, none, starts, stage.remaining(starts), others, 2)
+    if not fits:
         return None
-    return chosen if gained > max(100.0, 0.1 * best.count) else None
+    edge = deviance(fits[0]) + window(fits[:1])
+    near = [fit for fit in fits if deviance(fit) <= edge]
+    chosen = min(near, key=lambda fit: (size(fit), deviance(fit)))
+    if _left(final, chosen, final.bench) > 0.75 * _left(at, best, at.bench):
+        return None
+    gained = deviance(best) - deviance(chosen)
+    return (final, chosen) if gained > max(100.0, 0.1 * best.count) else None
 
 
 def _floor(bench: Bench) -> float:
@@ -384,12 +366,11 @@ def _worth(at: Context, linear: Fit, joints: tuple[int, ...]) -> bool:
     """Return whether any candidate could explain enough beside the linear fit."""
     if at.loose > max(FLOOR, _floor(at.bench)):
         return True
-    screen = build_screen(at, linear.parameters, joints)
-    if screen is None:
+    sheet = screen_sheet(at, linear.parameters, joints)
+    if sheet is None:
         return True
-    regression = Regression(screen)
-    starts = screen_all(screen, regression, joints)
-    return bool(starts) and starts[0].gain > 0.5 * MATTERS * regression.cost
+    starts = singles(sheet)
+    return bool(starts) and starts[0].gain > 0.5 * MATTERS * sheet.regression.cost
 
 
 def judged_joints(structure: Structure) -> tuple[int, ...]:

@@ -5,7 +5,7 @@ each candidate's force along the measured motion, sent through the same observer
 a linear regression. Inner parameters are tried on a grid.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
@@ -17,7 +17,6 @@ from shakerproc.diagnose.problem import (
     Hypothesis,
     Parameters,
     Segment,
-    Term,
     Tuning,
     assemble,
     law_table,
@@ -187,51 +186,41 @@ def _block_index(segments: tuple[Segment, ...], n_sensors: int) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
-    """Where a fit may start, and how well the regression did there."""
+class Part:
+    """One candidate of a start, with its numbers and others to try."""
 
     candidate: Candidate
     joint: int
     values: tuple[float, ...]
+    guesses: tuple[tuple[float, ...], ...]
+    motion: Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a fit of one candidate or of two may start, and the regression's gain there."""
+
+    parts: tuple[Part, ...]
     stiffness: tuple[float, ...]
     damping: tuple[float, ...]
     gain: float
-    guesses: tuple[tuple[float, ...], ...] = ()
-    motion: Motion | None = None
+
+    @property
+    def last(self) -> Part:
+        """The only candidate, or that of the two with guesses of its own."""
+        return self.parts[-1]
 
 
 class Regression:
-    """Regressions on a common base, solved by projecting it out once."""
+    """The regression on the linear model's own columns."""
 
-    def __init__(self, screen: Screen, extra: FloatArray | None = None) -> None:
-        n_free = 2 * len(screen.structure.joints)
-        base = screen.base if extra is None else np.vstack([screen.base, extra])
-        self.ridge = np.zeros(base.shape[0])
-        self.ridge[n_free : screen.base.shape[0]] = 1.0
-        self.base = base
-        gram = base @ base.T + np.diag(self.ridge)
-        self.inverse = np.linalg.pinv(gram, rcond=1e-13)
-        self.weights = self.inverse @ (base @ screen.residual)
-        self.left = screen.residual - self.weights @ base
+    def __init__(self, screen: Screen) -> None:
+        self.structure = screen.structure
+        self.base = screen.base
+        self.inverse = np.linalg.pinv(self.base @ self.base.T, rcond=1e-13)
+        self.weights = self.inverse @ (self.base @ screen.residual)
+        self.left = screen.residual - self.weights @ self.base
         self.cost = float(self.left @ screen.residual)
-
-    def gain(self, columns: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return what columns explain beyond the base, their weights and the base's."""
-        cross = columns @ self.base.T
-        shared = cross @ self.inverse
-        gram = columns @ columns.T - shared @ cross.T
-        right = columns @ self.left
-        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        try:
-            solved = (
-                np.linalg.solve(
-                    gram / np.outer(scale, scale) + 1e-10 * np.eye(scale.size), right / scale
-                )
-                / scale
-            )
-        except np.linalg.LinAlgError:
-            return 0.0, np.zeros(columns.shape[0]), self.weights
-        return float(solved @ right), solved, self.weights - shared.T @ solved
 
 
 def motion_scales(screen: Screen, joint: int, sample_rate: float) -> Motion:
@@ -255,49 +244,10 @@ def motion_scales(screen: Screen, joint: int, sample_rate: float) -> Motion:
     )  # fmt: skip
 
 
-def try_candidate(
-    screen: Screen, regression: Regression, candidate: Candidate, joint: int, motion: Motion
-) -> list[Start]:
-    """Return the starts of a candidate in a joint, best first."""
-    found = []
-    beside = motion.mass if candidate.kind == "lugre_friction" else motion.stiffness
-    for inner in candidate.grid(motion):
-        rows = candidate.columns(inner, beside)
-        columns = _law_columns(screen, joint, rows)
-        gain, weights, base = regression.gain(columns)
-        values = candidate.combine(inner, weights, motion)
-        if values is None or not np.isfinite(gain):
-            continue
-        found.append(_start(screen, candidate, joint, values, base, gain))
-    more = tuple(candidate.guesses(motion))
-    if more and not found:
-        found.append(_start(screen, candidate, joint, more[0], regression.weights, 0.0))
-    found = [replace(start, guesses=more, motion=motion) for start in found]
-    return sorted(found, key=lambda start: -start.gain)
-
-
-def _start(
-    screen: Screen,
-    candidate: Candidate,
-    joint: int,
-    values: tuple[float, ...],
-    base: FloatArray,
-    gain: float,
-) -> Start:
-    structure = screen.structure
-    n = len(structure.joints)
-    pairs = base[: 2 * n].reshape(n, 2)
-    stiffness = structure.stiffness * np.maximum(1.0 + pairs[:, 0], 0.05)
-    damping = structure.damping * np.maximum(1.0 + pairs[:, 1], 0.05)
-    return Start(
-        candidate, joint, tuple(float(v) for v in values), tuple(map(float, stiffness)),
-        tuple(map(float, damping)), gain,
-    )  # fmt: skip
-
-
-def _law_columns(
-    screen: Screen, joint: int, rows: tuple[tuple[int, tuple[float, ...]], ...]
+def law_columns(
+    screen: Screen, joint: int, rows: list[tuple[int, tuple[float, ...]]]
 ) -> FloatArray:
+    """Return the columns of laws in a joint, each an op and its numbers."""
     forces = []
     for segment, moved in zip(screen.segments, screen.tracks, strict=True):
         d, v = stretch(screen.structure, joint, moved)
@@ -313,48 +263,32 @@ def _law_columns(
     return through(screen, forces, row)
 
 
-def own_columns(
-    screen: Screen, term: Term, values: tuple[float, ...], beside: float
-) -> FloatArray:
-    """Return the columns of a fitted term: its force and what its numbers change in it."""
-    rows = [term.candidate.rows(values, beside)]
-    for i in range(len(values)):
-        moved = list(values)
-        moved[i] *= 1.02
-        rows.append(term.candidate.rows(tuple(moved), beside))
-    columns = _law_columns(screen, term.joint, tuple(row for group in rows for row in group))
-    size = len(rows[0])
-    first = columns[:size].sum(axis=0)
-    ends = [size * (i + 1) for i in range(len(values))]
-    steps = [columns[end : end + size].sum(axis=0) - first for end in ends]
-    stacked = np.stack([first, *steps])
-    norm = np.sqrt(np.sum(stacked**2, axis=1))
-    return np.asarray(stacked[norm > 1e-9 * norm[0]] / norm[norm > 1e-9 * norm[0], None])
+def attached_columns(
+    screen: Screen, joint: int, inners: list[tuple[float, ...]]
+) -> FloatArray | None:
+    """Return columns of attached modes of 1 kg, each of a frequency [Hz] and a damping ratio.
 
-
-def try_attached(
-    screen: Screen, regression: Regression, candidate: Candidate, joint: int, motion: Motion,
-    at: int,
-) -> list[Start]:  # fmt: skip
-    """Return the starts of an attached mode on the mass `at`, best first."""
-    found = []
+    None where no accelerometer stands on their mass.
+    """
+    mass = screen.structure.joints[joint].b
+    at = next(
+        (i for i, s in enumerate(screen.structure.sensing) if s.mass == mass and s.order == 2),
+        None,
+    )
+    if at is None:
+        return None
     row = np.zeros(screen.structure.masses.size)
-    row[screen.structure.joints[joint].b] = 1.0
-    for share in np.geomspace(0.4, 3.0, 40):
-        for ratio in (0.02,):
-            frequency = float(share * motion.frequency)
-            forces = []
-            for segment, moved in zip(screen.segments, screen.tracks, strict=True):
-                n = moved.displacement.shape[1]
-                length = next_fast_len(n + 512, real=True)
-                omega = 2.0 * np.pi * rfftfreq(length, 1.0 / segment.sample_rate)
-                absolute = segment.measured[at]
-                own = 2.0 * np.pi * frequency
-                top = own**2 + 2j * ratio * own * omega
-                force = irfft(rfft(absolute, length) * top / (top - omega**2), length)[:n]
-                forces.append([force])
-            gain, weights, base = regression.gain(through(screen, forces, row))
-            if weights[0] > 0.0:
-                values = (float(weights[0]), frequency, ratio)
-                found.append(_start(screen, candidate, joint, values, base, gain))
-    return sorted(found, key=lambda start: -start.gain)
+    row[mass] = 1.0
+    forces = []
+    for segment, moved in zip(screen.segments, screen.tracks, strict=True):
+        n = moved.displacement.shape[1]
+        length = next_fast_len(n + 512, real=True)
+        omega = 2.0 * np.pi * rfftfreq(length, 1.0 / segment.sample_rate)
+        absolute = rfft(segment.measured[at], length)
+        own_forces = []
+        for frequency, ratio in inners:
+            own = 2.0 * np.pi * frequency
+            top = own**2 + 2j * ratio * own * omega
+            own_forces.append(irfft(absolute * top / (top - omega**2), length)[:n])
+        forces.append(own_forces)
+    return through(screen, forces, row)

@@ -1,12 +1,12 @@
 """The search: linear fit, screening of every candidate, likelihood of the best, pairs."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose.candidates import library
 from shakerproc.diagnose.fit import Fit, Priors, compass, levenberg, settled, whitened
 from shakerproc.diagnose.prepare import Prepared
 from shakerproc.diagnose.problem import (
@@ -22,13 +22,11 @@ from shakerproc.diagnose.problem import (
     tuning,
 )
 from shakerproc.diagnose.screen import (
+    Part,
     Regression,
     Screen,
     Start,
-    motion_scales,
     prepare_screen,
-    try_attached,
-    try_candidate,
 )
 from shakerproc.diagnose.structure import Structure, angular_frequencies
 
@@ -262,51 +260,28 @@ def build_screen(at: Context, p: Parameters, joints: tuple[int, ...]) -> Screen 
     )
 
 
-def screen_all(screen: Screen, regression: Regression, joints: tuple[int, ...],
-               extra: int = 1) -> list[Start]:  # fmt: skip
-    """Return the best starts of every candidate in every joint, best first."""
-    jobs = []
-    for joint in joints:
-        motion = motion_scales(screen, joint, screen.segments[0].sample_rate)
-        for candidate in library(motion):
-            jobs.append((candidate, joint, motion))
-
-    def work(job):  # type: ignore[no-untyped-def]
-        candidate, joint, motion = job
-        if candidate.kind == "attached_mode":
-            mass = screen.structure.joints[joint].b
-            at = next(
-                (
-                    i
-                    for i, s in enumerate(screen.structure.sensing)
-                    if s.mass == mass and s.order == 2
-                ),
-                None,
-            )
-            if at is None:
-                return []
-            return try_attached(screen, regression, candidate, joint, motion, at)[:extra]
-        return try_candidate(screen, regression, candidate, joint, motion)[:extra]
-
-    with ThreadPoolExecutor(2) as pool:
-        results = list(pool.map(work, jobs))
-    return sorted((start for found in results for start in found), key=lambda s: -s.gain)
-
-
 def parameters_of(
-    start: Start, base: Parameters, values: tuple[tuple[float, ...], ...] = ()
+    start: Start, base: Parameters, last: tuple[float, ...] | None = None
 ) -> Parameters:
-    """Return parameters to start a fit from."""
+    """Return parameters to start a fit from; `last` stands in for its last numbers."""
     return Parameters(
         np.array(start.stiffness), np.array(start.damping), base.gain.copy(), base.delay.copy(),
-        (*values, start.values),
+        (*base.values, *values_of(start, last)),
     )  # fmt: skip
 
 
-def term_in(structure: Structure, start: Start) -> Term:
-    """Return the term of a start."""
-    mass = reduced_mass(structure, structure.joints[start.joint])
-    return Term(start.candidate, start.joint, mass)
+def values_of(
+    start: Start, last: tuple[float, ...] | None = None
+) -> tuple[tuple[float, ...], ...]:
+    """Return the numbers of every candidate of a start; `last` stands in for the last."""
+    *first, own = (part.values for part in start.parts)
+    return (*first, own if last is None else last)
+
+
+def term_in(structure: Structure, part: Part) -> Term:
+    """Return the term of a part of a start."""
+    mass = reduced_mass(structure, structure.joints[part.joint])
+    return Term(part.candidate, part.joint, mass)
 
 
 def fit_starts(at: Context, base: Fit, starts: list[Start], segments: tuple[Segment, ...],
@@ -318,15 +293,15 @@ def fit_starts(at: Context, base: Fit, starts: list[Start], segments: tuple[Segm
     """
 
     def work(start: Start) -> Fit | None:
-        hypothesis = Hypothesis(
-            (*base.hypothesis.terms, term_in(at.bench.structure, start)), base.hypothesis.faults
-        )
-        firsts = [parameters_of(start, base.parameters, base.parameters.values)]
+        terms = (term_in(at.bench.structure, part) for part in start.parts)
+        hypothesis = Hypothesis((*base.hypothesis.terms, *terms), base.hypothesis.faults)
+        known = base.parameters.values
+        firsts = [parameters_of(start, base.parameters)]
         for other in others:
-            firsts.append(replace(other, values=(*base.parameters.values, start.values)))
+            firsts.append(replace(other, values=(*known, *values_of(start))))
             firsts += [
-                replace(other, values=(*base.parameters.values, guess))
-                for guess in start.guesses
+                replace(other, values=(*known, *values_of(start, guess)))
+                for guess in start.last.guesses
             ]
         first = firsts[0]
         if len(firsts) > 1:
@@ -346,7 +321,7 @@ def plausible(starts: list[Start], cost: float, least: int = 4, most: int = 8) -
     """Return the starts worth a fit: those that come near the best of them."""
     best = max(cost - starts[0].gain, 1e-12 * cost)
     keep = [s for i, s in enumerate(starts) if i < least or cost - s.gain < 8.0 * best][:most]
-    friction = [s for s in starts if s.guesses and s not in keep]
+    friction = [s for s in starts if s.last.guesses and s not in keep]
     return keep + (friction if best > 0.3 * cost else [])
 
 
@@ -384,19 +359,20 @@ def annealed(
 
 def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) -> list[Fit]:
     """Return fits of candidates that begin where a simpler one has ended."""
-    known = {f.hypothesis.terms[-1].candidate.kind: f for f in reversed(fits)}
-    jobs = [
-        (start, known[kind], guess(known[kind].parameters.values[-1], start.motion))
-        for start in starts
-        for kind, guess in start.candidate.nested.items()
-        if kind in known and start.motion is not None
-        and known[kind].hypothesis.terms[-1].joint == start.joint
-    ]  # fmt: skip
+    known = {names(f.hypothesis.terms): f for f in reversed(fits)}
+    jobs = []
+    for start in starts:
+        before, part = names(start.parts)[:-1], start.last
+        for kind, guess in part.candidate.nested.items():
+            simpler = known.get((*names(base.hypothesis.terms), *before, (kind, part.joint)))
+            if simpler is not None:
+                guesses = guess(simpler.parameters.values[-1], part.motion)
+                jobs.append((part, simpler, guesses))
 
-    def work(job: tuple[Start, Fit, list[tuple[float, ...]]]) -> Fit | None:
-        start, simpler, guesses = job
-        term = term_in(at.bench.structure, start)
-        hypothesis = Hypothesis((*base.hypothesis.terms, term), base.hypothesis.faults)
+    def work(job: tuple[Part, Fit, list[tuple[float, ...]]]) -> Fit | None:
+        part, simpler, guesses = job
+        term = term_in(at.bench.structure, part)
+        hypothesis = replace(simpler.hypothesis, terms=(*simpler.hypothesis.terms[:-1], term))
         begun = [
             replace(simpler.parameters, values=(*simpler.parameters.values[:-1], values))
             for values in guesses
@@ -405,12 +381,17 @@ def nested_fits(at: Context, base: Fit, starts: list[Start], fits: list[Fit]) ->
         scored = sorted((deviance(f), i) for i, f in enumerate(tried) if f is not None)
         ends = [
             at.fit(hypothesis, at.valley(hypothesis, begun[i]), at.bench.short, 6)
-            for _, i in scored[: 2 if start.candidate.kind in DRY else 1]
+            for _, i in scored[: 2 if part.candidate.kind in DRY else 1]
         ]
         return min((f for f in ends if f is not None), key=deviance, default=None)
 
     with ThreadPoolExecutor(2) as pool:
         return [fit for fit in pool.map(work, jobs) if fit is not None]
+
+
+def names(parts: Sequence[Part | Term]) -> tuple[tuple[str, int], ...]:
+    """Return kind and joint of each of some candidates."""
+    return tuple((part.candidate.kind, part.joint) for part in parts)
 
 
 def one_of_each(fits: list[Fit]) -> list[Fit]:
