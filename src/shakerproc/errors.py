@@ -60,6 +60,10 @@ class TableError(ShakerprocError):
     """A table of results cannot be used."""
 
 
+class PrintingError(ShakerprocError):
+    """A report cannot be printed."""
+
+
 class ClusterError(ShakerprocError):
     """The cluster that was asked for cannot be used, or is lost."""
 

@@ -161,3 +161,26 @@ def document(evidence: Evidence) -> dict[str, Any]:
     if diagnosis is not None:
         out["diagnosis"] = diagnosis.as_json()
     return out
+
+
+def held_against(
+    model: Path, log: "TestLog", log_path: Path, tell: Callable[[str], None]
+) -> Evidence:
+    """Return the evidence for a model: compared, diagnosed, compared with the effect."""
+    from shakerproc.compare import measured_tests
+    from shakerproc.diagnose import diagnose
+    from shakerproc.model_files import read_model
+
+    known = read_model(model)
+    diagnosis = diagnose(known, log, progress=tell)
+    models = judged(known, diagnosis, measured_tests(log, known), tell)
+    return Evidence(models, diagnosis, inputs_of(log, log_path, [model])[:2])
+
+
+def print_if(wanted: bool, page: Path) -> None:
+    """Print a report beside its page, if that is wanted."""
+    if not wanted:
+        return
+    from shakerproc.report.pdf import print_report
+
+    output.message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")

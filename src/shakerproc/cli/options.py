@@ -33,6 +33,12 @@ DetrendOption: TypeAlias = Annotated[
     ),
 ]
 FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
+PdfOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--pdf", help="Print the report to report.pdf too, by a browser that is installed."
+    ),
+]
 StitchOption: TypeAlias = Annotated[
     bool,
     typer.Option("--stitch", help="Join the sweeps of one direction to one response."),

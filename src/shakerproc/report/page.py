@@ -392,9 +392,10 @@ def _table_note(report: Report) -> str:
 
 def _provenance(report: Report, methods: Methods) -> list[str]:
     options = ", ".join(f"{name} = {value}" for name, value in report.options.items())
+    rest = "what the command says, the log says, and the defaults, in this order."
     return [
         f"shakerproc {__version__}; {methods.packages}.",
         f"Command: {report.command}" if report.command else "",
-        f"Options: {options}" if options else "Options: the defaults and what the log says.",
+        f"Options: {options}" if options else f"Options: {rest}",
         "Every number of this page is in report.json and the tables beside it.",
     ]

@@ -343,7 +343,7 @@ def _alarm_lines(run: RunSummary) -> list[svg.Curve]:
         factor = 10.0 ** (run.control.abort_db / 10.0)
         limits = [
             (f"alarm ±{run.control.alarm_db:g} dB", run.alarm, style.CONTROL_STYLES[0]),
-            (f"abort ±{run.control.abort_db:g} dB", (middle / factor, middle * factor), 1),
+            (f"abort ±{run.control.abort_db:g} dB", (middle / factor, middle * factor), 3),
         ]
     return [
         svg.Curve(label, band, np.full(2, limit), number, thin=True)

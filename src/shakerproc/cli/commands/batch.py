@@ -1,6 +1,7 @@
 """``shakerproc batch``."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -42,6 +43,16 @@ def batch(
     stitch: options.StitchOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            help="Hold this model against the tests and diagnose it, as part of the report.",
+            metavar="MODEL",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    pdf: options.PdfOption = False,
     accept_changed: Annotated[
         bool,
         typer.Option("--accept-changed", help="Take recordings that changed since first seen."),
@@ -50,8 +61,10 @@ def batch(
 ) -> None:
     """Work every test of a log through: tables, trends, figures and a report; resumable."""
     from shakerproc.batch.campaign import Products
+    from shakerproc.batch.elsewhere import at_hand
     from shakerproc.batch.lock import locked
     from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.evidence import held_against, print_if
     from shakerproc.cli.machines import Machines
     from shakerproc.cli.write_up import Wish, tell, write_up
     from shakerproc.testlog import read_testlog
@@ -81,8 +94,19 @@ def batch(
         )
         wish = Wish(channel, tuple(trend or ()), _words(by), figures)
         document = write_up(log.title, campaign, root, wish)
+        if model is not None:
+            with (
+                output.progress("model", 8 + 2 * len(log.tests)) as advance,
+                at_hand(log, recordings) as seen,
+            ):
+                evidence = held_against(model, seen, testlog, advance)
+            verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
+            document = write_up(
+                log.title, campaign, root, wish, evidence=evidence, verdict=verdict
+            )
     output.write_json(document, json)
     tell(campaign, document, root, json)
+    print_if(pdf, root / "report.html")
     if any(summary.status == "failed" for summary in campaign.runs):
         output.finish(1)
 

@@ -36,6 +36,7 @@ def compare(
         ),
     ] = None,
     figures: options.FiguresOption = True,
+    pdf: options.PdfOption = False,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
@@ -45,7 +46,7 @@ def compare(
     measured force) and its sensors are held against the channels of the same name.
     """
     from shakerproc import files
-    from shakerproc.cli.evidence import Evidence, inputs_of, write_evidence
+    from shakerproc.cli.evidence import Evidence, inputs_of, print_if, write_evidence
     from shakerproc.compare import (
         COLUMNS,
         compare_tests,
@@ -87,6 +88,7 @@ def compare(
     _print(found, json)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
+    print_if(pdf, page)
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:

@@ -20,6 +20,7 @@ def diagnose(
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.")] = 0,
     scheduler: options.SchedulerOption = None,
     recordings: options.RecordingsOption = None,
+    pdf: options.PdfOption = False,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
@@ -50,6 +51,7 @@ def diagnose(
     found = evidence.Evidence(models, result, inputs)
     page = evidence.write_evidence(folder, log.title, result.sentence, found)
     output.message(f"results in {folder}, report: {page}")
+    evidence.print_if(pdf, page)
 
 
 def show(result: "Diagnosis", json_target: str | None) -> None:

@@ -161,7 +161,7 @@ function readOut(figure, hidden) {
             const i = nearest(c.x, at);
             lines.push(`${c.label}: ${c.low ? `${shown(c.low[i], 3)} to ` : ""}${shown(c.y[i], 3)}`);
           }
-          if (lines.length > 1) lines[lines.length - 1] += ` ${unit(figure.y.label)}`;
+          if (unit(figure.y.label)) lines[0] += `; ${unit(figure.y.label)}:`;
         }
         box.textContent = lines.slice(0, 14).join("\n");
         box.classList.toggle("left", left > u.over.clientWidth / 2);
