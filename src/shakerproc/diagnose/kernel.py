@@ -468,10 +468,10 @@ def observe(
                     value += phi[i, l] * x[l]
                 y[i] = value
                 for l in range(m3):
-                    value = 0.0
-                    for o in range(m2):
-                        value += phi[i, o] * tangent[o, l]
-                    moved[i, l] = value
+                    moved[i, l] = phi[i, 0] * tangent[0, l]
+                for o in range(1, m2):
+                    for l in range(m3):
+                        moved[i, l] += phi[i, o] * tangent[o, l]
             for i in range(m2):
                 x[i] = y[i]
                 for l in range(m3):
@@ -479,10 +479,10 @@ def observe(
         # covariance of the next prediction
         for i in range(m2):
             for l in range(m3):
-                value = 0.0
-                for o in range(m3):
-                    value += tangent[i, o] * cov[o, l]
-                moved[i, l] = value
+                moved[i, l] = tangent[i, 0] * cov[0, l]
+            for o in range(1, m3):
+                for l in range(m3):
+                    moved[i, l] += tangent[i, o] * cov[o, l]
         for i in range(m2):
             for l in range(i + 1):
                 value = 0.0
