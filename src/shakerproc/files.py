@@ -28,6 +28,11 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
     The file is flushed to the disk before it is renamed, so that after a crash, a full disk
     or ``kill -9`` either the old file or the whole new one stands under the name.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, with the name that it should have had.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}{path.suffix}")
@@ -36,6 +41,10 @@ def atomic_path(path: Path) -> Iterator[Path]:
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
         _replace(temporary, path)
+    except OSError as error:  # such as a full disk, which does not say of which file
+        if error.errno is None or error.filename not in {None, str(temporary)}:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -1,5 +1,6 @@
 """The command line: the only room that prints."""
 
+import errno
 import os
 import sys
 from typing import Annotated
@@ -68,7 +69,9 @@ def main() -> None:
     except ShakerprocError as error:
         _fail(f"{error}", 1)
     except OSError as error:
-        _fail(f"{error.filename or 'the system'}: {error.strerror or error}", 1)
+        full = error.errno in {errno.ENOSPC, errno.EDQUOT}
+        hint = "; free some and call again, what is finished stands" if full else ""
+        _fail(f"{error.filename or 'the system'}: {error.strerror or error}{hint}", 1)
     except MemoryError:
         _fail("not enough memory; process fewer channels, or set --memory-limit", 1)
     except KeyboardInterrupt:

@@ -35,14 +35,18 @@ def work_through_log(
             if to_do:
                 advance[0] = stack.enter_context(output.progress("tests", to_do))
 
-        return run_batch(
-            log,
-            root,
-            work=work_through,
-            executor=executor,
-            products=products,
-            accept_changed=accept_changed,
-            hashes=hashes,
-            on_start=start,
-            on_end=lambda test: advance[0](f"(test {test} ended)"),
-        )
+        try:
+            return run_batch(
+                log,
+                root,
+                work=work_through,
+                executor=executor,
+                products=products,
+                accept_changed=accept_changed,
+                hashes=hashes,
+                on_start=start,
+                on_end=lambda test: advance[0](f"(test {test} ended)"),
+            )
+        except KeyboardInterrupt:
+            output.message("interrupted; what is done stands, call again to go on")
+            raise
