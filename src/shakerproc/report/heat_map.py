@@ -13,6 +13,9 @@ from shakerproc.report.svg import UNIT, Axis, fine_ticks
 LEAST, MOST = 1e-3, 1.0
 """Values that are white and that are darkest [-]."""
 
+WHITE_FROM: Final = 6
+"""Shade from which the numbers are white, so that every one can be read."""
+
 _SHADES: Final = 8
 _LEFT, _TOP, _ROW, _BELOW = 150, 4, 24, 34  # [px]
 _WIDTH: Final = 1120
@@ -93,7 +96,7 @@ def _cell(left: float, right: float, top: float, value: float, *, bold: bool) ->
         top,
         right - left,
         (_ROW - 2) * UNIT,
-        1 if dark >= 4 else 0,
+        1 if dark >= WHITE_FROM else 0,
         " bold" if bold else "",
         (left + right) / 2,
         top + 15 * UNIT,

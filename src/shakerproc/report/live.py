@@ -65,7 +65,8 @@ def quoted(text: str) -> Markup:
 
 
 def _axis(axis: Axis) -> list[Any]:
-    return [axis.label, _rounded(axis.low), _rounded(axis.high), int(axis.logarithmic)]
+    steps = 1 if axis.logarithmic else 2 if axis.degrees else 0
+    return [axis.label, _rounded(axis.low), _rounded(axis.high), steps]
 
 
 def _rounded(value: float) -> float:

@@ -96,6 +96,7 @@ def _run(browser: str, page: Path, target: Path, profile: str) -> str:
     command = [
         browser, "--headless", "--disable-gpu", "--no-first-run", "--no-default-browser-check",
         "--disable-extensions", "--disable-background-networking", "--no-pdf-header-footer",
+        "--generate-pdf-document-outline",
         f"--user-data-dir={profile}", f"--print-to-pdf={target.resolve()}",
         page.resolve().as_uri(),
     ]  # fmt: skip

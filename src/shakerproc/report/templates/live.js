@@ -25,7 +25,7 @@ function places(content, axis, curves) {
   return Array.from({ length: n }, (_, i) => first + ((last - first) * i) / (n - 1));
 }
 function axisOf([label, low, high, log, least, most]) {
-  return { label, low, high, log: log === 1, least, most };
+  return { label, low, high, log: log === 1, degrees: log === 2, least, most };
 }
 // What the element beside a drawing says, as curves of numbers.
 function read(element) {
@@ -59,10 +59,23 @@ function tick(value, log) {
   }
   return log ? shown(value, 3) : String(Number(value.toPrecision(10))).replace("-", "−");
 }
-// Lines of the grid on a logarithmic axis: powers of ten alone where there are several.
-function major(splits) {
-  const powers = splits.map((v) => (v && Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6 ? v : null));
-  return powers.filter((v) => v !== null).length > 2 ? powers : splits;
+// Where a logarithmic axis is marked: powers of ten, then 1, 2, 5 of each, then even steps.
+function marked(_u, _axis, low, high) {
+  const decades = Math.log10(high / low), out = [];
+  if (decades < 0.7) {
+    const raw = (high - low) / 5, power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
+    for (let i = Math.ceil(low / step); i <= high / step; i++) out.push(i * step);
+    return out;
+  }
+  const every = Math.max(1, Math.ceil(decades / 7));
+  for (let p = Math.floor(Math.log10(low)); p <= Math.ceil(Math.log10(high)); p++) {
+    for (const m of decades > 2.2 ? [1] : [1, 2, 5]) {
+      const value = m * 10 ** p;
+      if (value >= low * 0.9999 && value <= high * 1.0001 && (m > 1 || p % every === 0)) out.push(value);
+    }
+  }
+  return out;
 }
 // One table with a column for each curve: the script that draws wants the same x for all.
 function table(curves) {
@@ -227,8 +240,9 @@ function draw(host, figure, hidden, width, height) {
     distr: log ? 3 : 1, range: (_u, from, to) => [from, to] });
   const axis = (of, size) => ({ stroke: "#333", font: "11px system-ui, sans-serif", size, gap: 4,
     labelFont: "11px system-ui, sans-serif", labelSize: 14, labelGap: 0, label: of.label || undefined,
-    grid: { stroke: "#dedede", width: 1, filter: (_u, splits) => (of.log ? major(splits) : splits) },
-    ticks: { show: false },
+    grid: { stroke: "#dedede", width: 1 }, ticks: { show: false },
+    ...(of.log ? { splits: marked, filter: (_u, splits) => splits } : {}),
+    ...(of.degrees ? { incrs: [1, 2, 5, 10, 15, 30, 45, 90, 180], space: 20 } : {}),
     values: (_u, splits) => splits.map((v) => tick(v, of.log)) });
   const whole = (u) => u.batch(() => {
     u.setScale("x", { min: figure.x.low, max: figure.x.high });

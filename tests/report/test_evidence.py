@@ -1,0 +1,228 @@
+"""Evidence of a gap that was left out, on a campaign whose every number is known."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.compare.small_campaigns import JOINT, campaign, drive, written
+from tests.compare.test_errors import CLEARANCE, CONTACT, GAP
+from tests.report.test_page import PAYLOADS, Page
+
+from shakerproc import compare
+from shakerproc.cli.evidence import Evidence, inputs_of, methods_of, name_of_new, write_evidence
+from shakerproc.diagnose import Diagnosis, Estimate, Finding
+from shakerproc.diagnose.mended import mended
+from shakerproc.diagnose.result import Errors, NextTest, Pair, Tried, Where
+from shakerproc.model_files import read_model
+from shakerproc.models import EFFECTS, Element
+from shakerproc.report import evidence_figures as figures
+from shakerproc.report.evidence import TWO_METHODS, interval, sections
+from shakerproc.report.evidence_tables import tables
+from shakerproc.report.methods import references_of
+from shakerproc.report.page import Report, html
+from shakerproc.testlog import read_testlog
+
+
+def estimate(value, unit):
+    return Estimate(value, 0.99 * value, 1.01 * value, unit)
+
+
+NUMBERS = {"stiffness": estimate(CONTACT, "N/m"), "clearance": estimate(CLEARANCE, "m")}
+DIAGNOSIS = Diagnosis(
+    verdict="effect found",
+    sentence="The model lacks a gap.",
+    effects=(Finding("gap", ("base", "coupon"), 0.9, NUMBERS),),
+    indistinguishable=("offset_gap",),
+    errors=Errors(Pair(0.5, 0.02), Pair(0.6, 0.03), 0.01),
+    candidates=(
+        Tried("gap", ("base", "coupon"), 0.02, 0.03, NUMBERS),
+        Tried("cubic_stiffness", ("base", "coupon"), 0.2, 0.25, {}),
+        Tried("lugre_friction", ("base", "coupon"), None, None, {}),
+    ),
+    where=Where(),
+    next_test=(NextTest("random", "0.01 g^2/Hz", ("gap", "offset_gap"), "they differ there"),),
+    linear={"stiffness base-coupon": estimate(1.001 * JOINT.stiffness, "N/m")},
+)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    made = campaign(
+        hidden=((0, GAP),),
+        drives=(drive(level=3.0), drive(level=5.0, number=2), drive("sine sweep", 5.0)),
+        hold_out=(1,),
+        seconds=3.0,
+    )
+    return written(made, tmp_path_factory.mktemp("evidence"))
+
+
+@pytest.fixture(scope="module")
+def models(files):
+    log, path = files
+    model = read_model(path)
+    gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
+    tests = compare.measured_tests(read_testlog(log), model)
+    return figures.Models(
+        compare.compare_tests(model, tests),
+        compare.compare_tests(replace(model, elements=(*model.elements, gap)), tests),
+        new="with gap",
+    )
+
+
+def parts_of(found):
+    return {part.anchor: part for section in found for part in section.parts}
+
+
+def test_the_page_has_all_the_evidence_in_order(models):
+    found = sections(models, DIAGNOSIS)
+    assert [section.anchor for section in found] == ["model", "diagnosis"]
+    assert list(parts_of(found)) == [
+        "responses", "errors", "forces", "ladder", "numbers", "open"
+    ]  # fmt: skip
+    assert all(f.caption for part in parts_of(found).values() for f in part.figures)
+    assert TWO_METHODS in found[1].paragraphs
+    assert TWO_METHODS not in sections(None, DIAGNOSIS)[0].paragraphs
+    text = "".join(Page(html(Report("t", [], sections=found))).text)
+    for told in ("lugre friction", "gap, offset gap", "they differ there", "0.01 g^2/Hz"):
+        assert told in text
+
+
+def test_tables_hold_the_errors_of_both_models(models):
+    found = tables(models, DIAGNOSIS)
+    by_test = found["errors_by_test.csv"]
+    n = len(models.before.tests)
+    assert by_test["error"][:n] == [t.error for t in models.before.tests]
+    assert by_test["error"][n:] == [t.error for t in models.after.tests]
+    assert max(by_test["error"][n:]) < 0.2 * min(by_test["error"][:n])
+    assert found["ladder.csv"]["held_out_error"] == [0.6, 0.03, 0.25, None, 0.03, 0.01]
+    assert set(found["parameters.csv"]["of"]) == {"found", "linear", "candidate"}
+
+
+def test_the_table_of_response_functions_is_that_of_the_samples(models):
+    """Against the quotient of spectra of one long transform, smoothed over bins."""
+    columns = tables(models, None)["response_functions.csv"]
+    rows = np.array([
+        (f, g, p)
+        for test, whose, f, g, p in zip(
+            columns["test"], columns["whose"], columns["frequency_hz"], columns["magnitude"],
+            columns["phase_deg"], strict=True,
+        )
+        if test == "1" and whose == "measured"
+    ])  # fmt: skip
+    test = models.before.tests[0]
+    given, seen = np.fft.rfft(test.prediction.input), np.fft.rfft(test.prediction.response[0])
+    frequency = np.fft.rfftfreq(test.prediction.input.size, 1.0 / test.measured.sample_rate)
+    for f, gain, phase in rows[(rows[:, 0] > 40.0) & (rows[:, 0] < 90.0)][::3]:
+        near = np.abs(frequency - f) < 4.0
+        h1 = np.sum(seen[near] * given[near].conj()) / np.sum(np.abs(given[near]) ** 2)
+        assert gain == pytest.approx(abs(h1), rel=0.03)
+        assert phase == pytest.approx(np.degrees(np.angle(h1)), abs=3.0)
+
+
+def test_force_over_displacement_is_the_law_and_the_damper_does_not_blur_it(models):
+    index = figures.loudest(models.after)
+    z, force, law = figures._cloud(models.after.tests[index].joints[0], by_velocity=False)
+    z = z * 1e-3
+    expected = JOINT.stiffness * z + CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0)
+    assert_allclose(law, expected, atol=0.03 * np.max(np.abs(expected)))
+    assert np.sqrt(np.mean((force - expected) ** 2)) < 0.05 * np.max(np.abs(expected))
+
+
+def test_force_over_velocity_shows_the_damper_alone(models):
+    index = figures.loudest(models.after)
+    speed, _, law = figures._cloud(models.after.tests[index].joints[0], by_velocity=True)
+    slope = np.sum(law * speed) / np.sum(speed**2)
+    assert slope == pytest.approx(JOINT.damping, rel=0.02)
+
+
+def test_the_phase_of_one_mass_runs_through_its_resonance_without_a_jump():
+    r = np.linspace(0.1, 3.0, 300)
+    h1 = (1 + 0.04j * r) / (1 - r**2 + 0.04j * r)
+    coherence = np.ones(300)
+    for turn in (1.0, -1.0, 1j):  # a sensor the wrong way round, a velocity
+        lowest = figures._lowest_phase(turn * h1, coherence)
+        phase = figures._phase(turn * h1, coherence, lowest)
+        assert np.isfinite(phase).all()
+        assert np.max(np.abs(np.diff(phase))) < 90.0
+
+
+def test_the_mended_model_has_the_effect_and_the_fitted_numbers(files):
+    model = read_model(files[1])
+    new = mended(model, DIAGNOSIS)
+    assert len(new.elements) == len(model.elements) + 1
+    assert new.elements[-1].effect == EFFECTS["gap"](CONTACT, CLEARANCE)
+    springs = [e.effect for e in new.elements if e.effect.kind == "spring"]
+    assert springs[0].stiffness == pytest.approx(1.001 * JOINT.stiffness)
+    assert name_of_new(DIAGNOSIS) == "with gap"
+    assert mended(model, replace(DIAGNOSIS, verdict="outside library")) is None
+    fault = replace(DIAGNOSIS, effects=(Finding("sensor_gain", ("ch3",), 0.9, {}),))
+    assert len(mended(model, fault).elements) == len(model.elements)
+
+
+def test_springs_that_share_a_joint_keep_their_numbers(files):
+    model = read_model(files[1])
+    twice = replace(model, elements=(*model.elements, model.elements[0]))
+    kinds = [e for e in mended(twice, DIAGNOSIS).elements if e.effect.kind == "spring"]
+    assert kinds == [e for e in twice.elements if e.effect.kind == "spring"]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (5e-5, "m", ("0.05", "0.0495", "0.0505", "1 %", "mm")),
+        (49932.0, "N/m", ("49930", "49430", "50430", "1 %", "N/m")),
+        (3e8, "N/m^3", ("3.000e+08", "2.970e+08", "3.030e+08", "1 %", "N/m^3")),
+    ],
+)
+def test_numbers_are_told_in_the_units_of_people(value, unit, shown):
+    assert interval(estimate(value, unit)) == shown
+
+
+def test_the_report_names_files_methods_and_references(models, files, tmp_path):
+    log, model = files
+    inputs = inputs_of(read_testlog(log), log, [model])
+    evidence = Evidence(models, DIAGNOSIS, inputs)
+    page = write_evidence(tmp_path, "Gap", DIAGNOSIS.sentence, evidence)
+    text = page.read_text(encoding="utf-8")
+    for _, name, digest in inputs:
+        assert name in text
+        assert digest in text
+    for words in ("Masri", "Ljung", "Shaw and P. J. Holmes"):
+        assert words in text
+    document = json.loads((tmp_path / "report.json").read_text())
+    assert document["diagnosis"]["verdict"] == "effect found"
+    assert set(document["compare"]) == {"model as it was", "with gap"}
+    with (tmp_path / "errors_by_band.csv").open() as file:
+        assert {row["model"] for row in csv.DictReader(file)} == set(document["compare"])
+    assert "Masri" not in " ".join(methods_of([], Evidence(None, DIAGNOSIS)).references)
+
+
+def test_every_effect_brings_its_references():
+    for kind in EFFECTS:
+        found = references_of(kind)
+        assert found, kind
+        assert all(len(text) > 20 and not text.startswith(".") for text in found), kind
+
+
+@pytest.mark.parametrize("payload", PAYLOADS)
+def test_text_of_models_is_inert(models, payload):
+    named = replace(models, old=payload, new=payload[::-1])
+    told = replace(
+        DIAGNOSIS,
+        sentence=payload,
+        notes=(payload,),
+        indistinguishable=(payload,),
+        candidates=(
+            Tried(payload, (payload, payload), 0.1, 0.1, {payload: NUMBERS["clearance"]}),
+        ),
+        next_test=(NextTest(payload, payload, (payload,), payload),),
+        linear={f"stiffness {payload}": NUMBERS["stiffness"]},
+    )
+    tame = Page(html(Report("t", [], sections=sections(models, DIAGNOSIS))))
+    page = Page(html(Report("t", [], sections=sections(named, told))))
+    assert {tag for tag, _ in page.tags} <= {tag for tag, _ in tame.tags}
+    assert sum(tag == "script" for tag, _ in page.tags) == 1
+    assert not [a for _, a in page.tags for name in a if name.startswith("on")]

@@ -1,0 +1,128 @@
+"""The numbers beside a drawing, read back by a decoder of its own."""
+
+import html
+import json
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from shakerproc.report import live, svg
+from shakerproc.report.heat_map import WHITE_FROM, shade
+from shakerproc.report.ladder import Rung, ladder
+from shakerproc.report.style import SHADES
+
+LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
+
+
+def content(drawing):
+    return json.loads(
+        html.unescape(re.search(r"<data value='([^']*)'>", str(drawing)).group(1))
+    )
+
+
+def decoded(text, places, axis):
+    *_, logarithmic, low, high = axis
+    if logarithmic == 1:
+        low, high = np.log(low), np.log(high)
+    top = 64**places - 1
+    out = []
+    for i in range(0, len(text), places):
+        step = 0
+        for letter in text[i : i + places]:
+            step = 64 * step + LETTERS.index(letter)
+        value = np.nan if step == top else low + step / (top - 1) * (high - low)
+        out.append(np.exp(value) if logarithmic == 1 else value)
+    return np.array(out)
+
+
+def payload(x, y, **axis):
+    curve = svg.Curve("a", np.array(x), np.array(y), 0)
+    return content(
+        live.payload([curve], svg.Axis("x", 0.0, 1.0), svg.Axis("y", 1e-3, 1.0, **axis))
+    )
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50))
+def test_values_come_back_within_a_step(values):
+    x = np.sort(np.random.default_rng(1).random(len(values)))
+    found = payload(x, values)
+    read = decoded(found["c"][0][4], 2, found["y"])
+    span = max(values) - min(values) + 3e-5 * max(map(abs, values))
+    assert_allclose(read, values, atol=span / 4094 + 1e-11)
+
+
+@given(st.lists(st.floats(1e-12, 1e6), min_size=2, max_size=50))
+def test_logarithms_come_back_within_a_step(values):
+    found = payload(np.arange(len(values)), values, logarithmic=True)
+    read = decoded(found["c"][0][4], 2, found["y"])
+    step = np.log(max(values) / min(values)) / 4094 + 1e-4
+    assert_allclose(np.log(read), np.log(values), atol=step)
+
+
+def test_what_is_no_number_comes_back_as_none():
+    found = payload([0.1, 0.2, 0.4], [1.0, np.nan, 3.0])
+    assert_allclose(decoded(found["c"][0][4], 2, found["y"]), [1.0, np.nan, 3.0], rtol=1e-3)
+    logarithmic = payload([0.1, 0.2, 0.4], [1.0, 0.0, 3.0], logarithmic=True)
+    read = decoded(logarithmic["c"][0][4], 2, logarithmic["y"])
+    assert_allclose(read, [1.0, np.nan, 3.0], rtol=1e-3)
+
+
+def test_even_places_take_three_numbers_and_others_come_back():
+    assert payload(np.linspace(5.0, 1000.0, 200), np.zeros(200))["c"][0][3] == [
+        5.0,
+        1000.0,
+        200,
+    ]
+    x = np.geomspace(1.0, 1000.0, 50)
+    found = payload(x, np.zeros(50))
+    assert_allclose(decoded(found["c"][0][3], 3, found["x"]), x, atol=1000.0 / 262142)
+
+
+def test_two_curves_of_the_same_places_share_them():
+    x = np.geomspace(1.0, 9.0, 5)
+    curves = [svg.Curve(name, x, np.arange(5.0), 0) for name in "ab"]
+    found = content(live.payload(curves, svg.Axis("", 0.0, 9.0), svg.Axis("", 0.0, 5.0)))
+    assert found["c"][1][3] == 0
+
+
+@pytest.mark.parametrize("text", ["'", '"', "'><script>alert(1)</script>", "&#39;", "</data>"])
+def test_labels_stay_inside_the_attribute(text):
+    curve = svg.Curve(text, np.arange(3.0), np.arange(3.0), 0)
+    drawn = str(live.payload([curve], svg.Axis(text, 0.0, 1.0), svg.Axis(text, 0.0, 1.0)))
+    assert re.fullmatch(r"<data value='[^'<>]*'></data>", drawn)
+    assert content(drawn)["c"][0][0] == text
+
+
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_shades_darken_with_the_value_and_their_numbers_can_be_read():
+    levels = [luminance(colour) for colour in SHADES]
+    assert levels == sorted(levels, reverse=True)
+    for i, level in enumerate(levels):
+        text = 1.0 if i >= WHITE_FROM else luminance("#333333")
+        low, high = sorted((text, level))
+        assert (high + 0.05) / (low + 0.05) >= 3.0, i  # large or bold text of figures
+    steps = [shade(10.0**p) for p in np.linspace(-4.0, 1.0, 60)]
+    assert steps == sorted(steps)
+    assert (steps[0], steps[-1]) == (0, len(SHADES) - 1)
+
+
+def test_the_ladder_is_logarithmic_and_its_floor_stands_where_it_should():
+    rungs = [Rung("old", 0.5, 0.4), Rung("new", 0.05, 0.04), Rung("none", None, float("nan"))]
+    drawn = str(ladder(rungs, 0.005, title="t"))
+    marks = {
+        css: [float(x) for x in re.findall(rf'class="{css}" d="M(\d+) \d+m', drawn)][:2]
+        for css in ("p0", "p1")
+    }
+    floor = float(re.search(r'class="mark" d="M(\d+)', drawn).group(1))
+    decade = marks["p1"][0] - marks["p1"][1]
+    assert marks["p0"][0] - marks["p0"][1] == pytest.approx(decade, abs=2)
+    assert marks["p1"][1] - floor == pytest.approx(decade, abs=2)
