@@ -1,6 +1,7 @@
 """Limits of the shaker in the log, and the tests that a diagnosis asks for."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,6 +99,16 @@ def test_a_diagnosis_becomes_tests_like_those_of_the_log(log):
     assert_allclose(second.level, 2.0 * np.sqrt(2.0) * G)
     planned = plan_test(second, Wish(limits=ShakerLimits(velocity=1.0)))
     assert any("velocity" in text for text in planned.warnings)
+
+
+def test_an_excitation_that_the_log_never_used_has_its_own_band(tmp_path):
+    (tmp_path / "log.yaml").write_text(LOG)
+    log = read_testlog(tmp_path / "log.yaml")
+    log = replace(log, tests=tuple(t for t in log.tests if t.excitation == "random"))
+    wanted = {"excitation": "sine sweep", "level": "2 g", "band_hz": [30.0, 800.0], "like": ""}
+    (test,) = suggested_tests({**DIAGNOSIS, "next_test": [wanted]}, log, "d.json")
+    assert (test.excitation, test.from_hz, test.to_hz) == ("sine sweep", 30.0, 800.0)
+    assert_allclose(test.level, 2.0 * G)
 
 
 def test_plan_takes_a_diagnosis(tmp_path, log, capsys):

@@ -21,7 +21,7 @@ from shakerproc.diagnose.decide import (
     ties,
 )
 from shakerproc.diagnose.fit import Fit
-from shakerproc.diagnose.next_test import level_text, loudest, settle
+from shakerproc.diagnose.next_test import loudest, settle, times_level
 from shakerproc.diagnose.pipeline import MATTERS, Findings, investigate
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import (
@@ -48,6 +48,7 @@ from shakerproc.diagnose.structure import angular_frequencies, pattern
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+from shakerproc.testlog import Shaker
 
 GAIN_TOLERANCE = 0.01
 """Gain error of a sensor below which no fault is named [-]."""
@@ -63,6 +64,7 @@ def diagnose_arrays(
     *,
     sensors: Sequence[str] | None = None,
     clearances: Sequence[float] = (),
+    shaker: Shaker = Shaker(),  # noqa: B008
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -78,6 +80,8 @@ def diagnose_arrays(
         Names of the responses; by default all sensors of the model.
     clearances : sequence of float, optional
         Free play that the log says the specimens have [m].
+    shaker : Shaker, optional
+        Limits for the test that is proposed.
     seed : int
         Returned with the result; nothing is drawn.
     progress : callable, optional
@@ -109,7 +113,7 @@ def diagnose_arrays(
             f"{model.title}: {error}; check stiffness, damping and masses of the model."
         ) from error
     say("the verdict")
-    return _worded(known, found, used, base, start, clearances, seed)
+    return _worded(known, found, used, base, start, clearances, shaker, seed)
 
 
 def _checked(test: TestArrays, n_sensors: int) -> TestArrays:
@@ -129,7 +133,7 @@ def _checked(test: TestArrays, n_sensors: int) -> TestArrays:
 
 def _worded(
     known: Skeleton, found: Findings, tests: tuple[TestArrays, ...], base: Hypothesis,
-    start: Parameters, clearances: Sequence[float], seed: int,
+    start: Parameters, clearances: Sequence[float], shaker: Shaker, seed: int,
 ) -> Diagnosis:  # fmt: skip
     at, linear = found.at, found.linear
     fitted, kept = at.bench.fitted(), at.bench.kept()
@@ -186,7 +190,7 @@ def _worded(
         errors=errors,
         candidates=tuple(tried),
         where=_where(found, base, start),
-        next_test=_next(found, ordered, same, verdict, clearances),
+        next_test=_next(found, ordered, same, verdict, clearances, tests, shaker, seed),
         linear=_linear(known, chosen),
         notes=_notes(tests),
         seed=seed,
@@ -403,20 +407,22 @@ def _range(size: FloatArray, left: FloatArray) -> tuple[float, float]:
 
 def _next(
     found: Findings, ordered: Sequence[Fit], same: tuple[str, ...], verdict: Verdict,
-    clearances: Sequence[float],
+    clearances: Sequence[float], tests: Sequence[TestArrays], shaker: Shaker, seed: int,
 ) -> tuple[NextTest, ...]:  # fmt: skip
     at = found.at
     if same and ordered:
         rival = next(f for f in ties(ordered))
-        names = (ordered[0].hypothesis.terms[-1].candidate.kind, same[0])
-        return settle(at, [ordered[0], rival], names)
+        one, other = kinds(ordered[0]), kinds(rival)
+        names = (*(k for k in one if k not in other), *(k for k in other if k not in one))
+        return settle(at, [ordered[0], rival], names, tests, shaker, seed)
     if verdict in {"nothing missing", "cannot tell"}:
         reach = _reach(found)
         beyond = [c for c in clearances if c > reach]
         times = 1.2 * min(beyond) / reach if beyond else 2.0
-        segment = loudest(at)
+        test = loudest(tests)
+        level = times_level(test, times, forced=at.bench.structure.forced >= 0)
         reason = "closes the clearance of the log" if beyond else "moves beyond what was tested"
-        return (NextTest(segment.name, level_text(segment, times, at), (), reason),)
+        return (NextTest(test.excitation, level, (), reason, test.band, test.name),)
     return ()
 
 

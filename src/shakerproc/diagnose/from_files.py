@@ -8,7 +8,7 @@ from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
-from shakerproc.testlog import TestLog
+from shakerproc.testlog import TestLog, TimeCrop
 
 
 def diagnose(
@@ -57,17 +57,29 @@ def diagnose(
         [arrays(m) for m in measured],
         sensors=measured[0].sensors,
         clearances=[c for c in clearances if c > 0.0],
+        shaker=log.shaker,
         seed=seed,
         progress=progress,
     )
 
 
 def arrays(measured: Measured) -> TestArrays:
-    """Return a measured test as the search takes it."""
+    """Return a measured test as the search takes it: the part that the log names, or all.
+
+    A threshold cuts nothing away: rest before and after the run shows the noise.
+    """
+    test = measured.test
+    kept = slice(None)
+    if isinstance(test.processing.crop, TimeCrop):
+        kept = slice(measured.start, measured.stop)
     return TestArrays(
         f"test {measured.name}",
         measured.sample_rate,
-        measured.controls,
-        measured.responses,
-        bool(measured.test.hold_out),
+        measured.controls[:, kept],
+        measured.responses[:, kept],
+        bool(test.hold_out),
+        test.excitation or "",
+        test.level,
+        test.level_unit or "",
+        measured.excited,
     )

@@ -26,6 +26,12 @@ class TestArrays:
         Responses, in the order of the model's sensors.
     hold_out : bool
         Whether the test is kept out of every fit.
+    excitation : str
+        Kind of excitation, as the log says it.
+    level, level_unit : float and str, optional
+        Level of the excitation [SI] and its unit.
+    band : (float, float)
+        What is excited [Hz].
     """
 
     __test__: ClassVar[bool] = False  # not a test of pytest's
@@ -35,6 +41,10 @@ class TestArrays:
     controls: FloatArray
     responses: FloatArray
     hold_out: bool = False
+    excitation: str = ""
+    level: float | None = None
+    level_unit: str = ""
+    band: tuple[float, float] = (5.0, 1000.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -215,9 +215,7 @@ def run(
     expected = np.empty((measured.shape[0], n if keep else 1))
     direct = system.out_force / np.diag(system.force[m:])
     omega = float(np.sqrt(np.max(np.abs(system.state[m:, :m]))))
-    spread = np.zeros(2 * m)
-    if segment.start > 0:
-        spread[:m], spread[m:] = tuned.rms / omega**2, tuned.rms / omega
+    spread = np.repeat([tuned.rms / omega**2, tuned.rms / omega], m)
     simple = m == 1 and measured.shape[0] == 1 and all(table[2] == 1)
     logs = _one(
         system,

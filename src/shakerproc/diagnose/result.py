@@ -136,12 +136,28 @@ class Where:
 @final
 @dataclass(frozen=True, slots=True)
 class NextTest:
-    """A test that would settle what is open."""
+    """A test that would settle what is open.
+
+    Attributes
+    ----------
+    excitation, level : str
+        As a test log says them.
+    separates : tuple of str
+        Kinds that it tells apart.
+    reason : str
+        Why this one.
+    band_hz : (float, float)
+        What it excites [Hz].
+    like : str
+        The test of the log that lends the rest; empty where it is like none.
+    """
 
     excitation: str
     level: str
     separates: tuple[str, ...]
     reason: str
+    band_hz: tuple[float, float] = (5.0, 1000.0)
+    like: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
@@ -150,6 +166,8 @@ class NextTest:
             "level": self.level,
             "separates": list(self.separates),
             "reason": self.reason,
+            "band_hz": list(self.band_hz),
+            "like": self.like,
         }
 
 

@@ -20,8 +20,8 @@ def suggested_tests(document: object, log: TestLog, source: str) -> tuple[Test, 
     document : object
         The diagnosis, as its JSON says it.
     log : TestLog
-        Lends frequencies, joint and clearance: the test that is named, else the last of the
-        same excitation.
+        Lends joint and clearance, and frequencies where none are given: the test that is
+        named, else the last of the same excitation, else the last of all.
     source : str
         File of the diagnosis, for messages.
 
@@ -44,7 +44,13 @@ def suggested_tests(document: object, log: TestLog, source: str) -> tuple[Test, 
 
 def _test(one: Mapping[str, object], number: int, log: TestLog, source: str) -> Test:
     said, written = str(one.get("excitation", "")), str(one.get("level", ""))
-    like = _like(said, log)
+    like = _like(str(one.get("like") or said), log) or _like(said, log)
+    if like is None and log.active:
+        last = replace(log.active[-1], rate_hz_per_s=None, frequency_hz=None)
+        if said == "random":
+            like = replace(last, excitation="random", rate_oct_per_min=None)
+        elif said == "sine sweep":
+            like = replace(last, excitation="sine sweep", rate_oct_per_min=1.0)
     if like is None:
         raise LogError(
             f"{source}: next_test {number} is shaken by {said!r}, but no test of {log.path} "
@@ -65,6 +71,9 @@ def _test(one: Mapping[str, object], number: int, log: TestLog, source: str) -> 
         level *= sqrt(2.0)
         unit = "N" if unit.startswith("N") else "m/s^2"
         text = f"{written} (amplitude {sqrt(2.0):.4g} times that)"
+    band = one.get("band_hz")
+    if isinstance(band, Sequence) and len(band) == 2 and not one.get("like"):
+        like = replace(like, from_hz=float(band[0]), to_hz=float(band[1]))
     separates = one.get("separates", ())
     named = [str(kind) for kind in separates] if isinstance(separates, Sequence) else []
     return replace(

@@ -88,8 +88,11 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
         json_target=json_target,
     )
     for test in result.next_test:
+        like = f", like {test.like}" if test.like else ""
+        low, high = test.band_hz
         output.data(
-            f"next test: {test.excitation} at {test.level}: {test.reason}",
+            f"next test: {test.excitation} at {test.level}, {low:.4g} to {high:.4g} Hz{like}: "
+            f"{test.reason}",
             json_target=json_target,
         )
     for note in result.notes:
