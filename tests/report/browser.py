@@ -45,7 +45,7 @@ class Browser:
         target = self.ask("Target.createTarget", url="about:blank", width=width, height=height)
         attached = self.ask("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         self.session = attached["sessionId"]
-        for domain in ("Page", "Network", "Runtime", "Log"):
+        for domain in ("Page", "Network", "Runtime", "Log", "DOM"):
             self.ask(f"{domain}.enable")
 
     def __enter__(self):
@@ -91,14 +91,15 @@ class Browser:
             self.events.append(told)
         return message
 
-    def open(self, path: Path):
-        """Open a page; return the seconds until it has settled."""
+    def open(self, path: Path, *, settle=True):
+        """Open a page; return the seconds until it has settled, drawn twice."""
         self.events.clear()
         begun = time.perf_counter()
         self.ask("Page.navigate", url=path.as_uri())
         while "Page.loadEventFired" not in self.events:
             self._next()
-        self.run("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+        if settle:
+            self.run("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
         return time.perf_counter() - begun
 
     def run(self, script):
@@ -119,6 +120,7 @@ class Browser:
         answer = self.ask("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
         path.write_bytes(base64.b64decode(answer["data"]))
 
-    def greyscale(self):
+    def greyscale(self, *, off=False):
         """See as without colours."""
-        self.ask("Emulation.setEmulatedVisionDeficiency", type="achromatopsia")
+        kind = "none" if off else "achromatopsia"
+        self.ask("Emulation.setEmulatedVisionDeficiency", type=kind)
