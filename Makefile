@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test quick check lint benchmark fuzz blind chaos clean
+.PHONY: demo test quick check docs lint benchmark fuzz blind chaos clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -21,11 +21,15 @@ test: $(READY) check  ## everything that CI runs
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"
 
-check: $(READY)  ## format, lint, types, rooms
+check: $(READY)  ## format, lint, types, rooms, the manual
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/mkdocs build --strict --quiet
+
+docs: $(READY)  ## the manual, to read: build/site/index.html
+	$(BIN)/mkdocs build --strict
 
 benchmark: $(READY)  ## ratios of speed and memory, each within one run
 	$(BIN)/python -m benchmarks

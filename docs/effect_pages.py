@@ -1,4 +1,7 @@
-"""The pages of the effects, made from EFFECTS and FAULTS when the manual is built (a hook)."""
+"""The pages of the effects, made from EFFECTS and FAULTS when the manual is built (a hook).
+
+The decisions, of which there will be more, are put into the navigation as well.
+"""
 
 import hashlib
 import inspect
@@ -21,7 +24,7 @@ DRAWN_FROM = ("models/effects", "models/faults", "models/examples.py", "report/e
 
 
 def on_config(config: "MkDocsConfig") -> "MkDocsConfig":
-    """Put the pages into the navigation, after the overview of the effects."""
+    """Put the pages into the navigation: of the effects after their overview."""
     from shakerproc.models import EFFECTS, FAULTS
 
     for entry in config.nav or []:
@@ -30,7 +33,13 @@ def on_config(config: "MkDocsConfig") -> "MkDocsConfig":
             entry["Effects"].append({
                 "Faults of the measurement": [{k: f"effects/{k}.md"} for k in FAULTS]
             })
+        if isinstance(entry, dict) and "Decisions" in entry:
+            entry["Decisions"] = [f"decisions/{path.name}" for path in _decisions()]
     return config
+
+
+def _decisions() -> list[Path]:
+    return sorted((DOCS / "decisions").glob("*.md"))
 
 
 def on_files(files: "Files", config: "MkDocsConfig") -> "Files":

@@ -44,20 +44,26 @@ def keep(source: Path, target: Path) -> None:
 
 def main() -> None:
     """Run the commands, and keep some of their pictures."""
-    images = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
+    if len(sys.argv) > 2:
+        draw(Path(sys.argv[1]), Path(sys.argv[2]))
+        return
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
-        shakerproc("init", folder / "campaign")
-        model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
-        shakerproc("batch", log, "--out", folder / "results")
-        shakerproc("compare", model, log, "--out", folder / "before")
-        shakerproc("add", "gap", model, log, "-o", folder / "with-gap.yaml")
-        shakerproc("compare", folder / "with-gap.yaml", log, "--out", folder / "after")
-        for source, target in BATCH.items():
-            keep(folder / "batch" / source, images / target)
-        for source, target in TUTORIAL.items():
-            keep(folder / source, images / target)
+        draw(IMAGES, Path(name))
+
+
+def draw(images: Path, folder: Path) -> None:
+    """Work the sample data and a new campaign through below a folder; fill the images."""
+    shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
+    shakerproc("init", folder / "campaign")
+    model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
+    shakerproc("batch", log, "--out", folder / "results")
+    shakerproc("compare", model, log, "--out", folder / "before")
+    shakerproc("add", "gap", model, log, "-o", folder / "with-gap.yaml")
+    shakerproc("compare", folder / "with-gap.yaml", log, "--out", folder / "after")
+    for source, target in BATCH.items():
+        keep(folder / "batch" / source, images / target)
+    for source, target in TUTORIAL.items():
+        keep(folder / source, images / target)
 
 
 if __name__ == "__main__":

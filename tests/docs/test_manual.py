@@ -1,17 +1,21 @@
 """The manual: it builds strictly, needs nothing from elsewhere, and its commands run."""
 
+import importlib.util
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from tests.docs import console
 from tests.docs.fixtures import write_recordings
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+_SPEC = importlib.util.spec_from_file_location("effect_pages", DOCS / "effect_pages.py")
+effect_pages = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(effect_pages)
 PAGES = sorted(p for p in DOCS.rglob("*.md") if "```console" in p.read_text(encoding="utf-8"))
 
 
@@ -75,7 +79,97 @@ def test_there_is_a_page_with_a_picture_for_each_effect_and_fault(site):
             assert "\\" not in re.search("<math.*?</math>", page, re.DOTALL)[0]
 
 
-def test_no_console_block_is_left_out():
-    """A command line outside of a console block is checked by tests/cli/test_frame.py only."""
-    assert {page.stem for page in PAGES} >= {"tutorial"}
-    assert shutil.which(sys.executable)
+def columns_named(page, heading):
+    """Words in code marks of the tables of a section, by the file that their row names."""
+    section = page.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+    for line in section.splitlines():
+        cells = line.split(" | ")
+        files = re.findall(r"`([\w/.*]+\.csv)`", cells[0])
+        if files:
+            words = re.findall(r"`([a-z0-9_]+)`", " ".join(cells[1:]))
+            yield files[0].replace("test_ID", "test_*"), words
+
+
+@pytest.fixture(scope="module")
+def worked(tmp_path_factory):
+    """What docs/make_images.py draws, and what it worked out for that."""
+    folder = tmp_path_factory.mktemp("worked")
+    done = subprocess.run(
+        [sys.executable, DOCS / "make_images.py", folder / "images", folder],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    ("heading", "out"), [("Tables of a batch", "batch"), ("Tables of a comparison", "before")]
+)
+def test_the_columns_that_the_page_of_formats_names_are_written(heading, out, worked):
+    rows = list(columns_named((DOCS / "formats.md").read_text(encoding="utf-8"), heading))
+    assert len(rows) >= 3
+    for name, wanted in rows:
+        tables = list(worked.glob(f"{out}/{name}"))
+        assert tables, name
+        headers = [path.read_text("utf-8").partition("\n")[0] for path in tables]
+        for word in wanted:
+            assert any(word in header for header in headers), f"{name}: {word}"
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_pictures_kept_are_those_that_the_commands_draw(worked):
+    """Not to the byte: another machine has other fonts."""
+    import matplotlib.image
+    import numpy as np
+
+    drawn = sorted(worked.glob("images/*.png"))
+    assert len(drawn) == 7
+    for path in drawn:
+        new, kept = (matplotlib.image.imread(p) for p in (path, DOCS / "images" / path.name))
+        assert new.shape == kept.shape, f"{path.name}: run python docs/make_images.py"
+        differs = np.mean(np.abs(new - kept).max(axis=-1) > 0.3)
+        assert differs < 0.02, f"{path.name}: run python docs/make_images.py"
+
+
+def test_the_model_on_the_page_of_formats_is_read(tmp_path):
+    from shakerproc.model_files import read_model
+
+    page = (DOCS / "formats.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```yaml\n(model: 1.*?)```", page, re.DOTALL)
+    path = tmp_path / "model.yaml"
+    path.write_text(block, encoding="utf-8")
+    assert len(read_model(path).elements) == 3
+
+
+def test_every_snippet_of_an_effect_is_read(tmp_path):
+    """The line that a page shows, put into a whole model."""
+    from shakerproc.model_files import read_model
+    from shakerproc.models import EFFECTS, FAULTS
+
+    pages = effect_pages.pages()
+    assert set(pages) == {*EFFECTS, *FAULTS}
+    frame = "model: 1\nmasses: {coupon: 28.6 g}\nexcitation: {base: acceleration}\n"
+    spring = "  - {kind: spring, between: [base, coupon], stiffness: 1.2e5 N/m}\n"
+    for kind in pages:
+        line = effect_pages.snippet(kind) + "\n"
+        text = line + "elements:\n" + spring if kind in FAULTS else line + spring
+        path = tmp_path / f"{kind}.yaml"
+        path.write_text(frame + text, encoding="utf-8")
+        model = read_model(path)
+        if kind in EFFECTS:
+            assert [element.effect.kind for element in model.elements] == [kind, "spring"]
+        else:
+            assert [fault.kind for fault in model.sensors["ch3"].faults] == [kind]
+
+
+def test_what_an_effect_is_confused_with_is_another_known_one():
+    notes = yaml.safe_load(effect_pages.NOTES.read_text(encoding="utf-8"))
+    assert set(notes) == set(effect_pages.pages())
+    for kind, others in notes.items():
+        assert others
+        assert set(others) <= set(notes) - {kind}
