@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import signal
 import threading
 import traceback
@@ -26,15 +27,13 @@ def serve(connection: Connection, memory_limit: int) -> None:
     limited = False
     while True:
         try:
-            kind, *content = connection.recv()
+            kind, content = connection.recv()
         except EOFError:
             return
         if kind == "task":
-            connection.send_bytes(_attempt(work, content[0]))
+            connection.send_bytes(_attempt(work, content))
             continue
-        work, prepare = content
-        if prepare is not None:
-            prepare()
+        work = _ordered(content)
         if not limited:
             _limit_memory(memory_limit)
             limited = True
@@ -43,6 +42,22 @@ def serve(connection: Connection, memory_limit: int) -> None:
 
 def _nothing(_: object) -> dict[str, object]:
     return {}
+
+
+def _ordered(content: bytes) -> Callable[[Any], object]:
+    """Return the work that is ordered, all made ready for it; or what says why it cannot be."""
+    try:
+        work, prepare = pickle.loads(content)  # noqa: S301 - from our parent, by its own pipe
+        if prepare is not None:
+            prepare()
+    except Exception as error:  # noqa: BLE001 - each task is to say it
+        problem = error
+
+        def fail(_: object) -> object:
+            raise problem
+
+        return fail
+    return work  # type: ignore[no-any-return]
 
 
 def _end_with_parent() -> None:
@@ -70,10 +85,11 @@ def _limit_memory(limit: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
 
 
-def _attempt(work: Callable[[Any], object], argument: object) -> bytes:
+def _attempt(work: Callable[[Any], object], argument: bytes) -> bytes:
     """Return the report on one task as JSON, whatever happens in it."""
     try:
-        report = {"value": work(argument), "cause": "", "error": "", "detail": ""}
+        given = pickle.loads(argument)  # noqa: S301 - from our parent, by its own pipe
+        report = {"value": work(given), "cause": "", "error": "", "detail": ""}
         return json.dumps(report, allow_nan=False).encode()
     except MemoryError:
         return _failure(

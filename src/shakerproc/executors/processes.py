@@ -114,12 +114,12 @@ def _give(process: "Child", task: Task) -> None:
 
 def packed_work(work: Work, prepare: Callable[[], None] | None) -> bytes:
     """Return what a child process is told to do with every argument that comes."""
-    return pickle.dumps(("work", work, prepare))
+    return pickle.dumps(("work", pickle.dumps((work, prepare))))
 
 
 def packed_task(argument: object) -> bytes:
     """Return an argument as a child process takes it."""
-    return pickle.dumps(("task", argument))
+    return pickle.dumps(("task", pickle.dumps(argument)))
 
 
 @final
@@ -234,4 +234,7 @@ def _how_it_died(exitcode: int | None) -> str:
         name = signal.Signals(-exitcode).name if -exitcode in set(signal.Signals) else "signal"
         hint = "; the machine may have run out of memory" if name == "SIGKILL" else ""
         return f"its process was killed ({name}), also when it ran alone{hint}"
-    return f"its process ended with status {exitcode}, also when it ran alone"
+    return (
+        f"its process ended with status {exitcode}, also when it ran alone; a library may have "
+        "given up at the memory limit (--memory-limit)"
+    )

@@ -20,7 +20,7 @@ def batch(
     ] = 600.0,
     memory_limit_mb: Annotated[
         float,
-        typer.Option("--memory-limit", help="Most that one test may allocate [MB].", min=50.0),
+        typer.Option("--memory-limit", help="Most that one test may allocate [MB].", min=100.0),
     ] = 4000.0,
     scheduler: options.SchedulerOption = None,
     recordings: options.RecordingsOption = None,
