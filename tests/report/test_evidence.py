@@ -19,6 +19,7 @@ from shakerproc.diagnose.result import Errors, NextTest, Pair, Tried, Where
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.report import evidence_figures as figures
+from shakerproc.report import rivals
 from shakerproc.report.evidence import TWO_METHODS, interval, sections
 from shakerproc.report.evidence_tables import tables
 from shakerproc.report.methods import references_of
@@ -226,3 +227,26 @@ def test_text_of_models_is_inert(models, payload):
     assert {tag for tag, _ in page.tags} <= {tag for tag, _ in tame.tags}
     assert sum(tag == "script" for tag, _ in page.tags) == 1
     assert not [a for _, a in page.tags for name in a if name.startswith("on")]
+
+
+def test_laws_of_rivals_are_drawn_by_their_numbers(models):
+    """A gap is nothing inside its play and a straight line outside, on both sides."""
+    other = {
+        "stiffness": estimate(CONTACT, "N/m"),
+        "clearance_positive": estimate(CLEARANCE, "m"),
+        "clearance_negative": estimate(CLEARANCE, "m"),
+    }
+    told = replace(
+        DIAGNOSIS,
+        candidates=(
+            *DIAGNOSIS.candidates,
+            Tried("offset_gap", ("base", "coupon"), 0.02, 0.03, other),
+        ),
+    )
+    assert [t.kind for t in rivals.rivals(told)] == ["gap", "offset_gap"]
+    assert rivals.laws(models, DIAGNOSIS) is None
+    drawing = rivals.laws(models, told)
+    assert "gap" in str(drawing.drawing)
+    z, force = rivals._cycle(rivals.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
+    expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
+    assert_allclose(force, expected, atol=1e-9 * CONTACT)

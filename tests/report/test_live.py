@@ -126,3 +126,13 @@ def test_the_ladder_is_logarithmic_and_its_floor_stands_where_it_should():
     decade = marks["p1"][0] - marks["p1"][1]
     assert marks["p0"][0] - marks["p0"][1] == pytest.approx(decade, abs=2)
     assert marks["p1"][1] - floor == pytest.approx(decade, abs=2)
+
+
+def test_a_loop_stays_a_still_figure():
+    angle = np.linspace(0.0, 6.0, 50)
+    loop = svg.Curve("loop", np.sin(angle), np.cos(angle), 0)
+    axis = svg.Axis("", -1.0, 1.0)
+    assert not live.payload([loop], axis, axis)
+    assert "<svg" in svg.plot([loop], axis, axis, title="loop")
+    falling = svg.Curve("down", np.linspace(9.0, 1.0, 5), np.arange(5.0), 0)
+    assert live.payload([falling], axis, axis)

@@ -14,6 +14,7 @@ from shakerproc.report import evidence_figures as figures
 from shakerproc.report.evidence_figures import Models
 from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.page import Section, Table
+from shakerproc.report.rivals import laws
 from shakerproc.report.run_view import Drawing
 
 TWO_METHODS: Final = (
@@ -121,22 +122,22 @@ def _refit(models: Models) -> list[Table]:
     return [Table(title, columns, rows)]
 
 
-def diagnosis_section(diagnosis: Diagnosis, *, compared: bool = True) -> Section:
+def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Section:
     """Return which effect is missing: verdict, ladder, numbers, what is open.
 
     Parameters
     ----------
     diagnosis : Diagnosis
         The verdict and all that stands behind it.
-    compared : bool
-        Whether errors of a comparison stand in the same report.
+    models : Models, optional
+        The comparison that stands in the same report.
     """
     paragraphs = [
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
         *diagnosis.notes,
     ]
-    if compared:
+    if models is not None:
         paragraphs.append(TWO_METHODS)
     parts = [
         Section(
@@ -146,7 +147,7 @@ def diagnosis_section(diagnosis: Diagnosis, *, compared: bool = True) -> Section
             figures=[error_ladder(diagnosis)],
         ),
         Section("Numbers", "numbers", tables=parameter_tables(diagnosis)),
-        _open_questions(diagnosis),
+        _open_questions(diagnosis, models),
     ]
     kept = [part for part in parts if part.paragraphs or part.tables or part.figures]
     return Section("What is missing", "diagnosis", paragraphs, parts=kept)
@@ -273,7 +274,7 @@ def _number(value: float) -> str:
     return f"{rounded:.3e}"
 
 
-def _open_questions(diagnosis: Diagnosis) -> Section:
+def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
     """Return what cannot be told apart, and the test that would."""
     paragraphs = []
     same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
@@ -286,16 +287,24 @@ def _open_questions(diagnosis: Diagnosis) -> Section:
     elif found:
         paragraphs.append("No other candidate does as well on these tests.")
     rows = [
-        (test.excitation, test.level, ", ".join(t.replace("_", " ") for t in test.separates),
-         test.reason)
+        (
+            test.excitation,
+            test.level.replace("^2", "²"),
+            f"{test.band_hz[0]:.4g} to {test.band_hz[1]:.4g} Hz",
+            test.like,
+            ", ".join(kind.replace("_", " ") for kind in test.separates),
+            test.reason,
+        )
         for test in diagnosis.next_test
-    ]  # fmt: skip
-    table = Table("Next test", ("as", "at", "tells apart", "why"), rows)
+    ]
+    columns = ("excitation", "level", "band", "else as", "tells apart", "why")
+    drawn = None if models is None else laws(models, diagnosis)
     return Section(
         "What is open, and the test that would settle it",
         "open",
         paragraphs,
-        [table] if rows else [],
+        [Table("Next test", columns, rows)] if rows else [],
+        [] if drawn is None else [drawn],
     )
 
 
@@ -305,5 +314,5 @@ def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Sec
     if models is not None:
         out.append(model_section(models))
     if diagnosis is not None:
-        out.append(diagnosis_section(diagnosis, compared=models is not None))
+        out.append(diagnosis_section(diagnosis, models))
     return out

@@ -107,7 +107,7 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
     test = models.before.tests[index]
     name = test.measured.sensors[sensor]
     own = test.pair
-    frequency, pick = _picked(own.frequency, own.excited)
+    frequency, pick = picked(own.frequency, own.excited)
     heights, phases, coherences = [], [], []
     rows = [("measured", MEASURED, own.h1[sensor], own.coherence[sensor])] + [
         (text, style, c.tests[index].pair.h1_model[sensor],
@@ -158,7 +158,7 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
     )
 
 
-def _picked(
+def picked(
     frequency: FloatArray, excited: NDArray[np.bool_]
 ) -> tuple[FloatArray, NDArray[np.int_]]:
     """Return the excited bins that are drawn, and their numbers."""

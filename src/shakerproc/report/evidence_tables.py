@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.compare import by_range
 from shakerproc.diagnose import Diagnosis
-from shakerproc.report.evidence_figures import Models
+from shakerproc.report.evidence_figures import Models, picked, spread_out
 
 Columns = dict[str, list[Any]]
 
@@ -32,9 +32,11 @@ def _columns(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> Columns:
 
 
 def response_functions(models: Models) -> Columns:
-    """Return response function and coherence of every test, measured and of each model."""
+    """Return response function and coherence of the drawn tests, measured and of each model."""
     rows: list[tuple[Any, ...]] = []
-    for index, test in enumerate(models.before.tests):
+    for index in spread_out(models.before):
+        test = models.before.tests[index]
+        _, pick = picked(test.pair.frequency, test.pair.excited)
         for sensor, name in enumerate(test.measured.sensors):
             pair = test.pair
             whose = [("measured", pair.h1[sensor], pair.coherence[sensor])] + [
@@ -46,7 +48,9 @@ def response_functions(models: Models) -> Columns:
                 rows += [
                     (test.measured.name, name, text, float(f), float(abs(h)),
                      float(np.degrees(np.angle(h))), float(g))
-                    for f, h, g in zip(pair.frequency, h1, coherence, strict=True)
+                    for f, h, g in zip(
+                        pair.frequency[pick], h1[pick], coherence[pick], strict=True
+                    )
                 ]  # fmt: skip
     names = ("test", "sensor", "whose", "frequency_hz", "magnitude", "phase_deg", "coherence")
     return _columns(names, rows)

@@ -30,8 +30,13 @@ def payload(
     marks: Sequence[Mark] = (),
     spans: Sequence[Span] = (),
 ) -> Markup:
-    """Return an element without content whose value holds the numbers of a figure."""
+    """Return an element without content whose value holds the numbers of a figure.
+
+    Nothing, where a line goes back and forth along x.
+    """
     drawn = [item for item in items if item.x.size]
+    if any(_loops(item) for item in drawn):
+        return Markup("")  # the script draws functions of x
     x_range = _range([item.x for item in drawn], logarithmic=x_axis.logarithmic)
     y_range = _range(
         [rows for item in drawn for rows in _rows(item)], logarithmic=y_axis.logarithmic
@@ -56,6 +61,14 @@ def payload(
         content["s"] = [[_rounded(span.low), _rounded(span.high)] for span in spans]
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return Markup("<data value='{}'></data>").format(quoted(text))
+
+
+def _loops(item: Curve | Filling) -> bool:
+    """Return whether a line goes back and forth."""
+    if isinstance(item, Curve) and (item.points or item.dots):
+        return False
+    steps = np.diff(item.x)
+    return bool(np.any(steps > 0.0) and np.any(steps < 0.0))
 
 
 def quoted(text: str) -> Markup:
