@@ -15,9 +15,11 @@ import yaml
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
     from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+OVERVIEW = "<!-- all effects -->"
 NOTES = DOCS / "effect_notes.yaml"
 CACHE = ROOT / "build" / "effect_pictures"
 DRAWN_FROM = ("models/effects", "models/faults", "models/examples.py", "report/effects.py")
@@ -51,6 +53,30 @@ def on_files(files: "Files", config: "MkDocsConfig") -> "Files":
     for name, picture in pictures().items():
         files.append(File.generated(config, f"effects/{name}.svg", content=picture))
     return files
+
+
+def on_page_markdown(
+    markdown: str,
+    page: "Page",  # noqa: ARG001 - what mkdocs hands over
+    config: "MkDocsConfig",  # noqa: ARG001
+    files: "Files",  # noqa: ARG001
+) -> str:
+    """Put the tables of all effects and faults where the overview wants them."""
+    return markdown.replace(OVERVIEW, overview()) if OVERVIEW in markdown else markdown
+
+
+def overview() -> str:
+    """Return a table of the effects and one of the faults, with links to their pages."""
+    from shakerproc.models import EFFECTS, FAULTS
+
+    lines = []
+    for title, kinds in (("effect", EFFECTS), ("fault of the measurement", FAULTS)):
+        lines += [f"| {title} | formula | in the data |", "|---|---|---|"]
+        for name, kind in kinds.items():
+            formula = kind.formula.replace("|", "\\|")
+            lines.append(f"| [{name}](effects/{name}.md) | {formula} | {kind.signature} |")
+        lines.append("")
+    return "\n".join(lines)
 
 
 def pages() -> dict[str, str]:

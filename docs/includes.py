@@ -1,6 +1,7 @@
 """Files of the repository shown on a page of the manual (a hook): they stay one and the same.
 
-``<!-- include: PATH LANGUAGE -->`` on a line of its own becomes a block with the file.
+``<!-- include: PATH LANGUAGE -->`` on a line of its own becomes a block with the file. A block
+that is to be saved stands under ``<!-- file: NAME -->``, of which the reader sees the name.
 """
 
 import re
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[1]
+_FILE = re.compile(r"^<!-- file: (\S+) -->$", re.MULTILINE)
 _INCLUDE = re.compile(r"^<!-- include: (\S+) (\w+) -->$", re.MULTILINE)
 
 
@@ -22,7 +24,8 @@ def on_page_markdown(
     config: "MkDocsConfig",  # noqa: ARG001
     files: "Files",  # noqa: ARG001
 ) -> str:
-    """Put files in place of what names them."""
+    """Put files in place of what names them, and names over blocks that are files."""
+    markdown = _FILE.sub(lambda found: f"`{found[1]}`:\n", markdown)
     return _INCLUDE.sub(lambda found: _block(found[1], found[2]), markdown)
 
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -62,6 +63,21 @@ def test_the_manual_fetches_nothing_from_elsewhere(site):
     for path in [*site.rglob("*.html"), *site.rglob("*.css")]:
         found = wanted.search(path.read_text(encoding="utf-8"))
         assert found is None, f"{path.relative_to(site)}: {found[0]}"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="no Chromium to search with")
+def test_the_search_works_without_a_server(site):
+    asked = f"{(site / 'search.html').as_uri()}?q=bristle"
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000"]
+    done = subprocess.run(
+        ["chromium", *options, "--dump-dom", asked],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert 'href="./effects/lugre_friction.html"' in done.stdout
 
 
 @pytest.mark.slow
