@@ -233,16 +233,15 @@ def _singles(
     fits: list[Fit] = []
     if _worth(final, linear, joints):
         progress("the candidates")
-        keep = plausible(stage.starts, cost)
-        both = pairs(stage.sheet)
+        keep, both = plausible(stage.starts, cost), pairs(stage.sheet)
+        best, more = keep[:1], []
         if both and stage.cost(both) < CLEARLY_TWO * stage.cost():
-            keep = sorted(
-                [*keep[:4], *plausible(both, cost, 3, PAIRS_TRIED)], key=lambda s: -s.gain
-            )
+            keep, more = keep[:4], plausible(both, cost, 3, PAIRS_TRIED)
+            best = more[:1]
         none = at.fit(base, p, stage.bench.short, 0)
         if keep and none is not None:
-            remaining = stage.remaining(keep)
-            final, fits = annealed(at, none, keep, remaining, (start, linear.parameters))
+            others = (start, linear.parameters)
+            final, fits = annealed(at, none, keep, stage.remaining(best), others, more=more)
     return Side(stage, final, linear, fits, tuple(found))
 
 

@@ -327,18 +327,22 @@ def plausible(starts: list[Start], cost: float, least: int = 4, most: int = 8) -
 
 def annealed(
     at: Context, base: Fit, starts: list[Start], remaining: float,
-    others: tuple[Parameters, ...] = (), most: int = 3,
+    others: tuple[Parameters, ...] = (), most: int = 3, more: Sequence[Start] = (),
 ) -> tuple[Context, list[Fit]]:  # fmt: skip
     """Return the fits of starts, the observer held ever less to the measurement.
 
     A far start cannot predict long motions; so the correction begins as loose as the best
     regression was wrong, and tightens as long as the likelihood grows. The `most` best are
     carried on by themselves; where the best of them ends, all are compared. `remaining` is the
-    share of the response that the best regression left.
+    share of the response that the best regression left. Where the starts miss by far more than
+    that, `more` join them.
     """
     bench = at.bench
     at = context(bench, base.parameters, min(max(FLOOR, remaining), 0.1))
     fits = fit_starts(at, base, starts, bench.short, 3, others)
+    if more and (not fits or fits[0].cost > 1.5 * fits[0].count):
+        starts = [*starts, *more]
+        fits += fit_starts(at, base, list(more), bench.short, 3, others)
     fits = sorted([*fits, *nested_fits(at, base, starts, fits)], key=deviance)
     fits = one_of_each(fits)
     fits = [f for f in fits if f.cost < 6.0 * fits[0].cost][:6]
