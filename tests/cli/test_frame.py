@@ -21,7 +21,7 @@ from shakerproc.recordings import write_tdms
 
 ROOT = Path(__file__).parents[2]
 HEAVY = {"numpy", "pandas", "scipy", "matplotlib", "numba", "pyarrow", "rich", "pint", "nptdms"}
-WRITES_NOTHING = {"doctor", "inspect", "effects"}
+WRITES_NOTHING = {"doctor", "inspect", "effects", "check"}
 TAKES_ITS_FOLDER = {"demo"}  # as argument
 SAYS_NOTHING = {"init", "convert", "nastran"}
 

@@ -90,8 +90,8 @@ model: 1
 title: radial coupon, linear
 masses: {coupon: 28.6 g}
 elements:
-  - {kind: spring, between: [base, coupon], stiffness: 3.8e4 N/m}   # a first guess will do:
-  - {kind: damper, between: [base, coupon], damping: 3.2 N s/m}     # `diagnose` fits them as well
+  - {kind: spring, between: [base, coupon], stiffness: 3.8e4 N/m}    # guesses will do:
+  - {kind: damper, between: [base, coupon], damping: 3.2 N s/m}      # both are fitted
 excitation: {base: acceleration}        # or {force on: coupon}
 sensors:                                # which channel measures what
   ch3: {at: coupon, measures: acceleration}

@@ -6,11 +6,14 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NoReturn, TypeAlias
+from typing import Annotated, Final, NoReturn, TypeAlias
 
 import typer
 
 from shakerproc import files
+
+_BETWEEN: Final = 3
+"""Characters that a drawn column takes besides its text."""
 
 JsonOption: TypeAlias = Annotated[
     str | None,
@@ -70,10 +73,18 @@ def data(text: str, *, json_target: str | None = None) -> None:
         typer.echo(files.printable(text, lines=True))
 
 
+class Picture(str):
+    """A cell of several lines that the program has drawn itself."""
+
+    __slots__ = ()
+
+
 def cell_text(value: object) -> str:
     """Return a cell for people: four digits, no control characters, nothing for nothing."""
     if value is None:
         return ""
+    if isinstance(value, Picture):
+        return value
     if isinstance(value, float):
         return "" if value != value else f"{value:.4g}"  # noqa: PLR0124 - NaN without numpy
     return files.printable(str(value))
@@ -115,13 +126,17 @@ def columns_that_fit(
 ) -> list[int]:
     """Return which columns to print in so many characters, empty and spare ones left out."""
     kept = list(range(len(columns)))
-    widths = [max(len(row[i]) for row in (columns, *cells)) + 2 for i in kept]
+    widths = [max(_width(row[i]) for row in (columns, *cells)) + _BETWEEN for i in kept]
     empty = [name for i, name in enumerate(columns) if not any(row[i] for row in cells)]
     for name in (*empty, *spare):
-        if sum(widths[i] for i in kept) + 2 <= width:
+        if sum(widths[i] for i in kept) <= width:
             break
         kept = [i for i in kept if columns[i] != name]
     return kept
+
+
+def _width(cell: str) -> int:
+    return max((len(line) for line in cell.splitlines()), default=0)
 
 
 def _print_rich(

@@ -6,11 +6,15 @@ from typing import Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.cli.commands.effects import complete_kind
 
 
 def add(
     effect: Annotated[
-        str, typer.Argument(metavar="EFFECT", help="Effect to add, such as gap.")
+        str,
+        typer.Argument(
+            metavar="EFFECT", help="Effect to add, such as gap.", autocompletion=complete_kind
+        ),
     ],
     model: Annotated[
         Path, typer.Argument(metavar="MODEL", help="Model file (YAML).", exists=True)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import braille, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -13,9 +13,19 @@ if TYPE_CHECKING:
     from shakerproc.cli.effect_documents import Kind
 
 
+def complete_kind(incomplete: str) -> list[str]:
+    """Return the effects and faults that begin so, for the Tab key."""
+    from shakerproc.cli.effect_documents import known_kinds
+
+    return [kind for kind in known_kinds() if kind.startswith(incomplete)]
+
+
 def effects(
     kind: Annotated[
-        str | None, typer.Argument(metavar="[EFFECT]", help="One effect; by default all.")
+        str | None,
+        typer.Argument(
+            metavar="EFFECT", help="One effect; by default all.", autocompletion=complete_kind
+        ),
     ] = None,
     figure: Annotated[
         Path | None,
@@ -55,21 +65,24 @@ def effects(
 
 
 def _unknown(kind: str, known: list[str]) -> str:
-    from shakerproc.units import near_miss
+    import difflib
 
-    meant = near_miss(kind, known)
-    question = f"; did you mean {meant}?" if meant else ""
+    meant = difflib.get_close_matches(kind.lower(), known, n=1, cutoff=0.5)
+    question = f"; did you mean {meant[0]}?" if meant else "."
     return f"no effect {kind!r}{question} There are {', '.join(known)}."
 
 
 def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:
     from shakerproc.models import FAULTS
 
-    output.print_table(
-        ("effect", "force", "parameters"),
-        [(k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k not in FAULTS],
-        json_target=json,
-    )
+    columns: tuple[str, ...] = ("effect", "force", "parameters")
+    rows: list[tuple[object, ...]] = [
+        (k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k not in FAULTS
+    ]
+    if braille.can_be_shown() and json != "-":
+        columns = ("effect", "loop", *columns[1:])
+        rows = [(k, output.Picture(f"{_loop(str(k), 10, 2)}\n "), *more) for k, *more in rows]
+    output.print_table(columns, rows, json_target=json, spare=("parameters",))
     output.data("", json_target=json)
     output.print_table(
         ("fault", "what is recorded of u", "parameters"),
@@ -88,6 +101,8 @@ def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) ->
     assert isinstance(references, list)  # noqa: S101
     output.data(f"{kind}: {document['about']}", json_target=json)
     output.data(f"  {document['formula']}", json_target=json)
+    if braille.can_be_shown():
+        _print_loop(kind, json)
     output.print_table(
         ("parameter", "symbol", "unit", "meaning", "must be", "force is linear in it"),
         [
@@ -107,6 +122,28 @@ def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) ->
     output.data(f"signature: {document['signature']}", json_target=json)
     for text in references:
         output.data(f"reference: {text}", json_target=json)
+
+
+def _print_loop(kind: str, json: str | None) -> None:
+    """Print force over displacement, where the kind is a force."""
+    from shakerproc.models import EFFECTS
+
+    if kind in EFFECTS:
+        output.data(f"\n{_loop(kind, 36, 9)}", json_target=json)
+        output.data("force (up) over displacement (across), along a sine\n", json_target=json)
+
+
+def _loop(kind: str, columns: int, rows: int) -> str:
+    """Return the force over a cycle of displacement, as lines of characters."""
+    from shakerproc.models.effects import StiffnessDrift
+    from shakerproc.models.examples import EXAMPLES
+    from shakerproc.report.effects import LARGEST, cycle_of
+
+    effect = EXAMPLES[kind]
+    if isinstance(effect, StiffnessDrift) and effect.stiffness is None:
+        effect = effect.in_place(1.2e5, 1.0)
+    cycle = cycle_of(effect, LARGEST)
+    return braille.curve(cycle.displacement.tolist(), cycle.force.tolist(), columns, rows)
 
 
 def _draw(kind: str, path: Path) -> None:
