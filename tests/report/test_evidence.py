@@ -87,7 +87,7 @@ def test_the_page_has_all_the_evidence_in_order(models):
     assert TWO_METHODS in found[1].paragraphs
     assert TWO_METHODS not in sections(None, DIAGNOSIS)[0].paragraphs
     text = "".join(Page(html(Report("t", [], sections=found))).text)
-    for told in ("lugre friction", "gap, offset gap", "they differ there", "0.01 g^2/Hz"):
+    for told in ("lugre friction", "gap, offset gap", "they differ there", "0.01 g²/Hz"):
         assert told in text
 
 
