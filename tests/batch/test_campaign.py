@@ -173,8 +173,9 @@ def test_twenty_kills_at_random_moments_leave_every_output_as_undisturbed(
     tmp_path, monkeypatch
 ):
     monkeypatch.setenv("CHAOS_WORKERS", "1")  # `make chaos` has two
-    kills, compared = chaos(tmp_path, 20, n_tests=3)
+    kills, stood, compared = chaos(tmp_path, 20, n_tests=3, resumed=0.2)
     assert kills == 20
+    assert stood > 5
     assert compared > 20
 
 
