@@ -65,7 +65,7 @@ def check_whole(folder, expected):
 
 
 def chaos(folder, n_kills, *, command=LIGHT, n_tests=6, seed=1, resumed=0.5):
-    """Return how often it was killed, how many files stood then, how many were compared at ends.
+    """Return the kills, how many files stood after them, how many were compared at ends.
 
     A share `resumed` of the kills is followed by a batch that nobody disturbs.
     """
