@@ -236,3 +236,19 @@ def test_a_narrow_terminal_is_spared_columns_that_say_least():
     cells = [["1", "out of plane", "366.3", ""], ["2", "in plane", "315.5", ""]]
     fits = [columns_that_fit(columns, cells, n, ["orientation"]) for n in (80, 38, 30, 10)]
     assert fits == [[0, 1, 2, 3], [0, 1, 2], [0, 2], [0, 2]]
+
+
+def test_compiling_is_said_once_and_only_when_there_is_something_to_compile(capsys):
+    from numba import njit
+
+    from shakerproc.cli import compiling
+
+    compiling.announce()
+    compiling.announce()
+    for function in (njit(lambda x: x + 1.0), njit(lambda x: x + 2.0)):
+        function(1.0)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("compiling for this machine, once") == 1
+    function(2.0)
+    assert capsys.readouterr().err == ""

@@ -31,11 +31,13 @@ def add(
     import datetime
 
     from shakerproc import __version__
+    from shakerproc.cli.compiling import announce
     from shakerproc.diagnose.adding import fit_effect
     from shakerproc.model_files import Provenance, add_element, read_model_file
     from shakerproc.recordings import sha256
     from shakerproc.testlog import read_testlog
 
+    announce()
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
     log, known = read_testlog(testlog), read_model_file(model).model

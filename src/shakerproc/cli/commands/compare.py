@@ -46,6 +46,7 @@ def compare(
     measured force) and its sensors are held against the channels of the same name.
     """
     from shakerproc import files
+    from shakerproc.cli.compiling import announce
     from shakerproc.cli.evidence import Evidence, inputs_of, print_if, write_evidence
     from shakerproc.compare import (
         COLUMNS,
@@ -59,6 +60,7 @@ def compare(
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
+    announce()
     campaign, shaken = read_testlog(log), read_model(model)
     older = shaken if before is None else read_model(before)
     with output.progress("compare", len(campaign.tests)) as advance:

@@ -22,8 +22,10 @@ def demo(
     json: output.JsonOption = None,
 ) -> None:
     """Work the sample recordings through, then find a gap that was hidden in a simulation."""
+    from shakerproc.cli.compiling import announce
     from shakerproc.testlog import read_testlog
 
+    announce()
     sample = _sample_log()
     everyday: dict[str, Any] | None = None
     if sample is not None:

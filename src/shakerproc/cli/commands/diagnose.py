@@ -28,12 +28,14 @@ def diagnose(
     from shakerproc import files
     from shakerproc.batch.elsewhere import at_hand
     from shakerproc.cli import evidence
+    from shakerproc.cli.compiling import announce
     from shakerproc.cli.judging import judged
     from shakerproc.cli.machines import LONG, MUCH, Machines
     from shakerproc.compare import measured_tests
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
 
+    announce()
     log, known = read_testlog(testlog), read_model(model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
     with (

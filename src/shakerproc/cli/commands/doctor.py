@@ -41,7 +41,14 @@ class Package:
 
 
 def doctor(json: output.JsonOption = None) -> None:
-    """Say what is installed, how fast this machine is and what is missing for what."""
+    """Say what is installed, how fast this machine is and what is missing for what.
+
+    On its first run it compiles the simulation for this machine, so that later commands need
+    not.
+    """
+    from shakerproc.cli.compiling import announce
+
+    announce()
     packages = _packages()
     speed = _speed()
     missing = [p for p in packages if p.installed is None and not p.extra]
@@ -92,7 +99,7 @@ def _version(name: str) -> str | None:
 
 
 def _speed() -> dict[str, float]:
-    """Return how fast the two things are that a long batch waits for."""
+    """Return how fast what long batches and studies wait for is."""
     import hashlib
 
     import numpy as np
@@ -108,7 +115,26 @@ def _speed() -> dict[str, float]:
     return {
         "fft_samples_per_s": transform,
         "hash_bytes_per_s": samples.nbytes / (time.perf_counter() - start),
+        "simulation_s": _simulation(),
     }
+
+
+def _simulation() -> float:
+    """Return how long 30 s of a joint with play take, once it is compiled [s]."""
+    import numpy as np
+
+    from shakerproc.models import Element, Excitation, Model
+    from shakerproc.models.effects import Damper, Gap
+    from shakerproc.simulate import simulate
+
+    between = ("base", "coupon")
+    joint = (Element(Damper(damping=0.6), between), Element(Gap(1000.0, 5e-3), between))
+    model = Model("joint", {"coupon": 1.0}, joint, Excitation("base acceleration"), {})
+    shaking = np.random.default_rng(1).standard_normal(15_001)
+    simulate(model, shaking[:100], 500.0, growth=False)
+    start = time.perf_counter()
+    simulate(model, shaking, 500.0, growth=False)
+    return time.perf_counter() - start
 
 
 def _print(
@@ -127,7 +153,8 @@ def _print(
     output.print_table(("package", "wanted", "installed"), rows, json_target=json)
     output.data(
         f"speed: FFT {speed['fft_samples_per_s'] / 1e6:.0f} million samples/s, "
-        f"SHA-256 {speed['hash_bytes_per_s'] / 1e6:.0f} MB/s",
+        f"SHA-256 {speed['hash_bytes_per_s'] / 1e6:.0f} MB/s, 30 s of a joint with play "
+        f"simulated in {1e3 * speed['simulation_s']:.2g} ms",
         json_target=json,
     )
     for name, purpose in EXTRAS.items():

@@ -18,8 +18,10 @@ def init(
     `batch`, `compare` and `diagnose` run on them at once; both files are commented.
     """
     from shakerproc.cli import example
+    from shakerproc.cli.compiling import announce
     from shakerproc.errors import LogError
 
+    announce()
     if folder.is_dir() and any(folder.iterdir()):
         raise LogError(
             f"{folder}: the folder is not empty. Name a new one; nothing was written."

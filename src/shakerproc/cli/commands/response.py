@@ -54,8 +54,10 @@ def response(
     branch is unstable the shaker jumps to another. Where the masses have free play, F / (k a)
     says how severe it is.
     """
+    from shakerproc.cli.compiling import announce
     from shakerproc.simulate import harmonic_balance as hb
 
+    announce()
     shaken = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))

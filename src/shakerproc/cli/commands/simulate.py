@@ -73,12 +73,14 @@ def simulate(
     are written where the log expects them; with it, beside a copy of the log. Nothing that
     is there is replaced without --overwrite.
     """
+    from shakerproc.cli.compiling import announce
     from shakerproc.cli.rehearsal import rehearse_campaign
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.testlog import read_testlog
 
+    announce()
     staging = Staging(
         sample_rate=sample_rate_hz,
         duration=duration_s,

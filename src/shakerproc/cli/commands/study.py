@@ -39,6 +39,9 @@ def study(
     omega_e is always given with its estimator, the width of its bins, the direction of the
     sweep and, with free play, F / (k a), which alone decides the shape of the response.
     """
+    from shakerproc.cli.compiling import announce
+
+    announce()
     if thesis == bool(files):
         raise typer.BadParameter("name study files, or give --thesis", param_hint="STUDY")
     if thesis:
