@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -17,7 +18,8 @@ from tests.executors.on_cluster import KINDS
 from tests.small_campaign import write_campaign
 
 from shakerproc.errors import ClusterError
-from shakerproc.executors import ClusterExecutor, Task
+from shakerproc.executors import ClusterExecutor, Limits, Task
+from shakerproc.executors.remote import attempt, versions
 
 ROOT = Path(__file__).parents[2]
 CAUSES = {
@@ -215,6 +217,13 @@ def test_no_cluster_is_said_in_one_line(tmp_path):
     assert process.returncode == 1
     (line,) = said.splitlines()
     assert line.startswith(f"error: no scheduler answers at {address}")
+
+
+def test_other_versions_on_a_worker_are_refused():
+    wanted = versions() | {"numpy": "1.0", "shakerproc": "0.0"}
+    outcome = attempt("7", b"", b"", Limits(), wanted)
+    assert (outcome["name"], outcome["cause"]) == ("7", "error")
+    assert re.search(r"shakerproc \S+ here, 0.0 there, numpy \S+ here, 1.0", outcome["error"])
 
 
 def test_a_missing_extra_is_named(monkeypatch):

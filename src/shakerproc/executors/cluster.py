@@ -23,6 +23,8 @@ _CONNECT: Final = 15.0  # [s]
 _WITHOUT_WORKERS: Final = 60.0
 """How long a cluster may have no worker while there is something to do [s]."""
 _LOOK: Final = 2.0  # [s]
+_FETCH: Final = 120.0
+"""How long the files of one test may be on their way before one looks what is wrong [s]."""
 _HOW: Final = (
     "Start one with `dask scheduler` and workers with `dask worker ADDRESS`, and give the "
     "ADDRESS that it prints, such as tcp://10.0.0.1:8786."
@@ -195,7 +197,7 @@ def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> Outcom
 
     while True:
         try:
-            report: dict[str, Any] = future.result(timeout=_LOOK)
+            report: dict[str, Any] = future.result(timeout=_FETCH)
         except TimeoutError:  # its worker died before the result was fetched; another has it
             watch.look()
         except CancelledError as error:
