@@ -107,9 +107,9 @@ def test_shades_darken_with_the_value_and_their_numbers_can_be_read():
     levels = [luminance(colour) for colour in SHADES]
     assert levels == sorted(levels, reverse=True)
     for i, level in enumerate(levels):
-        text = 1.0 if i >= WHITE_FROM else luminance("#333333")
+        text = 1.0 if i >= WHITE_FROM else luminance("#111111")
         low, high = sorted((text, level))
-        assert (high + 0.05) / (low + 0.05) >= 3.0, i  # large or bold text of figures
+        assert (high + 0.05) / (low + 0.05) >= 4.5, i
     steps = [shade(10.0**p) for p in np.linspace(-4.0, 1.0, 60)]
     assert steps == sorted(steps)
     assert (steps[0], steps[-1]) == (0, len(SHADES) - 1)

@@ -37,7 +37,7 @@ def model_section(models: Models) -> Section:
     rows = []
     after = models.after
     for i, test in enumerate(models.before.tests):
-        level = test.measured.test.level_text.replace("^2", "²")
+        level = figures.level_of(test)
         held = "yes" if test.measured.test.hold_out else ""
         new = f"{after.tests[i].error:.2%}" if after else ""
         note = "" if test.prediction.predictable else "chaotic: judged by density and H1"

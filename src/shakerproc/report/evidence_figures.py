@@ -1,5 +1,6 @@
 """What speaks for a missing effect, drawn: measured against the model before and after."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -61,9 +62,29 @@ class Models:
 
 def label(test: TestComparison) -> str:
     """Return number and level of a test, and whether it was held out."""
-    level = test.measured.test.level_text.replace("^2", "²")
+    level = level_of(test)
     kept = ", held out" if test.measured.test.hold_out else ""
     return f"test {test.measured.name}{f', {level}' if level else ''}{kept}"
+
+
+def level_of(test: TestComparison) -> str:
+    """Return the level of a test as the log has it, in four digits at most."""
+    number, _, unit = test.measured.test.level_text.partition(" ")
+    with contextlib.suppress(ValueError):
+        number = f"{float(number):.4g}"
+    return f"{number} {unit}".strip().replace("^2", "²")
+
+
+def same_joint(test: TestComparison, between: tuple[str, str]) -> JointMotion | None:
+    """Return force and motion of the joint between two places, in this direction."""
+    for joint in test.joints:
+        if joint.between == between:
+            return joint
+        if joint.between == between[::-1]:
+            return JointMotion(
+                between, -joint.displacement, -joint.velocity, -joint.force, -joint.force_model
+            )
+    return None
 
 
 def _opened(text: str) -> str:
@@ -310,7 +331,7 @@ def error_by_motion(models: Models) -> list[Drawing]:
     index = loudest(models.before)
     test = models.before.tests[index]
     drawings = []
-    for k, joint in enumerate(test.joints):
+    for joint in test.joints:
         places = " and ".join(joint.between)
         for by_velocity, quantity, unit, factor in (
             (False, "displacement", "mm", 1e3),
@@ -318,7 +339,9 @@ def error_by_motion(models: Models) -> list[Drawing]:
         ):
             curves = []
             for text, style, comparison in models.each:
-                motion = comparison.tests[index].joints[k]
+                motion = same_joint(comparison.tests[index], joint.between)
+                if motion is None:
+                    continue
                 found = by_range(
                     motion, motion.velocity if by_velocity else motion.displacement
                 )
@@ -344,21 +367,24 @@ def restoring_force(models: Models) -> list[Drawing]:
     """Return the force in each joint over displacement and over velocity, each model's too."""
     index = loudest(models.before)
     drawings = []
-    for k in range(len(models.before.tests[index].joints)):
+    for joint in models.before.tests[index].joints:
         for by_velocity in (False, True):
-            drawings += _forces(models, index, k, by_velocity=by_velocity)
+            drawings += _forces(models, index, joint.between, by_velocity=by_velocity)
     return drawings
 
 
-def _forces(models: Models, index: int, k: int, *, by_velocity: bool) -> list[Drawing]:
+def _forces(
+    models: Models, index: int, between: tuple[str, str], *, by_velocity: bool
+) -> list[Drawing]:
     clouds = [
-        (text, style, _cloud(c.tests[index].joints[k], by_velocity=by_velocity))
+        (text, style, _cloud(motion, by_velocity=by_velocity))
         for text, style, c in models.each
+        if (motion := same_joint(c.tests[index], between)) is not None
     ]
     limit = 1.05 * max(float(np.max(np.abs(cloud[1:]))) for _, _, cloud in clouds) or 1.0
     reach = 1.02 * max(float(np.max(np.abs(cloud[0]))) for _, _, cloud in clouds) or 1.0
     test = models.before.tests[index]
-    places = " and ".join(test.joints[k].between)
+    places = " and ".join(between)
     quantity, other, unit = (
         ("velocity", "displacement", "m/s")
         if by_velocity

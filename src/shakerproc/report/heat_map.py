@@ -17,7 +17,7 @@ WHITE_FROM: Final = 6
 """Shade from which the numbers are white, so that every one can be read."""
 
 _SHADES: Final = 8
-_LEFT, _TOP, _ROW, _BELOW = 150, 4, 24, 34  # [px]
+_TOP, _ROW, _BELOW = 4, 24, 34  # [px]
 _WIDTH: Final = 1120
 
 
@@ -48,15 +48,16 @@ def heat_map(
         Below the axis.
     """
     axis = Axis(x_label, float(edges[0]), float(edges[-1]), logarithmic=True)
-    width = _WIDTH - _LEFT - 12
-    places = (_LEFT + axis.share(edges) * width) * UNIT
+    left = room_for(labels)
+    width = _WIDTH - left - 12
+    places = (left + axis.share(edges) * width) * UNIT
     height = _TOP + len(labels) * _ROW + _BELOW
     parts = []
     for i, label in enumerate(labels):
         top = (_TOP + i * _ROW) * UNIT
         parts.append(
             Markup('<text class="end" x="{}" y="{}">{}</text>').format(
-                (_LEFT - 6) * UNIT, top + 16 * UNIT, label
+                (left - 6) * UNIT, top + 16 * UNIT, label
             )
         )
         for j, value in enumerate(values[i]):
@@ -66,16 +67,21 @@ def heat_map(
                 )
     below = (_TOP + len(labels) * _ROW + 13) * UNIT
     for value in fine_ticks(axis):
-        x = (_LEFT + float(axis.share(np.array([value]))[0]) * width) * UNIT
+        x = (left + float(axis.share(np.array([value]))[0]) * width) * UNIT
         parts.append(Markup('<text x="{:.0f}" y="{}">{:g}</text>').format(x, below, value))
     parts.append(
         Markup('<text x="{:.0f}" y="{}">{}</text>').format(
-            (_LEFT + width / 2) * UNIT, below + 16 * UNIT, axis.label
+            (left + width / 2) * UNIT, below + 16 * UNIT, axis.label
         )
     )
     return Markup(
         '<svg viewBox="0 0 {} {}" class="plot heat" role="img"><title>{}</title>{}</svg>'
     ).format(_WIDTH * UNIT, height * UNIT, title, Markup("").join(parts))
+
+
+def room_for(labels: Sequence[str]) -> int:
+    """Return the width of the longest label, at most a third of the figure [px]."""
+    return min(10 + round(5.9 * max(map(len, labels), default=0)), _WIDTH // 3)
 
 
 def shade(value: float) -> int:

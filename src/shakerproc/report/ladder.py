@@ -10,7 +10,7 @@ from markupsafe import Markup
 from shakerproc.report.drawn import Axis, Curve
 from shakerproc.report.svg import UNIT, legend, marker, shown, ticks
 
-_LEFT, _TOP, _ROW, _BELOW, _RIGHT = 210, 6, 22, 36, 20  # [px]
+_LEFT, _TOP, _ROW, _BELOW, _RIGHT = 230, 6, 22, 36, 20  # [px]
 _WIDTH: Final = 1120
 FITTED, HELD_OUT = 1, 0
 """Styles: a square for fitted tests, a disc for those kept aside."""

@@ -35,6 +35,8 @@ MARKERS: Final = (
     "m0-17l17 17-17 17-17-17z",
     "m0 16l15-27h-30z",
     "m-6-16h12v10h10v12h-10v10h-12v-10h-10v-12h10z",
+    "m-18-6h36v12h-36z",
+    "m-6-18h12v36h-12z",
 )
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 18, 8, 34  # room for the labels [px]
@@ -290,7 +292,7 @@ def ticks(axis: Axis) -> list[float]:
 
 def fine_ticks(axis: Axis) -> list[float]:
     """Return the same, and on a logarithmic axis of two decades or less 1, 2, 5 of each."""
-    if not axis.logarithmic or axis.high / axis.low > 150.0:
+    if not axis.logarithmic or axis.high / axis.low > 300.0:
         return ticks(axis)
     powers = range(math.floor(math.log10(axis.low)), math.ceil(math.log10(axis.high)) + 1)
     finer = [m * 10.0**power for power in powers for m in (1, 2, 5)]
@@ -308,7 +310,7 @@ def _tick(value: float) -> str:
 
 def _power(value: float) -> Markup:
     power = round(math.log10(value))
-    if 0 <= power <= 3 or abs(10.0**power / value - 1.0) > 1e-6:
+    if -3 <= power <= 3 or abs(10.0**power / value - 1.0) > 1e-6:
         return escape(f"{value:g}")
     return Markup('10<tspan class="up" dy="-20">{}</tspan>').format(
         f"{power}".replace("-", "−")

@@ -54,7 +54,7 @@ const UP = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵"
 function tick(value, log) {
   if (value === null) return null;
   const power = Math.log10(Math.abs(value));
-  if (log && (power < -0.5 || power > 3.5) && Math.abs(power - Math.round(power)) < 1e-6) {
+  if (log && (power < -3.5 || power > 3.5) && Math.abs(power - Math.round(power)) < 1e-6) {
     return "10" + Array.from(String(Math.round(power)), (c) => UP[c]).join("");
   }
   return log ? shown(value, 3) : String(Number(value.toPrecision(10))).replace("-", "−");
@@ -70,7 +70,7 @@ function marked(_u, _axis, low, high) {
   }
   const every = Math.max(1, Math.ceil(decades / 7));
   for (let p = Math.floor(Math.log10(low)); p <= Math.ceil(Math.log10(high)); p++) {
-    for (const m of decades > 2.2 ? [1] : [1, 2, 5]) {
+    for (const m of decades > 2.5 ? [1] : [1, 2, 5]) {
       const value = m * 10 ** p;
       if (value >= low * 0.9999 && value <= high * 1.0001 && (m > 1 || p % every === 0)) out.push(value);
     }
@@ -113,7 +113,9 @@ function pointed(path, size, colour, hollow) {
       if (u.data[at][i] === null || u.data[at][i] === undefined) continue;
       const x = u.valToPos(u.data[0][i], "x", true), y = u.valToPos(u.data[at][i], "y", true);
       if (!path) {
-        g.fillRect(x - (size * ratio) / 2, y - (size * ratio) / 2, size * ratio, size * ratio);
+        g.beginPath();
+        g.arc(x, y, (size * ratio) / 2, 0, 7);
+        g.fill();
         continue;
       }
       g.save();
