@@ -45,6 +45,11 @@ def study(
     if thesis == bool(files):
         raise typer.BadParameter("name study files, or give --thesis", param_hint="STUDY")
     if thesis:
+        if scheduler is not None:
+            raise typer.BadParameter(
+                "the statements of the thesis are checked on this machine",
+                param_hint="--scheduler",
+            )
         _thesis(out, json)
         return
     from shakerproc.cli.machines import LONG, MUCH, Machines
