@@ -186,6 +186,19 @@ def test_rows_are_sorted_and_chosen(browser, page):
     assert len(chosen[1]) < N_RUNS
 
 
+def test_a_column_is_held_against_a_number(browser, page, summaries):
+    browser.open(page)
+    shown = (
+        "(text => { filter.value = text; choose(); return rows.filter(r => !r.hidden).length; })"
+    )
+    beyond = sum(run.facts["clearance_m"] > 4e-5 for run in summaries)
+    assert 0 < beyond < N_RUNS
+    assert browser.run(f"{shown}('clearance>0.04')") == beyond
+    assert browser.run(f"{shown}('clearance<=0.04 random')") == N_RUNS - beyond
+    assert browser.run(f"{shown}('clearance>9')") == 0
+    assert browser.run(f"{shown}('')") == N_RUNS
+
+
 def test_without_scripts_every_run_is_there(browser, page):
     browser.ask("Emulation.setScriptExecutionDisabled", value=True)
     try:

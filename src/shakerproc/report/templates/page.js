@@ -53,13 +53,26 @@ if (table0) {
   }
 }
 const choices = [];
+// What a cell can be chosen by: its parts, but for how much of a recording there is.
+function parts(row, column) {
+  return row.cells[column].textContent.split(", ").map((part) => part.trim())
+    .filter((part) => part && !/^[\d.]+ of /.test(part));
+}
+const ORDER = { "<": (a, b) => a < b, ">": (a, b) => a > b, "<=": (a, b) => a <= b, ">=": (a, b) => a >= b, "=": (a, b) => a === b };
+// A word of the filter as a test of a row: text that it holds, or a column against a number.
+function wanted(word) {
+  const said = /^([^<>=]+)(<=|>=|<|>|=)([-\d.e]+)$/.exec(word);
+  const head = said && Array.from(table0.tHead.rows[0].cells)
+    .find((cell) => (cell.dataset.name ?? "").toLowerCase().split(" ")[0] === said[1]);
+  if (!head) return (row) => row.textContent.toLowerCase().includes(word);
+  return (row) => ORDER[said[2]](parseFloat(row.cells[head.cellIndex].textContent), Number(said[3]));
+}
 function choose() {
-  const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+  const tests = filter.value.toLowerCase().split(/\s+/).filter(Boolean).map(wanted);
   let shown = 0;
   for (const row of rows) {
-    const text = row.textContent.toLowerCase();
-    row.hidden = !words.every((word) => text.includes(word))
-      || !choices.every(({ select, column }) => !select.value || row.cells[column].textContent.trim() === select.value);
+    row.hidden = !tests.every((test) => test(row))
+      || !choices.every(({ select, column }) => !select.value || parts(row, column).includes(select.value));
     shown += row.hidden ? 0 : 1;
   }
   const all = shown === rows.length;
@@ -70,8 +83,8 @@ if (filter) {
   for (const header of table0.tHead.rows[0].cells) {
     if (!header.dataset.choice) continue;
     const column = header.cellIndex;
-    const told = [...new Set(rows.map((row) => row.cells[column].textContent.trim()))].filter(Boolean).sort();
-    if (told.length < 2 || told.length > 30) continue;
+    const told = [...new Set(rows.flatMap((row) => parts(row, column)))].sort();
+    if (told.length < 1 || told.length > 30 || (told.length === 1 && rows.every((row) => parts(row, column).length))) continue;
     const select = document.createElement("select");
     select.setAttribute("aria-label", header.dataset.name);
     select.add(new Option(`any ${header.dataset.name}`, ""));
