@@ -1,5 +1,4 @@
 import json
-import os
 import re
 import subprocess
 import sys
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from tests.cli.terminal import shown_on_terminal
 from tests.small_campaign import CHANNELS, RATE, samples, write_campaign, write_recording
 from typer.testing import CliRunner
 
@@ -148,33 +148,10 @@ def test_the_terminal_gets_no_control_characters(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 @pytest.mark.parametrize("no_color", [True, False])
 def test_colour_is_for_terminals_that_want_it(no_color):
-    import pty
-
-    master, slave = pty.openpty()
-    environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
-    environment |= {"TERM": "xterm-256color", "COLUMNS": "120"}
-    if no_color:
-        environment["NO_COLOR"] = "1"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "shakerproc", "doctor"],
-        stdout=slave,
-        stderr=slave,
-        env=environment,
-    )
-    os.close(slave)
-    shown = b""
-    while True:
-        try:
-            part = os.read(master, 65536)
-        except OSError:
-            break
-        if not part:
-            break
-        shown += part
-    process.wait(timeout=60)
-    os.close(master)
-    assert "─".encode() in shown
-    assert bool(re.search(rb"\x1b\[[0-9;]*3[0-9]", shown)) <= (not no_color)
+    wanted = {"NO_COLOR": "1"} if no_color else {}
+    shown = shown_on_terminal([sys.executable, "-m", "shakerproc", "doctor"], **wanted)
+    assert "─" in shown
+    assert bool(re.search(r"\x1b\[[0-9;]*3[0-9]", shown)) <= (not no_color)
 
 
 def test_doctor_says_what_is_there_and_what_is_missing():

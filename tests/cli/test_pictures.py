@@ -1,12 +1,14 @@
 """Pictures on a terminal, and what is told of effects there."""
 
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.cli.terminal import shown_on_terminal
 
 from shakerproc.cli import braille, output
 from shakerproc.cli.commands.effects import complete_kind
@@ -65,26 +67,31 @@ def test_a_picture_in_a_table_counts_with_its_widest_line():
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 @pytest.mark.parametrize("words", [["effects"], ["effects", "gap"]])
 def test_effects_are_drawn_on_a_terminal_and_not_in_a_pipe(words):
-    import pty
-
     command = [sys.executable, "-m", "shakerproc", *words]
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120", "PYTHONUTF8": "1"}
+    environment = {**os.environ, "PYTHONUTF8": "1"}
     piped = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     assert not any(0x2800 <= ord(character) < 0x2900 for character in piped.stdout)
-    master, slave = pty.openpty()
-    with subprocess.Popen(command, stdout=slave, stderr=slave, env=environment) as process:
-        os.close(slave)
-        shown = b""
-        while True:
-            try:
-                part = os.read(master, 65536)
-            except OSError:
-                break
-            shown += part
-            if not part:
-                break
-        process.wait(timeout=60)
-    os.close(master)
-    text = shown.decode("utf-8")
+    text = shown_on_terminal(command)
     drawn = [character for character in text if 0x2801 <= ord(character) < 0x2900]
     assert len(drawn) > (5 * len(EFFECTS) if len(words) == 1 else 40)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_what_is_said_meanwhile_does_not_run_into_the_bar():
+    code = (
+        "from shakerproc.cli import output\n"
+        "with output.progress('work', 2) as advance:\n"
+        "    advance('one'); output.message('note [bold]' + 'x' * 150); advance('two')\n"
+        "output.message('after')\n"
+    )
+    shown = shown_on_terminal([sys.executable, "-c", code])
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown)
+    lines = [line for part in plain.split("\n") for line in part.split("\r")]
+    assert "note [bold]" + "x" * 150 in lines
+    assert "after" in lines
+    assert any(line.startswith("work one") and "1/2" in line for line in lines)
+    piped = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert piped.stdout == ""
+    assert piped.stderr.splitlines() == ["note [bold]" + "x" * 150, "after"]

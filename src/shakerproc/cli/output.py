@@ -6,14 +6,20 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Final, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias
 
 import typer
 
 from shakerproc import files
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 _BETWEEN: Final = 3
 """Characters that a drawn column takes besides its text."""
+
+_BARS: Final[list["Console"]] = []
+"""Where a bar is being drawn: what is said meanwhile must not run into it."""
 
 JsonOption: TypeAlias = Annotated[
     str | None,
@@ -47,8 +53,12 @@ def out_folder(folder: Path | None, default: str) -> Path:
 
 
 def message(text: str) -> None:
-    """Say something to the person, on stderr."""
-    typer.echo(files.printable(text, lines=True), err=True)
+    """Say something to the person, on stderr; above the bar of progress where there is one."""
+    said = files.printable(text, lines=True)
+    if _BARS:
+        _BARS[-1].print(said, markup=False, highlight=False, soft_wrap=True)
+    else:
+        typer.echo(said, err=True)
 
 
 def warning(text: str) -> None:
@@ -147,14 +157,15 @@ def _print_rich(
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left"
-    )
+    console = Console(file=sys.stdout, highlight=False)
+    if title:  # one of the table's own would be folded to its width
+        console.print(Text(title, style="italic"))
+    table = Table(box=box.SIMPLE_HEAD)
     for name, is_number in zip(columns, numeric, strict=True):
         table.add_column(Text(name), justify="right" if is_number else "left")
     for row in cells:
         table.add_row(*(Text(cell) for cell in row))
-    Console(file=sys.stdout, highlight=False).print(table)
+    console.print(table)
 
 
 def _print_plain(
@@ -196,7 +207,7 @@ def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
         console=Console(stderr=True),
         transient=True,
     )
-    with bar:
+    with bar, _drawn_on(bar.console):
         task = bar.add_task(what, total=total)
 
         def advance(text: str) -> None:
@@ -204,3 +215,12 @@ def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
             bar.update(task, advance=1, description=f"{what} {shown}".strip())
 
         yield advance
+
+
+@contextmanager
+def _drawn_on(console: "Console") -> Iterator[None]:
+    _BARS.append(console)
+    try:
+        yield
+    finally:
+        _BARS.remove(console)
