@@ -79,9 +79,10 @@ def test_effects_are_drawn_on_a_terminal_and_not_in_a_pipe(words):
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_what_is_said_meanwhile_does_not_run_into_the_bar():
     code = (
+        "import time\n"
         "from shakerproc.cli import output\n"
         "with output.progress('work', 2) as advance:\n"
-        "    advance('one'); output.message('note [bold]' + 'x' * 150); advance('two')\n"
+        "    advance('one'); time.sleep(0.5); output.message('note [bold]' + 'x' * 150); advance('two')\n"
         "output.message('after')\n"
     )
     shown = shown_on_terminal([sys.executable, "-c", code])
