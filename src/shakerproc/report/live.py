@@ -19,7 +19,7 @@ PLACES: Final = (3, 2)
 """Digits of a value along x and y: steps of 4 millionths and of a quarter per thousand of the
 range of the figure's values; where the axis is logarithmic, of the range of the logarithms."""
 
-EVEN: Final = 1e-4
+EVEN: Final = 5e-3
 """How far places may lie off even steps to be told as such, in steps [-]."""
 
 

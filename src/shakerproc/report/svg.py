@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 from shakerproc.data import FloatArray
 from shakerproc.report import live
 from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
+from shakerproc.runs.summing_up import thinned
 
 __all__ = [
     "Axis",
@@ -54,12 +55,14 @@ def plot(
     width: int = 560,
     height: int = 230,
     keys: bool = True,
+    most: int = 2000,
 ) -> Markup:
     """Return a figure: axes with ticks, lines, marks and a legend of its own.
 
     `names` are what to write along the horizontal axis where its values are categories;
-    without `keys` there is no legend, as where figures above each other share one. Beside the
-    drawing stand its numbers for the script, which draws it anew for whoever looks closer.
+    without `keys` there is no legend, as where figures above each other share one; `most` is
+    how many points of a line are drawn, the extremes among them. Beside the drawing stand its
+    numbers for the script, which draws it anew for whoever looks closer.
     """
     bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
     box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
@@ -70,7 +73,7 @@ def plot(
         ),
         *(_span(span, x_axis, box) for span in spans),
         _grid(x_axis, y_axis, box, height, names or {}),
-        *(_drawn(item, x_axis, y_axis, box) for item in items),
+        *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in items),
         *(_mark(mark, x_axis, box) for mark in marks),
         Markup("</svg>"),
     ]
@@ -178,6 +181,14 @@ def _unbroken(good: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tup
     """Return where runs of True start and stop."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _thinned(item: Curve | Filling, most: int) -> Curve | Filling:
+    """Return a line with its extremes alone where it has more points than there is room."""
+    if isinstance(item, Filling) or item.points or item.dots or item.x.size <= most:
+        return item
+    x, y = thinned(item.x, item.y, most)
+    return replace(item, x=x, y=y)
 
 
 def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Markup:
