@@ -6,13 +6,13 @@ import pytest
 from typer.testing import CliRunner
 
 from shakerproc.cli import build_app, example
-from shakerproc.diagnose import search
+from shakerproc.diagnose import sheet
 from shakerproc.model_files import read_model
 from shakerproc.runs import process_test
 from shakerproc.testlog import read_testlog
 
 FEW = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
-ALL_CANDIDATES = search.library
+ALL_CANDIDATES = sheet.library
 
 
 def few_candidates(motion):
@@ -70,7 +70,7 @@ def test_the_sample_data_are_found_beside_the_checkout():
 @pytest.mark.timeout(600)
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
     # the whole library takes a minute, which `make demo` spends and this test does not
-    monkeypatch.setattr(search, "library", few_candidates)
+    monkeypatch.setattr(sheet, "library", few_candidates)
     monkeypatch.setattr(example, "TESTS", short(example.TESTS[1:], 2.0))
     module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
     monkeypatch.setattr(module, "_sample_log", lambda: None)
@@ -88,5 +88,5 @@ def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch
     report = tmp_path / "out" / "hidden_gap" / "results" / "report.html"
     assert last[-2] == f"report: {report}"
     page = report.read_text(encoding="utf-8")
-    for words in ("Where the model fails", "What is missing", "The model with the effect"):
+    for words in ("Where the model fails", "What is missing", "Error ladder", "with gap"):
         assert words in page

@@ -37,3 +37,14 @@ def test_the_command_says_where_the_model_fails(tmp_path):
     plain = CliRunner().invoke(build_app(), [*words, "--no-figures", "--json", "-"])
     assert plain.exit_code == 0, plain.stderr
     assert "the response peaks at" in json.loads(plain.stdout)["sentence"]
+    paper = CliRunner().invoke(
+        build_app(),
+        [*words, "--before", str(model), "--no-figures", "--pdf"],
+        env={"SHAKERPROC_BROWSER": "netscape"},
+    )
+    assert "no PDF: SHAKERPROC_BROWSER names 'netscape'" in str(paper.exception)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for told in ("old model", "Restoring force", document["log_sha256"], "Masri"):
+        assert told in page
+    report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert set(report["compare"]) == {"old model", "new model"}
