@@ -8,12 +8,13 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import faults as guesses
 from shakerproc.diagnose.arrays import Correction, no_correction, prepare
-from shakerproc.diagnose.decide import error_of, size, window
+from shakerproc.diagnose.decide import error_of, kinds, size, window
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
 from shakerproc.diagnose.screen import Regression, Start
 from shakerproc.diagnose.search import (
+    DRY,
     FLOOR,
     Bench,
     Context,
@@ -36,6 +37,10 @@ LOOSE = 0.3
 CLEARLY_TWO = 0.6
 """Share of what the best candidate leaves in the screening, below which pairs are fitted at
 once: on tuning draws single effects stayed above it, but for strong quadratic stiffness [-]."""
+JUMPING = 2e-3
+"""Share of the response that a model with dry friction may miss and be taken as whole [-]."""
+BESIDE_FRICTION = 4
+"""Effects that are tried beside a dry friction."""
 PAIRS_TRIED = 6
 """Pairs of effects that are fitted at most."""
 MATTERS = 0.05
@@ -294,8 +299,11 @@ def only_noise(at: Context, fit: Fit) -> bool:
     """Return whether a fit leaves little but noise.
 
     Either what it leaves is no larger than the noise of the sensors, or it leaves what was
-    expected of it where the model is allowed to miss far less than that noise.
+    expected of it where the model is allowed to miss far less than that noise. Beside the jumps
+    of dry friction samples miss by far, so there it suffices that the model may miss little.
     """
+    if DRY.intersection(kinds(fit)) and at.loose <= JUMPING:
+        return True
     floor = _floor(at.bench)
     strict = at.loose <= max(2.0 * FLOOR, 0.3 * floor) and fit.cost < 1.3 * fit.count
     return strict or _left(at, fit, at.bench) < 1.25 * floor
@@ -307,7 +315,8 @@ def pair_search(
     """Return the best pair of effects, where one effect leaves more than the noise."""
     if only_noise(at, best) or len(best.hypothesis.terms) > len(linear.hypothesis.terms) + 1:
         return None
-    starts = plausible(pairs(stage.sheet), stage.linear_cost, 3, PAIRS_TRIED)
+    starts = _beside_friction(pairs(stage.sheet), best)
+    starts = starts or plausible(pairs(stage.sheet), stage.linear_cost, 3, PAIRS_TRIED)
     none = stage.at.fit(linear.hypothesis, stage.p, stage.bench.short, 0)
     if not starts or none is None:
         return None
@@ -322,6 +331,26 @@ def pair_search(
         return None
     gained = deviance(best) - deviance(chosen)
     return (final, chosen) if gained > max(100.0, 0.1 * best.count) else None
+
+
+def _beside_friction(both: list[Start], best: Fit) -> list[Start]:
+    """Return pairs with the dry friction that explains most by itself, with its force; or none.
+
+    Friction hides what moves beside it from the screening: of the pairs without it little is
+    to be expected.
+    """
+    term = best.hypothesis.terms[-1]
+    if term.candidate.kind not in DRY:
+        return []
+    force = (best.parameters.values[-1][0],)
+    starts = [
+        s for s in both
+        if s.last.candidate.kind == "coulomb_friction" and s.last.joint == term.joint
+    ][:BESIDE_FRICTION]  # fmt: skip
+    return [
+        replace(s, parts=(*s.parts[:-1], replace(s.last, values=force, guesses=())))
+        for s in starts
+    ]
 
 
 def _floor(bench: Bench) -> float:
