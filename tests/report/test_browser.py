@@ -188,9 +188,8 @@ def test_rows_are_sorted_and_chosen(browser, page):
 
 def test_a_column_is_held_against_a_number(browser, page, summaries):
     browser.open(page)
-    shown = (
-        "(text => { filter.value = text; choose(); return rows.filter(r => !r.hidden).length; })"
-    )
+    counted = "rows.filter(row => !row.hidden).length"
+    shown = f"(text => {{ filter.value = text; choose(); return {counted}; }})"
     beyond = sum(run.facts["clearance_m"] > 4e-5 for run in summaries)
     assert 0 < beyond < N_RUNS
     assert browser.run(f"{shown}('clearance>0.04')") == beyond

@@ -10,8 +10,10 @@ from numpy.testing import assert_allclose
 from tests.compare.small_campaigns import JOINT, campaign, drive, written
 from tests.compare.test_errors import CLEARANCE, CONTACT, GAP
 from tests.report.test_page import PAYLOADS, Page
+from typer.testing import CliRunner
 
 from shakerproc import compare
+from shakerproc.cli import build_app
 from shakerproc.cli.evidence import Evidence, inputs_of, methods_of, name_of_new, write_evidence
 from shakerproc.diagnose import Diagnosis, Estimate, Finding
 from shakerproc.diagnose.mended import mended
@@ -250,3 +252,25 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
     z, force = rivals._cycle(rivals.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
     expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
     assert_allclose(force, expected, atol=1e-9 * CONTACT)
+
+
+@pytest.mark.slow
+def test_a_batch_with_a_model_has_the_evidence_before_its_runs(files, tmp_path, monkeypatch):
+    monkeypatch.setattr("shakerproc.diagnose.diagnose", lambda *_, **__: DIAGNOSIS)
+    log, model = files
+    words = ["batch", str(log), "--model", str(model), "--no-figures", "--out", str(tmp_path)]
+    done = CliRunner().invoke(build_app(), words)
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    text = "".join(Page(page.split("<main>")[1]).text)
+    places = [
+        text.index(words)
+        for words in (
+            "3 of 3 tests processed", DIAGNOSIS.sentence, "All runs", "Trends",
+            "Where the model fails", "What is missing", "Test 1,", "Methods", "Masri",
+        )
+    ]  # fmt: skip
+    assert text.count(DIAGNOSIS.sentence) == 2
+    assert json.loads((tmp_path / "report.json").read_text())["diagnosis"]["effects"]
+    assert (tmp_path / "ladder.csv").is_file()
+    assert places == sorted(places)

@@ -96,17 +96,17 @@ def legend(items: Sequence[Curve | Filling]) -> Markup:
 
 def _key(item: Curve | Filling) -> Markup:
     style = item.style % 8
-    if isinstance(item, Curve) and item.points:
+    if isinstance(item, Filling):
+        return Markup('<path class="f{}" d="M8 6h80v28h-80z"/>').format(style)
+    if item.points:
         return Markup('<path class="p{}" d="M48 20{}"/>').format(style, marker(style))
-    if isinstance(item, Curve) and item.dots:
+    if item.dots:
         return Markup('<path class="d{}" d="M24 20h0M48 20h0M72 20h0"/>').format(style)
     return Markup('<path class="c{}{}" d="M0 20h96"/>').format(style, _weight(item))
 
 
-def _weight(item: Curve | Filling) -> str:
+def _weight(item: Curve) -> str:
     """Return the class of a line that is thinner or broader than others."""
-    if not isinstance(item, Curve):
-        return ""
     return " thin" if item.thin else " wide" if item.wide else ""
 
 
