@@ -226,6 +226,6 @@ def test_compiling_is_said_once_and_only_when_there_is_something_to_compile(caps
         function(1.0)
     said = capsys.readouterr()
     assert said.out == ""
-    assert said.err.count("compiling for this machine, once") == 1
+    assert said.err.count("compiling what this command needs, once") == 1
     function(2.0)
     assert capsys.readouterr().err == ""

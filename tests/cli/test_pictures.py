@@ -82,7 +82,8 @@ def test_what_is_said_meanwhile_does_not_run_into_the_bar():
         "import time\n"
         "from shakerproc.cli import output\n"
         "with output.progress('work', 2) as advance:\n"
-        "    advance('one'); time.sleep(0.5); output.message('note [bold]' + 'x' * 150); advance('two')\n"
+        "    advance('one'); time.sleep(0.5)\n"
+        "    output.message('note [bold]' + 'x' * 150); advance('two')\n"
         "output.message('after')\n"
     )
     shown = shown_on_terminal([sys.executable, "-c", code])

@@ -12,11 +12,39 @@ def init(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="New or empty folder.", file_okay=False)
     ],
+    recordings: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RECORDINGS",
+            help="Begin with your own: a folder below FOLDER, or FOLDER itself.",
+            exists=True,
+            file_okay=False,
+        ),
+    ] = None,
 ) -> None:
     """Write a test log, a model and small simulated recordings to start from.
 
-    `batch`, `compare` and `diagnose` run on them at once; both files are commented.
+    `batch`, `compare` and `diagnose` run on them at once; both files are commented. With
+    --recordings, a log and a model of your own: a line for each file, its channels, and marks
+    where something has to be filled in.
     """
+    if recordings is None:
+        _simulated(folder)
+    else:
+        _own(folder, recordings)
+
+
+def _own(folder: Path, recordings: Path) -> None:
+    from shakerproc.cli.own_campaign import begin, recordings_below
+
+    with output.progress("looking into", len(recordings_below(recordings))) as advance:
+        log, model = begin(folder, recordings, advance, output.warning)
+    output.message(f"fill in what is marked ??? in {log}, then in {model}")
+    for line in (f"shakerproc batch {log}", f"shakerproc compare {model} {log} --fit"):
+        output.data(line)
+
+
+def _simulated(folder: Path) -> None:
     from shakerproc.cli import example
     from shakerproc.cli.compiling import announce
     from shakerproc.errors import LogError

@@ -1,0 +1,226 @@
+"""A test log and a model begun from a folder of recordings: what the files say, and guesses."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from shakerproc import files
+from shakerproc.errors import LogError, RecordingError
+
+_ON_THE_TABLE: Final = re.compile(r"control|table|base|input|drive|armature|\bref", re.I)
+
+LOG: Final = """\
+# The log sheet of a campaign: what was on the shaker, test by test. Begun by `shakerproc init`
+# from the files; what it could not know is marked with ???, what it guessed with (guess).
+
+testlog: 1
+title: {title}
+recordings: {folder}          # folder beside this file; nothing outside it is ever read
+
+channels:                       # role: control sits on the table; or response, force, ignore
+{channels}
+processing:
+  crop: {crop}
+
+# Of each test: excitation, level and band, as in the second line here. With them the level is
+# checked and only what was excited is judged. Mark one test of several levels hold_out: true.
+#   - {{id: 1, recording: run_1.tdms, specimen: a, clearance: 0.05 mm, excitation: random,
+#      level: 0.02 g^2/Hz, from: 20 Hz, to: 1000 Hz}}
+tests:
+{tests}"""
+
+MODEL: Final = """\
+# What is thought to be on the shaker: one mass on a spring and a damper. Weigh what moves with
+# the sensor; k = m (2 pi f)^2 and c = 2 pi f m / Q, with f and Q of the lowest level, from
+# `shakerproc batch`. Both are fitted; the mass is not.
+
+model: 1
+title: one mass on a linear joint
+masses: {{coupon: 1 kg}}           # ??? weigh it
+elements:
+  - {{kind: spring, between: [base, coupon], stiffness: 4e5 N/m}}     # ??? 100 Hz for 1 kg
+  - {{kind: damper, between: [base, coupon], damping: 25 N s/m}}      # ??? Q of 25 for 1 kg
+excitation: {{base: acceleration}}
+sensors:
+{sensors}"""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a recording holds.
+
+    Attributes
+    ----------
+    path : Path
+        Where it is.
+    names, units : tuple of str
+        Of its channels; a unit is empty where the file says none.
+    rms : tuple of float
+        Of its channels, in the unit that they are served in.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rms: tuple[float, ...]
+
+
+def recordings_below(folder: Path) -> list[Path]:
+    """Return the recordings in a folder and the folders in it, numbers in their order.
+
+    Raises
+    ------
+    LogError
+        If there are none.
+    """
+    from shakerproc.recordings import READERS
+
+    found = [p for p in folder.rglob("*") if p.suffix.lower() in READERS and p.is_file()]
+    visible = [p for p in found if not p.name.startswith(".")]
+    if not visible:
+        raise LogError(f"{folder}: no recording in it; shakerproc reads {', '.join(READERS)}")
+    return sorted(visible, key=lambda path: [_natural(part) for part in path.parts])
+
+
+def _natural(text: str) -> list[tuple[int, str]]:
+    return [(int(p), "") if p.isdigit() else (0, p) for p in re.split(r"(\d+)", text)]
+
+
+def look(path: Path) -> Seen:
+    """Return what a recording holds; the samples are read once.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be used.
+    """
+    import numpy as np
+
+    from shakerproc.recordings import open_recording
+
+    with open_recording(path) as recording:
+        squares = np.zeros(len(recording.channels))
+        for block in recording.blocks(size=2**17):
+            squares += np.sum(np.where(np.isfinite(block), block, 0.0) ** 2, axis=1)
+        rms = np.sqrt(squares / recording.n_samples)
+        return Seen(
+            path,
+            tuple(channel.name for channel in recording.channels),
+            tuple(channel.source_unit or "" for channel in recording.channels),
+            tuple(float(value) for value in rms),
+        )
+
+
+def begin(
+    folder: Path, recordings: Path, advance: Callable[[str], None], warn: Callable[[str], None]
+) -> tuple[Path, Path]:
+    """Write a log and a model for the recordings in a folder; return their paths.
+
+    Raises
+    ------
+    LogError
+        If a log or a model is there already, or the recordings lie elsewhere.
+    RecordingError
+        If none of the recordings can be used.
+    """
+    log, model = folder / "testlog.yaml", folder / "model.yaml"
+    for path in (log, model):
+        if path.exists():
+            raise LogError(f"{path}: it is there already; nothing was written")
+    if not recordings.resolve().is_relative_to(folder.resolve()):
+        raise LogError(
+            f"{recordings}: not below {folder}. A log reads nothing outside its own folder: "
+            f"name a folder that holds the recordings, or move them."
+        )
+    seen, refused = [], {}
+    for path in recordings_below(recordings):
+        try:
+            seen.append(look(path))
+        except RecordingError as error:
+            refused[path] = str(error)
+            warn(f"left out: {error}")
+        advance(path.name)
+    if not seen:
+        raise RecordingError(f"{recordings}: {next(iter(refused.values()))}")
+    controls = controls_of(seen[0].names)
+    for one in seen[1:]:
+        if one.names != seen[0].names:
+            warn(f"{one.path.name} has other channels than {seen[0].path.name}; see channels:")
+    below = recordings.resolve().relative_to(folder.resolve()).as_posix() or "."
+    content = LOG.format(
+        title=_quoted(folder.resolve().name),
+        folder=_quoted(below),
+        channels=_channels(seen[0], controls),
+        crop=_crop(seen, controls),
+        tests=_tests([one.path for one in seen], recordings),
+    )
+    files.write_text(log, content)
+    responses = [name for name in seen[0].names if name not in controls]
+    sensors = "".join(f"  {_quoted(n)}: {_SENSOR}\n" for n in responses)
+    files.write_text(model, MODEL.format(sensors=sensors))
+    return log, model
+
+
+_SENSOR: Final = "{at: coupon, measures: acceleration}"
+
+
+def controls_of(names: Sequence[str]) -> list[str]:
+    """Return the channels that sit on the table, by their names; else the first."""
+    return [name for name in names if _ON_THE_TABLE.search(name)] or list(names[:1])
+
+
+def _channels(seen: Seen, controls: Sequence[str]) -> str:
+    from shakerproc.units import is_unit_of
+
+    lines = []
+    for name, unit in zip(seen.names, seen.units, strict=True):
+        role = "control" if name in controls else "response"
+        at = "" if name in controls else ", at: coupon"
+        note = "(guess)"
+        if not unit:
+            note += " ??? no unit in the file: add unit: g, or unit: V, sensitivity: 100 mV/g"
+        elif is_unit_of(unit, "V"):
+            note += " ??? volts: add sensitivity: 100 mV/g"
+        elif not is_unit_of(unit, "m/s^2"):
+            role, at, note = "ignore", "", f"(guess) {unit} is no acceleration"
+        lines.append(f"  {_quoted(name)}: {{role: {role}{at}}}   # {note}\n")
+    return "".join(lines)
+
+
+def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
+    """Return a threshold that the quietest run passes, where the unit is known."""
+    from shakerproc.data import STANDARD_GRAVITY
+    from shakerproc.units import is_unit_of
+
+    first = seen[0]
+    at = first.names.index(controls[0])
+    if not first.units[at] or not is_unit_of(first.units[at], "m/s^2"):
+        return "none                    # ??? or {channel: NAME, threshold: 0.3 g}"
+    levels = [one.rms[one.names.index(controls[0])] for one in seen if controls[0] in one.names]
+    threshold = 0.5 * min(levels) / STANDARD_GRAVITY
+    return (
+        f"{{channel: {_quoted(controls[0])}, threshold: {threshold:.2g} g}}   "
+        f"# (guess) half the smallest rms"
+    )
+
+
+def _tests(paths: Sequence[Path], recordings: Path) -> str:
+    """Return a line for each recording, under the number in its name where that is unique."""
+    below = [path.relative_to(recordings).as_posix() for path in paths]
+    numbers = [re.findall(r"\d+", path.removesuffix(Path(path).suffix)) for path in below]
+    ids = [found[-1].lstrip("0") or "0" if found else "" for found in numbers]
+    if len(set(ids)) < len(ids) or "" in ids:
+        ids = [str(i) for i in range(1, len(paths) + 1)]
+    return "".join(
+        f"  - {{id: {i}, recording: {_quoted(path)}}}   # ??? excitation, level, from, to\n"
+        for i, path in zip(ids, below, strict=True)
+    )
+
+
+def _quoted(text: str) -> str:
+    """Return text as YAML that reads back as it is, whatever it holds."""
+    from shakerproc.model_files.writing import text_of
+
+    return text_of(text)

@@ -1,0 +1,85 @@
+"""`shakerproc init FOLDER --recordings FOLDER`: a log and a model of one's own recordings."""
+
+import pytest
+from tests.in_process import run
+from tests.small_campaign import write_recording
+
+from shakerproc.cli.own_campaign import controls_of, recordings_below
+from shakerproc.model_files import read_model
+from shakerproc.testlog import read_testlog
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for number in (2, 10, 1):
+        path = tmp_path / "recordings" / f"Test_{number}" / "Acceleration.tdms"
+        path.parent.mkdir(parents=True)
+        write_recording(path, 250.0)
+    return tmp_path
+
+
+def test_every_recording_has_its_line_and_the_log_works(folder, capsys):
+    assert run("init", folder, "--recordings", folder / "recordings") == 0
+    log, model = read_testlog(folder / "testlog.yaml"), read_model(folder / "model.yaml")
+    assert [str(test.id) for test in log.tests] == ["1", "2", "10"]
+    assert all(test.require_recording().is_file() for test in log.tests)
+    uses = {use.key: use for use in log.tests[0].channels}
+    assert sum(use.role == "control" for use in uses.values()) == 2
+    responses = [str(name) for name, use in uses.items() if use.role == "response"]
+    assert list(model.sensors) == responses
+    assert log.tests[0].processing.crop is not None
+    shown = capsys.readouterr()
+    assert "shakerproc batch" in shown.out
+    assert "???" in shown.err
+    options = ["--no-figures", "--workers", 1, "--out", folder / "results"]
+    assert run("batch", folder / "testlog.yaml", *options) == 0
+    assert "3 processed" in capsys.readouterr().out
+
+
+def test_what_is_there_is_never_written_over(folder, capsys):
+    (folder / "model.yaml").write_text("mine", encoding="utf-8")
+    assert run("init", folder, "--recordings", folder / "recordings") == 1
+    assert "there already" in capsys.readouterr().err
+    assert (folder / "model.yaml").read_text(encoding="utf-8") == "mine"
+    assert not (folder / "testlog.yaml").exists()
+
+
+def test_recordings_elsewhere_and_empty_folders_are_refused(folder, tmp_path_factory, capsys):
+    other = tmp_path_factory.mktemp("other")
+    assert run("init", other / "new", "--recordings", folder / "recordings") == 1
+    assert "not below" in capsys.readouterr().err
+    assert run("init", other, "--recordings", other) == 1
+    assert "no recording in it" in capsys.readouterr().err
+
+
+def test_a_bad_recording_is_left_out_and_said(folder, capsys):
+    (folder / "recordings" / "bad_3.tdms").write_bytes(b"TDSm nothing")
+    assert run("init", folder, "--recordings", folder / "recordings") == 0
+    assert "left out: bad_3" in capsys.readouterr().err
+    assert len(read_testlog(folder / "testlog.yaml").tests) == 3
+
+
+def test_a_missing_unit_is_marked_and_not_guessed(tmp_path):
+    (tmp_path / "r").mkdir()
+    table = "time [s],a #1,b [V],c [degC]\n" + "".join(f"{i / 100},1,2,3\n" for i in range(200))
+    (tmp_path / "r" / "b.csv").write_text(table, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    text = (tmp_path / "testlog.yaml").read_text(encoding="utf-8")
+    assert "no unit in the file" in text
+    assert "volts: add sensitivity" in text
+    uses = {use.key: use for use in read_testlog(tmp_path / "testlog.yaml").tests[0].channels}
+    assert {str(name): use.role for name, use in uses.items()} == {
+        "a #1": "control",
+        "b": "response",
+        "c": "ignore",
+    }
+
+
+def test_controls_are_found_by_name_else_the_first_is_taken():
+    assert controls_of(["ch1", "Control 1", "base z"]) == ["Control 1", "base z"]
+    assert controls_of(["ai0", "ai1"]) == ["ai0"]
+
+
+def test_recordings_come_in_the_order_of_their_numbers(folder):
+    names = [path.parent.name for path in recordings_below(folder / "recordings")]
+    assert names == ["Test_1", "Test_2", "Test_10"]
