@@ -154,7 +154,7 @@ def test_ticked_runs_are_laid_over_each_other(browser, page):
     keys = browser.run(
         "[...document.querySelectorAll('#overlay-keys span')].map(k => k.textContent)"
     )
-    assert [key.split(",")[0].strip() for key in keys] == ["1", "2", "3"]
+    assert [key.split(",")[0].strip() for key in keys] == ["test 1", "test 2", "test 3"]
     kinds = browser.run(
         "[...document.getElementById('overlay-kind').options].map(o => o.value)"
     )

@@ -376,13 +376,14 @@ def restoring_force(models: Models) -> list[Drawing]:
 def _forces(
     models: Models, index: int, between: tuple[str, str], *, by_velocity: bool
 ) -> list[Drawing]:
+    shown = np.array([[1.0 if by_velocity else 1e3], [1.0], [1.0]])
     clouds = [
-        (text, style, _cloud(motion, by_velocity=by_velocity))
+        (text, style, shown * cloud(motion, by_velocity=by_velocity))
         for text, style, c in models.each
         if (motion := same_joint(c.tests[index], between)) is not None
     ]
-    limit = 1.05 * max(float(np.max(np.abs(cloud[1:]))) for _, _, cloud in clouds) or 1.0
-    reach = 1.02 * max(float(np.max(np.abs(cloud[0]))) for _, _, cloud in clouds) or 1.0
+    limit = 1.05 * max(float(np.max(np.abs(rows[1:]))) for _, _, rows in clouds) or 1.0
+    reach = 1.02 * max(float(np.max(np.abs(rows[0]))) for _, _, rows in clouds) or 1.0
     test = models.before.tests[index]
     places = " and ".join(between)
     quantity, other, unit = (
@@ -397,8 +398,8 @@ def _forces(
             "holds the mass: a straight line is linear, a kink is a gap, a step is friction.",
             svg.plot(
                 [
-                    svg.Curve("measured", cloud[0], cloud[1], MEASURED, dots=True),
-                    svg.Curve(text, cloud[0], cloud[2], style, dots=True),
+                    svg.Curve("measured", rows[0], rows[1], MEASURED, dots=True),
+                    svg.Curve(text, rows[0], rows[2], style, dots=True),
                 ],
                 svg.Axis(f"{quantity} [{unit}]", -reach, reach),
                 svg.Axis("force [N]", -limit, limit),
@@ -406,12 +407,12 @@ def _forces(
                 height=260,
             ),
         )
-        for text, style, cloud in clouds
+        for text, style, rows in clouds
     ]
 
 
-def _cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
-    """Return motion, measured and modelled force of samples where the other motion is small.
+def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
+    """Return motion [m or m/s], measured and modelled force [N] where the other is small.
 
     What that small part adds is a straight line through the samples, and is taken away:
     else the spring would hide what depends on the velocity.
@@ -421,11 +422,11 @@ def _cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
         along, other = other, along
     near = np.flatnonzero(np.abs(other) <= _NEAR * np.max(np.abs(other)))
     columns = np.array([other[near], along[near]]).T
-    picked = _evenly(along[near], DOTS)
-    rows = [along[near][picked] * (1.0 if by_velocity else 1e3)]
+    chosen = _evenly(along[near], DOTS)
+    rows = [along[near][chosen]]
     for force in (motion.force[near], motion.force_model[near]):
         slope = float(np.linalg.lstsq(columns, force, rcond=None)[0][0])
-        rows.append(force[picked] - slope * other[near][picked])
+        rows.append(force[chosen] - slope * other[near][chosen])
     return np.array(rows)
 
 

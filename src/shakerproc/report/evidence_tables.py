@@ -6,7 +6,14 @@ import numpy as np
 
 from shakerproc.compare import by_range
 from shakerproc.diagnose import Diagnosis
-from shakerproc.report.evidence_figures import Models, picked, spread_out
+from shakerproc.report.evidence_figures import (
+    Models,
+    cloud,
+    loudest,
+    picked,
+    same_joint,
+    spread_out,
+)
 
 Columns = dict[str, list[Any]]
 
@@ -21,6 +28,7 @@ def tables(models: Models | None, diagnosis: Diagnosis | None) -> dict[str, Colu
         out["errors_by_test.csv"] = errors_by_test(models)
         out["errors_by_band.csv"] = errors_by_band(models)
         out["errors_by_motion.csv"] = errors_by_motion(models)
+        out["restoring_force.csv"] = restoring_forces(models)
     if diagnosis is not None:
         out["ladder.csv"] = ladder(diagnosis)
         out["parameters.csv"] = parameters(diagnosis)
@@ -117,6 +125,35 @@ def errors_by_motion(models: Models) -> Columns:
         "middle",
         "missing_force_n",
         "error",
+    )
+    return _columns(names, rows)
+
+
+def restoring_forces(models: Models) -> Columns:
+    """Return the samples of the restoring force that are drawn."""
+    index = loudest(models.before)
+    test = models.before.tests[index]
+    rows = []
+    for joint in test.joints:
+        for text, _, comparison in models.each:
+            motion = same_joint(comparison.tests[index], joint.between)
+            if motion is None:
+                continue
+            for quantity, unit in _MOTIONS:
+                along, force, law = cloud(motion, by_velocity=quantity == "velocity")
+                rows += [
+                    (test.measured.name, " - ".join(joint.between), text, quantity, unit, *row)
+                    for row in zip(along.tolist(), force.tolist(), law.tolist(), strict=True)
+                ]
+    names = (
+        "test",
+        "between",
+        "model",
+        "quantity",
+        "unit",
+        "motion",
+        "force_n",
+        "force_model_n",
     )
     return _columns(names, rows)
 

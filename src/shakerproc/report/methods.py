@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import inspect
+import platform
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -107,8 +108,10 @@ def methods_of(
         references.append(_LJUNG)
     references += [text for kind in kinds for text in references_of(kind)]
     names = ("numpy", "scipy", "nptdms")
+    python = f"Python {platform.python_version()} on {platform.system()}"
     packages = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
-    return Methods([*paragraphs, _UNITS], tuple(dict.fromkeys(references)), packages)
+    told = f"{packages}, {python}"
+    return Methods([*paragraphs, _UNITS], tuple(dict.fromkeys(references)), told)
 
 
 def references_of(kind: str) -> list[str]:

@@ -336,11 +336,14 @@ function runOf(row) {
   const link = row.querySelector("a[href^='#run-']");
   return link ? document.getElementById(link.getAttribute("href").slice(1)) : null;
 }
-function titleOf(row) {
-  const wanted = ["test", "specimen", "clearance", "orientation", "level"];
+// What tells each of these runs from the others: its test, and the facts that are not shared.
+function titlesOf(picked) {
+  const wanted = ["test", "joint", "specimen", "clearance", "orientation", "excitation", "level"];
   const heads = Array.from(table1.tHead.rows[0].cells, (cell) => cell.dataset.name ?? "");
-  return heads.map((name, i) => (wanted.includes(name) ? row.cells[i].textContent.trim() : ""))
-    .filter(Boolean).join(", ");
+  const told = (row, i) => row.cells[i].textContent.trim();
+  const columns = heads.map((name, i) => i).filter((i) => heads[i] === "test"
+    || (wanted.includes(heads[i]) && (picked.length < 2 || picked.some((row) => told(row, i) !== told(picked[0], i)))));
+  return picked.map((row) => `test ${columns.map((i) => told(row, i)).filter(Boolean).join(", ")}`);
 }
 const table1 = document.getElementById("all");
 function chosen() {
@@ -365,12 +368,12 @@ function overlay() {
   const favourite = [wanted, table1.dataset.channel, names[0]].find((name) => names.some((n) => n === name || n.startsWith(`${name} `)));
   channels.replaceChildren(...names.map((name) => new Option(name, name, false,
     name === favourite || (!names.includes(favourite) && name.startsWith(`${favourite} `)))));
-  const curves = [], missing = [];
+  const curves = [], missing = [], titles = titlesOf(picked);
   found.forEach(({ row, figure }, i) => {
     const own = figure ? figure.curves.filter((c) => c.name === channels.value && c.kind !== THIN) : [];
     if (!own.length) { missing.push(row.cells[1].textContent.trim()); return; }
     for (const c of own) {
-      curves.push({ ...c, name: titleOf(row), label: titleOf(row), style: i % 6, colour: look.colours[i % 6],
+      curves.push({ ...c, name: titles[i], label: titles[i], style: i % 6, colour: look.colours[i % 6],
         dash: look.dashes[(i + Math.floor(i / 6)) % 6], of: figure });
     }
   });
