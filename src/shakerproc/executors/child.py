@@ -22,7 +22,7 @@ def serve(connection: Connection, memory_limit: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends us
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for name in _ONE_THREAD_EACH:  # before numpy is imported
-        os.environ.setdefault(name, "1")
+        os.environ[name] = "1"
     work: Callable[[Any], object] = _nothing
     limited = False
     while True:
