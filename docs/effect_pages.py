@@ -6,6 +6,7 @@ The decisions, of which there will be more, are put into the navigation as well.
 import hashlib
 import inspect
 import io
+import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 OVERVIEW = "<!-- all effects -->"
 NOTES = DOCS / "effect_notes.yaml"
+MIMICS = DOCS / "effect_mimics.json"
 CACHE = ROOT / "build" / "effect_pictures"
 DRAWN_FROM = ("models/effects", "models/faults", "models/examples.py", "report/effects.py")
 
@@ -112,7 +114,7 @@ def page_of(name: str, kind: Any, notes: dict[str, str]) -> str:
     lines += [f"![{name}]({name}.svg)", "", f"*{_caption(name)} Drawn with {drawn}.*", ""]
     lines += ["## What it is confused with", ""]
     lines += [f"- [{other}]({other}.md): {text}." for other, text in notes.items()]
-    lines += ["", "## In a model file", "", "```yaml", snippet(name), "```", ""]
+    lines += ["", *_mimics(name), "## In a model file", "", "```yaml", snippet(name), "```", ""]
     if not is_fault:
         lines += [
             "`shakerproc diagnose` looks for it; where you know better than the diagnosis,",
@@ -162,6 +164,26 @@ def _parameters(parameters: dict[str, Any]) -> list[str]:
         must = "" if one["choices"] else one["sign"]
         must += ", may be left out" if one["optional"] else ""
         lines.append(f"| `{name}` | {one['symbol']} | {unit} | {one['meaning']} | {must} |")
+    return [*lines, ""]
+
+
+def _mimics(name: str, count: int = 5) -> list[str]:
+    """Return a table of the effects whose force comes closest; nothing where none was tried."""
+    found = json.loads(MIMICS.read_text(encoding="utf-8")).get(name)
+    if found is None:
+        return []
+    nearest = sorted(found.items(), key=lambda pair: float(pair[1]["three levels"]))[:count]
+    lines = [
+        "What is left of its force when a spring, a damper and the other effect are fitted to it, "
+        "as a share of what spring and damper alone leave (the example above, random motion; "
+        "`docs/make_mimics.py`). What leaves 0 % cannot be told apart by such a test:",
+        "",
+        "| in its place | left, one level | left, three levels a factor of 2 apart |",
+        "|---|---|---|",
+    ]
+    for other, shares in nearest:
+        one, three = (f"{100.0 * shares[name]:.1f} %" for name in ("one level", "three levels"))
+        lines.append(f"| [{other}]({other}.md) | {one} | {three} |")
     return [*lines, ""]
 
 

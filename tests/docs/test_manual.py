@@ -1,6 +1,7 @@
 """The manual: it builds strictly, needs nothing from elsewhere, and its commands run."""
 
 import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -14,9 +15,17 @@ from tests.docs.fixtures import write_recordings
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-_SPEC = importlib.util.spec_from_file_location("effect_pages", DOCS / "effect_pages.py")
-effect_pages = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(effect_pages)
+
+
+def script(name):
+    """A script of docs/, which is no package."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+effect_pages, make_mimics = script("effect_pages"), script("make_mimics")
 PAGES = sorted(p for p in DOCS.rglob("*.md") if "```console" in p.read_text(encoding="utf-8"))
 
 
@@ -104,6 +113,35 @@ def columns_named(page, heading):
         if files:
             words = re.findall(r"`([a-z0-9_]+)`", " ".join(cells[1:]))
             yield files[0].replace("test_ID", "test_*"), words
+
+
+RICHER = [
+    ("gap", "offset_gap"),
+    ("stop", "offset_gap"),
+    ("cubic_stiffness", "power_law"),
+    ("coulomb_friction", "stribeck_friction"),
+]
+
+
+def test_an_effect_that_holds_another_as_a_special_case_passes_for_it_and_not_the_reverse():
+    found = json.loads(make_mimics.FILE.read_text(encoding="utf-8"))
+    for simple, rich in RICHER:
+        for levels in make_mimics.LEVELS:
+            assert found[simple][rich][levels] < 1e-3
+            assert found[rich][simple][levels] > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("truth", "other"), [("gap", "power_law"), ("quadratic_stiffness", "stop")]
+)
+def test_the_table_of_what_passes_for_what_is_current(truth, other):
+    found = json.loads(make_mimics.FILE.read_text(encoding="utf-8"))
+    assert set(found) == set(make_mimics.EXAMPLES) - make_mimics.LEFT_OUT
+    for name, levels in make_mimics.LEVELS.items():
+        example = make_mimics.EXAMPLES
+        share = make_mimics.mimicked(example[truth], example[other], levels)
+        assert share == pytest.approx(found[truth][other][name], abs=2e-3)
 
 
 @pytest.fixture(scope="module")
