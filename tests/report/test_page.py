@@ -8,8 +8,9 @@ import pytest
 from tests.small_campaign import write_campaign
 
 from shakerproc.report.page import Report, Section, Table, html, write_report
+from shakerproc.report.run_view import figures
 from shakerproc.runs import process_test, summary_of, trends
-from shakerproc.runs.summary import FlagSummary, RunSummary
+from shakerproc.runs.summary import CurveSummary, FlagSummary, RunSummary
 from shakerproc.testlog import facts_of, read_testlog
 
 PAYLOADS = (
@@ -185,3 +186,21 @@ def test_a_report_of_nothing_is_still_a_page():
     text = html(Report("Empty", [], [], ""))
     assert "0 of 0 tests processed" in text
     assert "None" not in text
+
+
+def test_the_control_is_judged_in_words(summary):
+    (told,) = [f.caption for f in figures(summary) if f.kind == "psd"]
+    assert "within ±3 dB of the demanded level (thin lines): kept" in told
+    off = replace(summary.control, kept=False, beyond_alarm=0.3, worst_db=-7.0, worst_hz=50.0)
+    (told,) = [f.caption for f in figures(replace(summary, control=off)) if f.kind == "psd"]
+    assert "NOT KEPT in 30% of the way, at worst -7.0 dB at 50 Hz" in told
+
+
+def test_a_sweep_shows_its_control_between_its_limits(summary):
+    curve = CurveSummary("level", "control 1", (5.0, 50.0, 500.0), (4.9, 5.0, 5.1), part="up")
+    control = replace(summary.control, demanded=5.0)
+    run = replace(summary, curves=(curve,), control=control, level_unit="g", alarm=None)
+    (drawing,) = figures(run)
+    assert drawing.kind == "level"
+    for words in ("alarm ±3 dB", "abort ±6 dB", "mean control up", "[g]"):
+        assert words in drawing.drawing

@@ -20,7 +20,7 @@ from shakerproc.report.run_view import Drawing
 TWO_METHODS: Final = (
     "The two kinds of error in this report are not the same: a comparison lets the model run "
     "free under the measured input, a diagnosis predicts the response one sample ahead with "
-    "an observer that follows the measurement; the second is the smaller of the two."
+    "an observer that follows the measurement; the second is usually the smaller."
 )
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
@@ -88,7 +88,7 @@ def model_section(models: Models) -> Section:
 
 def _opened(name: str, text: str) -> str:
     """Return a sentence about a model after its name."""
-    return f"{name[0].upper()}{name[1:]}: {text}"
+    return f"{name[0].upper()}{name[1:]}: {text}".replace("^2", "²")
 
 
 def _share(value: float) -> str:

@@ -1,6 +1,5 @@
 """One run as the report shows it: a line of facts, flags, four drawings, a table."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -13,6 +12,7 @@ from shakerproc.report import style, svg
 from shakerproc.runs import trends
 from shakerproc.runs.summary import (
     ChannelSummary,
+    ControlSummary,
     CurveSummary,
     FlagSummary,
     PeakSummary,
@@ -215,6 +215,7 @@ def figures(run: RunSummary) -> list[Drawing]:
         "psd": _psd(run, chosen),
         "gain": _gain(run, chosen),
         "sweep": _sweep(run, chosen),
+        "level": _level(run, chosen),
         "coherence": _coherence(run, chosen),
         "notch": _notch(run, chosen),
     }
@@ -305,7 +306,8 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
     caption = "The tallest peak of a response inside the excited band is ω_e."
-    caption += _control_told(run)
+    if run.alarm is not None:
+        caption += _control_told(run)
     return Drawing(
         "Power spectral density.",
         caption,
@@ -325,12 +327,12 @@ def _control_told(run: RunSummary) -> str:
     """Return whether the controls kept the limits that are drawn."""
     seen = run.control
     if seen is None:
-        return " The controls should stay between the thin lines." if run.alarm else ""
+        return " The controls should stay between the thin lines."
     within = f"Mean control within ±{seen.alarm_db:g} dB of the demanded level (thin lines)"
-    worst = f"at worst {seen.worst_db:+.1f} dB at {seen.worst_hz:.4g} Hz"
+    worst = f"at worst {round(seen.worst_db, 1) + 0.0:+.1f} dB at {seen.worst_hz:.4g} Hz"
     if seen.kept:
         return f" {within}: kept, {worst}."
-    return f" {within}: NOT KEPT in {seen.beyond_alarm:.0%} of the band, {worst}."
+    return f" {within}: NOT KEPT in {seen.beyond_alarm:.0%} of the way, {worst}."
 
 
 def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
@@ -344,17 +346,59 @@ def _alarm_lines(run: RunSummary) -> list[svg.Curve]:
     band = np.array(run.spectrum.band_hz)
     limits = [("alarm limits", run.alarm, style.CONTROL_STYLES[0])]
     if run.control is not None:
-        middle = math.sqrt(run.alarm[0] * run.alarm[1])
-        factor = 10.0 ** (run.control.abort_db / 10.0)
-        limits = [
-            (f"alarm ±{run.control.alarm_db:g} dB", run.alarm, style.CONTROL_STYLES[0]),
-            (f"abort ±{run.control.abort_db:g} dB", (middle / factor, middle * factor), 3),
-        ]
+        limits = _limits(run.control, 10.0)
     return [
         svg.Curve(label, band, np.full(2, limit), number, thin=True)
         for name, pair, number in limits
         for label, limit in zip((name, ""), pair, strict=True)
     ]
+
+
+def _limits(
+    control: ControlSummary, per_decade: float
+) -> list[tuple[str, tuple[float, float], int]]:
+    """Return name, values and style of the alarm and abort limits; 10 or 20 dB a decade."""
+    found = []
+    for name, decibels, number in (
+        ("alarm", control.alarm_db, style.CONTROL_STYLES[0]),
+        ("abort", control.abort_db, 3),
+    ):
+        factor = 10.0 ** (decibels / per_decade)
+        pair = (control.demanded / factor, control.demanded * factor)
+        found.append((f"{name} ±{decibels:g} dB", pair, number))
+    return found
+
+
+def _level(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    """Return the amplitude of the control along a sweep, and its limits."""
+    del chosen  # the mean of the controls is no channel
+    curves = curves_of(run, "level")
+    if not curves or run.control is None:
+        return None
+    axis = _frequency_axis(curves)
+    band = np.array(run.spectrum.band_hz if run.spectrum else (axis.low, axis.high))
+    lines = [
+        svg.Curve(f"mean control {c.part}".strip(), _array(c.x), _array(c.y), style_of)
+        for c, style_of in zip(curves, style.CONTROL_STYLES * len(curves), strict=False)
+    ]
+    limits = [
+        svg.Curve(label, band, np.full(2, limit), number, thin=True)
+        for name, pair, number in _limits(run.control, 20.0)
+        for label, limit in zip((name, ""), pair, strict=True)
+    ]
+    top = 1.08 * max(float(np.nanmax(line.y)) for line in (*lines, *limits))
+    return Drawing(
+        "Level of the control.",
+        f"Fundamental along the sweep.{_control_told(run)}",
+        svg.plot(
+            [*lines, *limits],
+            axis,
+            svg.Axis(f"[{run.level_unit}]", 0.0, top),
+            most=STILL,
+            title=f"Level of the control of test {run.test}",
+            spans=_outside(run, axis),
+        ),
+    )
 
 
 def _logarithmic(

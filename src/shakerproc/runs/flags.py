@@ -21,6 +21,9 @@ PASSING: Final = ("knock", "spike")
 BESIDE: Final = 0.05
 """How far outside the crop they still count: their times are those of windows [s]."""
 
+EDGE_OF_SWEEP: Final = 0.02
+"""Share of a sweep at each end in which its controller comes up and goes down [-]."""
+
 EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
 
@@ -41,6 +44,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
         _controls(result),
         _level(result),
         _control_density(result),
+        _control_sweep(result),
         _sweep_duration(result),
         _nyquist(result),
         _problem("sweep", result.tracking.problem),
@@ -100,12 +104,58 @@ def control_density(result: RunResult) -> ControlSummary | None:
     beyond = float(np.mean(sure > tolerance.alarm))
     worst = int(np.argmax(np.abs(off)))
     return ControlSummary(
+        demanded=wanted.shown[0],
         alarm_db=tolerance.alarm,
         abort_db=tolerance.abort,
         beyond_alarm=beyond,
         worst_db=float(off[worst]),
         worst_hz=float(frequency[inside][worst]),
         kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
+    )
+
+
+def _control_sweep(result: RunResult) -> Flag | None:
+    """Return whether the control kept its amplitude along a sweep."""
+    seen = control_sweep(result)
+    if seen is None or seen.kept:
+        return None
+    return Flag(
+        "control level",
+        "",
+        f"the control is beyond the alarm limit of ±{seen.alarm_db:g} dB in "
+        f"{seen.beyond_alarm:.0%} of the sweep, at worst by {seen.worst_db:+.1f} dB at "
+        f"{seen.worst_hz:.4g} Hz",
+    )
+
+
+def control_sweep(result: RunResult) -> ControlSummary | None:
+    """Return how well the mean control keeps its amplitude along a sweep, if that is asked."""
+    wanted = levels.demanded(result.test)
+    if wanted is None or wanted.kind != "amplitude" or result.test.excitation != "sine sweep":
+        return None
+    parts = []
+    for sweep in result.tracking.sweeps:
+        edge = int(np.ceil(EDGE_OF_SWEEP * sweep.frequency.size))
+        inner = slice(edge, sweep.frequency.size - edge)
+        parts.append((sweep.frequency[inner], sweep.control[inner]))
+    frequency, control = (
+        np.concatenate([part[k] for part in parts] or [np.zeros(0)]) for k in (0, 1)
+    )
+    known = np.isfinite(control) & (control > 0.0)
+    if not known.any():
+        return None
+    off = 20.0 * np.log10(control[known] / wanted.value)
+    tolerance = result.test.processing.tolerance
+    beyond = float(np.mean(np.abs(off) > tolerance.alarm))
+    worst = int(np.argmax(np.abs(off)))
+    return ControlSummary(
+        demanded=wanted.shown[0],
+        alarm_db=tolerance.alarm,
+        abort_db=tolerance.abort,
+        beyond_alarm=beyond,
+        worst_db=float(off[worst]),
+        worst_hz=float(frequency[known][worst]),
+        kept=bool(np.max(np.abs(off)) <= tolerance.abort and beyond <= BEYOND_ALARM),
     )
 
 

@@ -11,7 +11,7 @@ from shakerproc import files
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
 Value: TypeAlias = str | float | int | bool | None
-CurveKind: TypeAlias = Literal["time", "psd", "gain", "coherence", "sweep", "notch"]
+CurveKind: TypeAlias = Literal["time", "psd", "gain", "coherence", "sweep", "notch", "level"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,20 +187,23 @@ class SpectrumSummary:
 
 @dataclass(frozen=True, slots=True)
 class ControlSummary:
-    """How well the density of the mean control kept to the one demanded.
+    """How well the mean control kept to what is demanded: its density, or along a sweep.
 
     Attributes
     ----------
+    demanded : float
+        Density or amplitude, in the shown unit.
     alarm_db, abort_db : float
         Limits of the log, either way [dB].
     beyond_alarm : float
-        Share of the band that surely lies beyond the alarm limit, chance allowed for [-].
+        Share of the band or the sweep that lies beyond the alarm limit, chance allowed for [-].
     worst_db, worst_hz : float
         Largest departure [dB], and where it is [Hz].
     kept : bool
         Whether next to nothing is beyond the alarm limit and nothing beyond the abort limit.
     """
 
+    demanded: float
     alarm_db: float
     abort_db: float
     beyond_alarm: float
@@ -236,7 +239,7 @@ class RunSummary:
     alarm : tuple of float or None
         Limits that the density of the control should keep, in that unit.
     control : ControlSummary or None
-        How well it kept them; None where no density is demanded or seen.
+        How well the control kept its limits; None where none are demanded, or nothing is seen.
     """
 
     test: str

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
-from shakerproc.runs.flags import control_density
+from shakerproc.runs.flags import control_density, control_sweep
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_unit
 from shakerproc.runs.summary import (
     ChannelSummary,
@@ -53,7 +53,7 @@ def summary_of(
         measured_level=level,
         level_unit=level_unit,
         alarm=_alarm(result),
-        control=control_density(result),
+        control=control_density(result) or control_sweep(result),
         spectrum=_spectrum(result),
         channels=tuple(_channel(result, i) for i in range(len(result.channels))),
         flags=tuple(FlagSummary(f.kind, f.channel, f.message) for f in result.flags),
@@ -174,10 +174,18 @@ def curves_of(result: RunResult) -> tuple[CurveSummary, ...]:
 
 
 def _sweep_curves(result: RunResult) -> list[CurveSummary]:
-    return [
+    sweeps = result.tracking.sweeps
+    curves = [
         _curve("sweep", result.channels[i].name, s.frequency, np.abs(s.gain[i]), s.direction)
-        for s in result.tracking.sweeps
+        for s in sweeps
         for i in result.responses
+    ]
+    if control_sweep(result) is None:
+        return curves
+    name = " and ".join(result.channels[i].name for i in result.controls)
+    factor = shown_unit(result.channels[result.controls[0]].unit)[1]
+    return curves + [
+        _curve("level", name, s.frequency, s.control * factor, s.direction) for s in sweeps
     ]
 
 

@@ -330,7 +330,7 @@ addEventListener("resize", () => {
 });
 // Curves of several runs over each other: those that are ticked in the table.
 const KINDS = { psd: "power spectral density", gain: "response over control, |H1|",
-  coherence: "coherence with the control", sweep: "swept response", time: "time" };
+  coherence: "coherence with the control", sweep: "swept response", time: "time", level: "level of the control along a sweep" };
 let laid = null;
 function runOf(row) {
   const link = row.querySelector("a[href^='#run-']");
