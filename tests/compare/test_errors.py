@@ -155,7 +155,20 @@ def test_the_missing_gap_put_in_explains_what_was_left(tmp_path):
     after = replace(before, elements=(*before.elements, gap))
     tests = compare.measured_tests(read_testlog(log), before)
     left = compare.compare_tests(before, tests).error
-    assert compare.compare_tests(after, tests).error < 0.05 * left
+    found = compare.compare_tests(after, tests)
+    assert found.error < 0.05 * left
+
+
+def test_noise_of_the_controls_passes_through_a_contact(tmp_path):
+    """The floor of the true model is its error: both hold what the contact makes of noise."""
+    made = campaign(hidden=((0, GAP),), drives=(drive(level=4.0),), noise=0.02)
+    log, model = written(made, tmp_path)
+    true = read_model(model)
+    gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
+    true = replace(true, elements=(*true.elements, gap))
+    (test,) = compare.compare(true, read_testlog(log)).tests
+    assert test.prediction.scatter is not None
+    assert 0.5 * test.noise < test.error < 1.5 * test.noise
 
 
 def test_the_joint_that_lacks_force_is_the_one_with_the_gap(tmp_path):

@@ -41,9 +41,10 @@ def floors_of(predictions: Sequence[Prediction], pairs: Sequence[Pair]) -> tuple
     """Return the noise floor of every test.
 
     The quiet lead-in tells the noise of the sensors, and the noise of the controls that the
-    model passes on to its response. Without one, tests that were run twice tell it, or else
-    the part of the response that is not coherent with the input at the lowest level, which
-    also holds what a nonlinear joint scatters there.
+    model passes on to its response (one that is not linear is simulated with it once more).
+    Without one, tests that were run twice tell it, or else the part of the response that is not
+    coherent with the input at the lowest level, which also holds what a nonlinear joint
+    scatters there.
     """
     return tuple(
         _quiet(prediction, pair)
@@ -65,13 +66,17 @@ def _quiet(prediction: Prediction, pair: Pair) -> Floor | None:
     if quiet is None:
         return None
     own = _density(quiet.responses, measured, pair.frequency)
-    inputs = _density(quiet.controls, measured, pair.frequency)
-    through = np.abs(pair.h1_model) ** 2 * inputs.sum(axis=0) / len(inputs) ** 2
-    return _floor(pair, own + through * pair.excited, "quiet lead-in")
+    if prediction.scatter is not None:
+        through = _density(prediction.scatter, measured, pair.frequency)
+    else:
+        inputs = _density(quiet.controls, measured, pair.frequency)
+        through = np.abs(pair.h1_model) ** 2 * inputs.sum(axis=0) / len(inputs) ** 2
+        through = through * pair.excited
+    return _floor(pair, own + through, "quiet lead-in")
 
 
 def _density(rows: FloatArray, measured: Measured, frequency: FloatArray) -> FloatArray:
-    """Return densities of channels at rest, smoothed, at other frequencies."""
+    """Return densities of noise, smoothed, at other frequencies."""
     segment = min(_SEGMENT, rows.shape[1])
     cross = cross_spectra(rows, measured.sample_rate, segment=segment)
     # bins 0 and 1 hold what is left of the mean

@@ -1,7 +1,7 @@
 """What the model says each sensor should have measured."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 from scipy import fft
@@ -11,6 +11,9 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.simulate import Simulation, simulate
+
+LINEAR: Final = frozenset({"spring", "damper"})
+"""Effects whose response functions tell what becomes of noise."""
 
 
 @final
@@ -29,6 +32,9 @@ class Prediction:
         band [unit of the sensor].
     input : (n,) array
         The input within the band [m/s^2 or N].
+    scatter : (n_sensors, n) array, optional
+        By how much the prediction moves under as much noise again as the controls hold at
+        rest, where the model is not linear [unit of the sensor].
     """
 
     measured: Measured
@@ -36,6 +42,7 @@ class Prediction:
     response: FloatArray
     predicted: FloatArray
     input: FloatArray
+    scatter: FloatArray | None = None
 
     @property
     def residual(self) -> FloatArray:
@@ -71,13 +78,36 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
         raise SimulationError(f"{measured.run}: {error}") from error
     part = slice(measured.start, measured.stop)
     outputs = np.array([simulation.outputs[name] for name in measured.sensors])
+    scatter = None
+    if growth and not simulation.sensitive:
+        noisy = _under_noise(model, measured)
+        if noisy is not None:
+            scatter = within(noisy - outputs, measured)[:, part]
     return Prediction(
         measured=measured,
         simulation=simulation,
         response=within(measured.responses, measured)[:, part],
         predicted=within(outputs, measured)[:, part],
         input=within(measured.input, measured)[part],
+        scatter=scatter,
     )
+
+
+def _under_noise(model: Model, measured: Measured) -> FloatArray | None:
+    """Return the sensors of a model that is not linear, under controls with fresh noise.
+
+    What a contact makes of the controls' noise no response function tells.
+    """
+    kinds = {type(element.effect).kind for element in model.elements}
+    if measured.quiet is None or kinds <= LINEAR:
+        return None
+    sigma = float(np.std(np.mean(measured.quiet.controls, axis=0)))
+    noise = np.random.default_rng(0).normal(scale=sigma, size=measured.input.size)
+    try:
+        moved = simulate(model, measured.input + noise, measured.sample_rate, growth=False)
+    except SimulationError:
+        return None
+    return np.array([moved.outputs[name] for name in measured.sensors])
 
 
 def within(samples: FloatArray, measured: Measured) -> FloatArray:
