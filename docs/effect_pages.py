@@ -115,15 +115,7 @@ def page_of(name: str, kind: Any, notes: dict[str, str]) -> str:
     lines += ["## What it is confused with", ""]
     lines += [f"- [{other}]({other}.md): {text}." for other, text in notes.items()]
     lines += ["", *_mimics(name), "## In a model file", "", "```yaml", snippet(name), "```", ""]
-    if not is_fault:
-        lines += [
-            "`shakerproc diagnose` looks for it; where you know better than the diagnosis,",
-            "",
-            f"    shakerproc add {name} model.yaml testlog.yaml -o with-{name}.yaml",
-            "",
-            "fits its numbers and writes them into a new model file.",
-            "",
-        ]
+    lines += _sought(name, is_fault=is_fault)
     if document["references"]:
         lines += ["## References", "", *(f"- {text}" for text in document["references"])]
     return "\n".join(lines) + "\n"
@@ -167,6 +159,30 @@ def _parameters(parameters: dict[str, Any]) -> list[str]:
     return [*lines, ""]
 
 
+def _sought(name: str, *, is_fault: bool) -> list[str]:
+    """Return how the diagnosis treats a kind, and how to add it by hand."""
+    from shakerproc.diagnose.candidates import Motion, library
+
+    kinds = {candidate.kind for candidate in library(Motion(*[1.0] * 9))}
+    if is_fault:
+        return ["`shakerproc diagnose` names it, and does not explain it by physics.", ""]
+    if name in {"spring", "damper"}:
+        return ["`shakerproc diagnose` and `shakerproc compare --fit` fit it.", ""]
+    if name not in kinds:
+        return [
+            "`shakerproc diagnose` does not look for it: it is there to be compared with.",
+            "",
+        ]
+    return [
+        "`shakerproc diagnose` looks for it; where you know better than the diagnosis,",
+        "",
+        f"    shakerproc add {name} model.yaml testlog.yaml -o with-{name}.yaml",
+        "",
+        "fits its numbers and writes them into a new model file.",
+        "",
+    ]
+
+
 def _mimics(name: str, count: int = 5) -> list[str]:
     """Return a table of the effects whose force comes closest; nothing where none was tried."""
     found = json.loads(MIMICS.read_text(encoding="utf-8")).get(name)
@@ -174,9 +190,9 @@ def _mimics(name: str, count: int = 5) -> list[str]:
         return []
     nearest = sorted(found.items(), key=lambda pair: float(pair[1]["three levels"]))[:count]
     lines = [
-        "What is left of its force when a spring, a damper and the other effect are fitted to it, "
-        "as a share of what spring and damper alone leave (the example above, random motion; "
-        "`docs/make_mimics.py`). What leaves 0 % cannot be told apart by such a test:",
+        "What is left of its force when a spring, a damper and the other effect are fitted to "
+        "it, as a share of what spring and damper alone leave (the example above, random "
+        "motion; `docs/make_mimics.py`). What leaves 0 % cannot be told apart by such a test:",
         "",
         "| in its place | left, one level | left, three levels a factor of 2 apart |",
         "|---|---|---|",
