@@ -8,8 +8,11 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
 from shakerproc.diagnose.result import Estimate
-from shakerproc.diagnose.search import Context, deviance
+from shakerproc.diagnose.search import DRY, Context, deviance
 
+RUGGED = 5e-3
+"""How far from the top a fit of dry friction ends, where every stick and slip is a step in the
+likelihood; seen on tuning draws, one standard deviation [-]."""
 CALIBRATION = 2e-3
 """How well the sensors' gains are known, one standard deviation [-]."""
 
@@ -61,8 +64,7 @@ def rivals(ordered: Sequence[Fit]) -> list[Fit]:
 
 def intervals(fit: Fit) -> FloatArray:
     """Return the standard deviation of every scaled number of a fit."""
-    spread = max(fit.cost / fit.count, 1.0)
-    return np.sqrt(np.maximum(np.diag(fit.covariance), 0.0) * spread + CALIBRATION**2)
+    return np.sqrt(np.maximum(fit.variance, 0.0) + CALIBRATION**2)
 
 
 def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
@@ -72,6 +74,8 @@ def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
     n, s = fit.parameters.stiffness.size, fit.parameters.gain.size
     first = 2 * n + 2 * s + sum(len(v) for v in fit.parameters.values[:term_index])
     sigma = intervals(fit)[first : first + len(values)]
+    if term.candidate.kind in DRY:
+        sigma = np.hypot(sigma, RUGGED)
     out: dict[str, Estimate] = {}
     for name, unit, value, sd, positive in zip(
         term.candidate.names, term.candidate.units, values, sigma, term.candidate.positive,
@@ -113,9 +117,16 @@ def _as_effect(term: Term, fitted: dict[str, Estimate]) -> dict[str, Estimate]:
     out = dict(fitted)
     if "excess" in out:
         extra, sliding = out.pop("excess"), out["sliding_force"]
-        numbers = [float(x) for x in (extra.value, extra.low or 0.0, extra.high or 0.0)]
-        force = float(sliding.value)
-        out["breakaway_force"] = _estimate([force * (1.0 + x) for x in numbers], "N")
+        force = float(sliding.value) * (1.0 + float(extra.value))
+        shares = [
+            np.hypot(
+                float(s or 0.0) / float(sliding.value) - 1.0,
+                (1.0 + float(e or 0.0)) / (1.0 + float(extra.value)) - 1.0,
+            )
+            for s, e in ((sliding.low, extra.low), (sliding.high, extra.high))
+        ]
+        numbers = [force, force * (1.0 - shares[0]), force * (1.0 + shares[1])]
+        out["breakaway_force"] = _estimate([float(x) for x in numbers], "N")
     if "bristle_ratio" in out:
         ratio, bristle = out.pop("bristle_ratio"), out["bristle_stiffness"]
         root = float(np.sqrt(float(bristle.value) * term.mass))

@@ -44,8 +44,8 @@ class Fit:
         Samples judged.
     blocks : (n_blocks,) array
         Share of each quarter second in the cost.
-    vector : (n_parameters,) array
-        Scaled parameters, and their covariance.
+    vector, variance : (n_parameters,) array
+        Scaled parameters, and their variances.
     scales : tuple of tuple of float
         What the signed numbers of each term are scaled with.
     logs : float
@@ -60,7 +60,7 @@ class Fit:
     count: int
     blocks: FloatArray
     vector: FloatArray
-    covariance: FloatArray
+    variance: FloatArray
     converged: bool
     logs: float
     scales: tuple[tuple[float, ...], ...] = ()
@@ -311,6 +311,7 @@ def levenberg(
     cost, damping, converged = cost_of(parts, vector), 1e-4, False
     flat_size = sum(part.size for part in parts)
     normal = np.diag(weights[free]) + 1e-9 * np.eye(free.size)
+    meat = np.zeros_like(normal)
     for iteration in range(iterations):
         if filtered and iteration:
             now = code.unpack(vector)
@@ -321,7 +322,7 @@ def levenberg(
                 if again is not None:
                     parts, logs = again
                     cost = cost_of(parts, vector)
-        normal, slope = _normal_equations(parts_at, vector, parts, steps, free)
+        normal, slope, meat = _normal_equations(parts_at, vector, parts, steps, free)
         normal = normal + np.diag(weights[free])
         slope = slope + (weights * vector)[free]
         gained = 0.0
@@ -347,13 +348,13 @@ def levenberg(
         if gained < max(0.3 * cost / flat_size, tolerance * cost):
             converged = True
             break
-    inverse = np.zeros((vector.size, vector.size))
-    inverse[np.ix_(free, free)] = np.linalg.pinv(normal)
+    variance = np.zeros(vector.size)
+    variance[free] = _variance(normal, meat, max(cost / flat_size, 1.0))
     return Fit(
         hypothesis, code.unpack(vector), cost, sum(part.size for part in parts),
         block_costs(parts, segments[0].sample_rate),
         vector,
-        inverse,
+        variance,
         converged,
         logs,
         start.values,
@@ -424,8 +425,11 @@ def _normal_equations(
     parts: list[FloatArray],
     steps: FloatArray,
     free: NDArray[np.intp],
-) -> tuple[FloatArray, FloatArray]:
-    """Return the normal matrix and slope of half the sum of squares."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return normal matrix and slope of half the sum of squares, and the slopes' scatter.
+
+    The scatter is the sum over the thirds of all segments of the squares of their own slopes.
+    """
     flat = _flat(parts)
     columns = np.zeros((free.size, flat.size), dtype=np.float32)
     for row, i in enumerate(free):
@@ -436,6 +440,29 @@ def _normal_equations(
             if there is not None:
                 columns[row] = (_flat(there[0]) - flat) / (sign * steps[i])
                 break
-    return (columns @ columns.T).astype(float), (columns @ flat.astype(np.float32)).astype(
-        float
-    )
+    own = columns * flat.astype(np.float32)
+    thirds, at = [], 0
+    for part in parts:
+        shaped = own[:, at : at + part.size].reshape(free.size, *part.shape)
+        thirds += [third.sum(axis=(1, 2)) for third in np.array_split(shaped, 3, axis=2)]
+        at += part.size
+    slopes = np.array(thirds, dtype=float).T
+    normal = (columns @ columns.T).astype(float)
+    return normal, slopes.sum(axis=1), slopes @ slopes.T
+
+
+def _variance(normal: FloatArray, meat: FloatArray, spread: float) -> FloatArray:
+    """Return the variances of a fit: by the curvature, or by the scatter where that is more.
+
+    The curvature is right where innovations are independent; beside the jumps of a force they
+    are not, and the scatter of the slopes from stretch to stretch tells it [1]_.
+
+    References
+    ----------
+    .. [1] H. White, "Maximum likelihood estimation of misspecified models", Econometrica 50,
+       1-25, 1982.
+    """
+    inverse = np.linalg.pinv(normal)
+    scattered = np.diag(inverse @ meat @ inverse)
+    larger: FloatArray = np.maximum(np.diag(inverse) * spread, scattered)
+    return larger
