@@ -55,7 +55,7 @@ def test_recordings_elsewhere_and_empty_folders_are_refused(folder, tmp_path_fac
 def test_a_bad_recording_is_left_out_and_said(folder, capsys):
     (folder / "recordings" / "bad_3.tdms").write_bytes(b"TDSm nothing")
     assert run("init", folder, "--recordings", folder / "recordings") == 0
-    assert "left out: bad_3" in capsys.readouterr().err
+    assert "not usable yet: bad_3" in capsys.readouterr().err
     assert len(read_testlog(folder / "testlog.yaml").tests) == 3
 
 
@@ -83,3 +83,22 @@ def test_controls_are_found_by_name_else_the_first_is_taken():
 def test_recordings_come_in_the_order_of_their_numbers(folder):
     names = [path.parent.name for path in recordings_below(folder / "recordings")]
     assert names == ["Test_1", "Test_2", "Test_10"]
+
+
+def test_a_log_is_begun_for_recordings_that_cannot_be_used_yet(tmp_path, capsys):
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "run_1.csv").write_text("a [g],b [g]\n1,2\n3,4\n" * 1, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    assert "sample rate" in capsys.readouterr().err
+    assert [str(test.id) for test in read_testlog(tmp_path / "testlog.yaml").tests] == ["1"]
+
+
+def test_a_sample_rate_that_the_files_do_not_say_goes_into_the_log(tmp_path, capsys):
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i % 7},{i % 5}\n" for i in range(500))
+    (tmp_path / "r" / "run_1.csv").write_text("a [g],b [g]\n" + rows, encoding="utf-8")
+    options = ["--recordings", tmp_path / "r", "--sample-rate-hz", 100]
+    assert run("init", tmp_path, *options) == 0
+    assert "not usable" not in capsys.readouterr().err
+    assert read_testlog(tmp_path / "testlog.yaml").tests[0].processing.sample_rate == 100.0
+    assert run("init", tmp_path / "new", "--sample-rate-hz", 100) == 2

@@ -23,7 +23,7 @@ channels:                       # role: control sits on the table; or response, 
 {channels}
 processing:
   crop: {crop}
-
+{rate}
 # Of each test: excitation, level and band, as in the second line here. With them the level is
 # checked and only what was excited is judged. Mark one test of several levels hold_out: true.
 #   - {{id: 1, recording: run_1.tdms, specimen: a, clearance: 0.05 mm, excitation: random,
@@ -58,13 +58,17 @@ class Seen:
     names, units : tuple of str
         Of its channels; a unit is empty where the file says none.
     rms : tuple of float
-        Of its channels, in the unit that they are served in.
+        Of its channels, in the unit that they are served in; empty where it cannot be used as
+        it is.
+    lengths : tuple of int
+        Samples of its channels.
     """
 
     path: Path
     names: tuple[str, ...]
     units: tuple[str, ...]
     rms: tuple[float, ...]
+    lengths: tuple[int, ...]
 
 
 def recordings_below(folder: Path) -> list[Path]:
@@ -88,7 +92,7 @@ def _natural(text: str) -> list[tuple[int, str]]:
     return [(int(p), "") if p.isdigit() else (0, p) for p in re.split(r"(\d+)", text)]
 
 
-def look(path: Path) -> Seen:
+def look(path: Path, sample_rate: float | None = None) -> Seen:
     """Return what a recording holds; the samples are read once.
 
     Raises
@@ -100,7 +104,7 @@ def look(path: Path) -> Seen:
 
     from shakerproc.recordings import open_recording
 
-    with open_recording(path) as recording:
+    with open_recording(path, sample_rate=sample_rate) as recording:
         squares = np.zeros(len(recording.channels))
         for block in recording.blocks(size=2**17):
             squares += np.sum(np.where(np.isfinite(block), block, 0.0) ** 2, axis=1)
@@ -110,20 +114,56 @@ def look(path: Path) -> Seen:
             tuple(channel.name for channel in recording.channels),
             tuple(channel.source_unit or "" for channel in recording.channels),
             tuple(float(value) for value in rms),
+            (recording.n_samples,) * len(recording.channels),
         )
 
 
+def described(path: Path) -> Seen | None:
+    """Return what an unusable recording says it holds; None where that is nothing.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read at all.
+    """
+    from shakerproc.recordings import contents
+
+    groups = [group for group in contents(path)[0] if group.channels and not group.reduced]
+    if not groups:
+        return None
+    channels = max(groups, key=lambda group: len(group.channels)).channels
+    return Seen(
+        path,
+        tuple(channel.name for channel in channels),
+        tuple(channel.unit for channel in channels),
+        (),
+        tuple(channel.n_samples for channel in channels),
+    )
+
+
 def begin(
-    folder: Path, recordings: Path, advance: Callable[[str], None], warn: Callable[[str], None]
+    folder: Path,
+    recordings: Path,
+    sample_rate: float | None,
+    advance: Callable[[str], None],
+    warn: Callable[[str], None],
 ) -> tuple[Path, Path]:
     """Write a log and a model for the recordings in a folder; return their paths.
+
+    Parameters
+    ----------
+    folder, recordings : Path
+        Where the files go, and the folder in it that holds the recordings.
+    sample_rate : float, optional
+        Of recordings that do not say it [Hz].
+    advance, warn : callable
+        Called after each recording, and with what may be wrong.
 
     Raises
     ------
     LogError
-        If a log or a model is there already, or the recordings lie elsewhere.
-    RecordingError
-        If none of the recordings can be used.
+        If a log or a model is there already, or the recordings lie elsewhere, or none of them
+        can be read.
     """
     log, model = folder / "testlog.yaml", folder / "model.yaml"
     for path in (log, model):
@@ -134,33 +174,61 @@ def begin(
             f"{recordings}: not below {folder}. A log reads nothing outside its own folder: "
             f"name a folder that holds the recordings, or move them."
         )
-    seen, refused = [], {}
+    seen: list[Seen] = []
     for path in recordings_below(recordings):
         try:
-            seen.append(look(path))
+            seen.append(look(path, sample_rate))
         except RecordingError as error:
-            refused[path] = str(error)
-            warn(f"left out: {error}")
+            warn(f"not usable yet: {error}")
+            seen += _described_or_left_out(path, warn)
         advance(path.name)
     if not seen:
-        raise RecordingError(f"{recordings}: {next(iter(refused.values()))}")
+        raise LogError(f"{recordings}: none of the recordings can be read; nothing was written")
+    seen.sort(key=lambda one: not one.rms)  # what can be used speaks first
     controls = controls_of(seen[0].names)
     for one in seen[1:]:
         if one.names != seen[0].names:
             warn(f"{one.path.name} has other channels than {seen[0].path.name}; see channels:")
+    kept = {one.path for one in seen}
     below = recordings.resolve().relative_to(folder.resolve()).as_posix() or "."
     content = LOG.format(
         title=_quoted(folder.resolve().name),
         folder=_quoted(below),
         channels=_channels(seen[0], controls),
         crop=_crop(seen, controls),
-        tests=_tests([one.path for one in seen], recordings),
+        rate=f"  sample_rate: {sample_rate:.10g} Hz\n" if sample_rate else "",
+        tests=_tests([p for p in recordings_below(recordings) if p in kept], recordings),
     )
     files.write_text(log, content)
-    responses = [name for name in seen[0].names if name not in controls]
+    responses = [
+        name
+        for name, unit, n in zip(seen[0].names, seen[0].units, seen[0].lengths, strict=True)
+        if name not in controls and not _ignored(unit, n, seen[0])
+    ]
     sensors = "".join(f"  {_quoted(n)}: {_SENSOR}\n" for n in responses)
     files.write_text(model, MODEL.format(sensors=sensors))
     return log, model
+
+
+def _described_or_left_out(path: Path, warn: Callable[[str], None]) -> list[Seen]:
+    try:
+        found = described(path)
+    except RecordingError:
+        found = None
+    if found is None:
+        warn(f"left out: {path.name}")
+    return [] if found is None else [found]
+
+
+def _ignored(unit: str, length: int, seen: Seen) -> str:
+    """Return why a channel is of no use here; empty where it is."""
+    from shakerproc.units import is_unit_of
+
+    usual = max(set(seen.lengths), key=seen.lengths.count)
+    if length != usual:
+        return f"{length} samples, others have {usual}"
+    known = not unit or any(is_unit_of(unit, wanted) for wanted in ("V", "m/s^2"))
+    return "" if known else f"{unit} is no acceleration"
 
 
 _SENSOR: Final = "{at: coupon, measures: acceleration}"
@@ -175,16 +243,16 @@ def _channels(seen: Seen, controls: Sequence[str]) -> str:
     from shakerproc.units import is_unit_of
 
     lines = []
-    for name, unit in zip(seen.names, seen.units, strict=True):
+    for name, unit, n in zip(seen.names, seen.units, seen.lengths, strict=True):
         role = "control" if name in controls else "response"
         at = "" if name in controls else ", at: coupon"
         note = "(guess)"
-        if not unit:
+        if why := _ignored(unit, n, seen):
+            role, at, note = "ignore", "", f"(guess) {why}"
+        elif not unit:
             note += " ??? no unit in the file: add unit: g, or unit: V, sensitivity: 100 mV/g"
         elif is_unit_of(unit, "V"):
             note += " ??? volts: add sensitivity: 100 mV/g"
-        elif not is_unit_of(unit, "m/s^2"):
-            role, at, note = "ignore", "", f"(guess) {unit} is no acceleration"
         lines.append(f"  {_quoted(name)}: {{role: {role}{at}}}   # {note}\n")
     return "".join(lines)
 
@@ -196,12 +264,13 @@ def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
 
     first = seen[0]
     at = first.names.index(controls[0])
-    if not first.units[at] or not is_unit_of(first.units[at], "m/s^2"):
+    if not first.rms or not first.units[at] or not is_unit_of(first.units[at], "m/s^2"):
         return "none                    # ??? or {channel: NAME, threshold: 0.3 g}"
-    levels = [one.rms[one.names.index(controls[0])] for one in seen if controls[0] in one.names]
+    name = controls[0]
+    levels = [one.rms[one.names.index(name)] for one in seen if one.rms and name in one.names]
     threshold = 0.5 * min(levels) / STANDARD_GRAVITY
     return (
-        f"{{channel: {_quoted(controls[0])}, threshold: {threshold:.2g} g}}   "
+        f"{{channel: {_quoted(name)}, threshold: {threshold:.2g} g}}   "
         f"# (guess) half the smallest rms"
     )
 

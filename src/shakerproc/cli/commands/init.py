@@ -21,6 +21,12 @@ def init(
             file_okay=False,
         ),
     ] = None,
+    sample_rate_hz: Annotated[
+        float | None,
+        typer.Option(
+            help="Of recordings that do not say it; with --recordings [Hz].", min=1e-6
+        ),
+    ] = None,
 ) -> None:
     """Write a test log, a model and small simulated recordings to start from.
 
@@ -28,17 +34,19 @@ def init(
     --recordings, a log and a model of your own: a line for each file, its channels, and marks
     where something has to be filled in.
     """
+    if recordings is None and sample_rate_hz is not None:
+        raise typer.BadParameter("goes with --recordings", param_hint="--sample-rate-hz")
     if recordings is None:
         _simulated(folder)
     else:
-        _own(folder, recordings)
+        _own(folder, recordings, sample_rate_hz)
 
 
-def _own(folder: Path, recordings: Path) -> None:
+def _own(folder: Path, recordings: Path, sample_rate: float | None) -> None:
     from shakerproc.cli.own_campaign import begin, recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
-        log, model = begin(folder, recordings, advance, output.warning)
+        log, model = begin(folder, recordings, sample_rate, advance, output.warning)
     output.message(f"fill in what is marked ??? in {log}, then in {model}")
     for line in (f"shakerproc batch {log}", f"shakerproc compare {model} {log} --fit"):
         output.data(line)
