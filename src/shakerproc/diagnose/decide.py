@@ -10,6 +10,10 @@ from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
 from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import DRY, Context, deviance
 
+EXPONENT = 3.0
+"""Exponent at which a power law is a cubic spring [-]."""
+ALIKE = 1.2
+"""By how much the cost of a simpler law may exceed that of the richer one that holds it [-]."""
 RUGGED = 5e-3
 """How far from the top a fit of dry friction ends, where every stick and slip is a step in the
 likelihood; seen on tuning draws, one standard deviation [-]."""
@@ -38,9 +42,39 @@ def rank(fits: Sequence[Fit]) -> list[Fit]:
         return []
     by_likelihood = sorted(fits, key=deviance)
     edge = deviance(by_likelihood[0]) + window(by_likelihood)
-    near = [fit for fit in by_likelihood if deviance(fit) <= edge]
-    far = [fit for fit in by_likelihood if deviance(fit) > edge]
+    best = by_likelihood[0]
+    near = [
+        fit for fit in by_likelihood
+        if deviance(fit) <= edge or (_is_case_of(fit, best) and fit.cost < ALIKE * best.cost)
+    ]  # fmt: skip
+    far = [fit for fit in by_likelihood if fit not in near]
     return sorted(near, key=lambda fit: (size(fit), deviance(fit))) + far
+
+
+def _is_case_of(fit: Fit, richer: Fit) -> bool:
+    """Return whether a fit is a richer one with a number that its interval holds.
+
+    A power law whose exponent may be 3 is a cubic spring; play that may be the same on both
+    sides is a plain gap.
+    """
+    simple = {"power_law": "cubic_stiffness", "offset_gap": "gap"}
+    if len(kinds(fit)) != len(kinds(richer)):
+        return False
+    for i, (own, other) in enumerate(zip(kinds(fit), kinds(richer), strict=True)):
+        if own == other:
+            continue
+        if simple.get(other) != own:
+            return False
+        numbers = estimates(richer, i)
+        if other == "power_law":
+            low, high = numbers["exponent"].low or 0.0, numbers["exponent"].high or 0.0
+            if not low <= EXPONENT <= high:
+                return False
+            continue
+        one, two = numbers["clearance_positive"], numbers["clearance_negative"]
+        if max(one.low or 0.0, two.low or 0.0) > min(one.high or 0.0, two.high or 0.0):
+            return False
+    return True
 
 
 def kinds(fit: Fit) -> tuple[str, ...]:
@@ -85,7 +119,7 @@ def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
             factor = float(np.exp(min(1.96 * sd, 50.0)))
             out[name] = Estimate(value, value / factor, value * factor, unit)
         else:
-            half = 1.96 * sd * abs(_start_scale(fit, term_index, name))
+            half = float(1.96 * sd * abs(_start_scale(fit, term_index, name)))
             out[name] = Estimate(value, value - half, value + half, unit)
     return _as_effect(term, out)
 

@@ -167,8 +167,10 @@ def _worded(
     if real and best is not None:
         outside = _outside(found, best, errors, fitted)
     else:
-        held = errors.held_out
-        outside = held.after > max(2.0 * errors.noise_floor, NEGLIGIBLE, 0.06 * held.before)
+        outside = any(
+            one.after > max(2.0 * errors.noise_floor, NEGLIGIBLE, 0.06 * one.before)
+            for one in (errors.fitted, errors.held_out)
+        )
     if outside:
         faults = [f for f in faults if _stands_alone(f, known)]
     verdict, sentence = _verdict(

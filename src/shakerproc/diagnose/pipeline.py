@@ -41,6 +41,10 @@ JUMPING = 2e-3
 """Share of the response that a model with dry friction may miss and be taken as whole [-]."""
 BESIDE_FRICTION = 4
 """Effects that are tried beside a dry friction."""
+PROMISED = 0.005
+"""Share of the linear regression's cost that a candidate must save to be fitted at all [-]."""
+PERHAPS_TWO = 0.8
+"""The same, below which they are fitted where no single effect explains all [-]."""
 PAIRS_TRIED = 6
 """Pairs of effects that are fitted at most."""
 MATTERS = 0.05
@@ -236,7 +240,8 @@ def _singles(
     count = stage.sheet.regression.left.size
     final, linear = fit_base(stage.bench, at, p, base, cost, count)
     fits: list[Fit] = []
-    if _worth(final, linear, joints):
+    promised = cost - stage.cost() > PROMISED * cost
+    if promised and _worth(final, linear, joints):
         progress("the candidates")
         keep, both = plausible(stage.starts, cost), pairs(stage.sheet)
         best, more = keep[:1], []
@@ -261,7 +266,7 @@ def _finished(
         progress("the best candidates on whole tests")
         near = [f for f in fits if deviance(f) < deviance(fits[0]) + 0.1 * f.count][:4]
         if both is not None:
-            final, near = both[0], [both[1]]
+            final, near = both[0], [both[1], fits[0]]
         fits = refit(final, near, final.bench.fitted(), 2, sensors=True)
     whole = final.fit(
         linear.hypothesis, linear.parameters, final.bench.fitted(), 3, sensors=True
@@ -315,8 +320,10 @@ def pair_search(
     """Return the best pair of effects, where one effect leaves more than the noise."""
     if only_noise(at, best) or len(best.hypothesis.terms) > len(linear.hypothesis.terms) + 1:
         return None
-    starts = _beside_friction(pairs(stage.sheet), best)
-    starts = starts or plausible(pairs(stage.sheet), stage.linear_cost, 3, PAIRS_TRIED)
+    both = pairs(stage.sheet)
+    starts = _beside_friction(both, best)
+    if not starts and both and stage.cost(both) < PERHAPS_TWO * stage.cost():
+        starts = plausible(both, stage.linear_cost, 3, PAIRS_TRIED)
     none = stage.at.fit(linear.hypothesis, stage.p, stage.bench.short, 0)
     if not starts or none is None:
         return None
