@@ -92,14 +92,9 @@ def make_sheet(screen: Screen, regression: Regression, joints: Sequence[int]) ->
         inners, columns, width = _columns_of(screen, candidate, joint, motion)
         if not inners:
             return job, [], None
-        before = np.linalg.norm(columns, axis=1)
-        shared = columns @ regression.base.T @ regression.inverse
-        columns -= shared @ regression.base
-        length = np.linalg.norm(columns, axis=1)
-        length[length < NOTHING * before] = 0.0
-        columns /= np.where(length > 0.0, length, np.inf)[:, None]
-        right = columns @ regression.left
-        return job, inners, (columns.astype(np.float32), shared, length, right, width)
+        unit, shared, length = freed(columns, regression)
+        right = unit @ regression.left
+        return job, inners, (unit.astype(np.float32), shared, length, right, width)
 
     with ThreadPoolExecutor(2) as pool:
         results = [one for one in pool.map(work, jobs) if one[2] is not None]
@@ -114,6 +109,22 @@ def make_sheet(screen: Screen, regression: Regression, joints: Sequence[int]) ->
     )
     gram = (columns @ columns.T).astype(float)
     return Sheet(regression, tuple(entries), gram, right, length, shared)
+
+
+def freed(
+    columns: FloatArray, regression: Regression
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return columns without what the linear model holds of them, each of length one.
+
+    Besides them what of the linear columns they held, and their lengths before; columns that
+    it holds altogether have length 0.
+    """
+    before = np.linalg.norm(columns, axis=1)
+    shared = columns @ regression.base.T @ regression.inverse
+    left = columns - shared @ regression.base
+    length = np.linalg.norm(left, axis=1)
+    length[length < NOTHING * before] = 0.0
+    return left / np.where(length > 0.0, length, np.inf)[:, None], shared, length
 
 
 def _columns_of(
