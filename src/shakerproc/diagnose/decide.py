@@ -183,16 +183,17 @@ def _as_effect(term: Term, fitted: dict[str, Estimate]) -> dict[str, Estimate]:
 
 
 def error_of(
-    at: Context, hypothesis: Hypothesis, p: Parameters, segments: tuple[Segment, ...]
-) -> float:
+    at: Context, hypothesis: Hypothesis, p: Parameters, segments: tuple[Segment, ...], *,
+    robust: bool = False,
+) -> float:  # fmt: skip
     """Return rms of what is not predicted over rms of the response, over these segments.
 
     The prediction is one sample ahead, by an observer that follows the measurement as far as
-    the noise of the sensors justifies.
+    the noise of the sensors justifies. Where `robust`, samples that miss by far weigh less.
     """
     above = below = 0.0
     for segment in segments:
-        seen = at.judged(hypothesis, p, (segment,), robust=False)
+        seen = at.judged(hypothesis, p, (segment,), robust=robust)
         if seen is None:
             return float("inf")
         parts, logs = seen

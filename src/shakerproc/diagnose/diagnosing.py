@@ -43,7 +43,7 @@ from shakerproc.diagnose.result import (
     Verdict,
     Where,
 )
-from shakerproc.diagnose.search import deviance
+from shakerproc.diagnose.search import DRY, deviance
 from shakerproc.diagnose.structure import angular_frequencies, pattern
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
@@ -227,7 +227,9 @@ def _matters(best: Fit, linear: Fit) -> bool:
 def _outside(found: Findings, best: Fit, errors: Errors, fitted) -> bool:  # type: ignore[no-untyped-def]
     """Return whether the best candidate leaves clearly more than noise unexplained."""
     at = found.at
-    after = error_of(at, best.hypothesis, best.parameters, fitted)
+    # beside the jumps of dry friction samples miss by far, whatever the model
+    robust = bool(DRY.intersection(kinds(best)))
+    after = error_of(at, best.hypothesis, best.parameters, fitted, robust=robust)
     linear = error_of(at, found.linear.hypothesis, found.linear.parameters, fitted)
     floor = noise_floor(fitted, at)
     excess = float(np.sqrt(max(after**2 - floor**2, 0.0)))

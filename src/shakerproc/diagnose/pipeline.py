@@ -16,6 +16,7 @@ from shakerproc.diagnose.screen import Regression, Start
 from shakerproc.diagnose.search import (
     DRY,
     FLOOR,
+    JUMPING,
     Bench,
     Context,
     annealed,
@@ -37,8 +38,6 @@ LOOSE = 0.3
 CLEARLY_TWO = 0.6
 """Share of what the best candidate leaves in the screening, below which pairs are fitted at
 once: on tuning draws single effects stayed above it, but for strong quadratic stiffness [-]."""
-JUMPING = 2e-3
-"""Share of the response that a model with dry friction may miss and be taken as whole [-]."""
 BESIDE_FRICTION = 4
 """Effects that are tried beside a dry friction."""
 PROMISED = 0.005
@@ -268,6 +267,8 @@ def _finished(
         if both is not None:
             final, near = both[0], [both[1], fits[0]]
         fits = refit(final, near, final.bench.fitted(), 2, sensors=True)
+        # the short stretches may have shown little of what the whole tests show
+        fits = [*refit(final, fits[:1], final.bench.fitted(), 6, sensors=True), *fits[1:]]
     whole = final.fit(
         linear.hypothesis, linear.parameters, final.bench.fitted(), 3, sensors=True
     )

@@ -35,6 +35,8 @@ FLOOR = 5e-4
 """Share of the response that no model is expected to explain [-]."""
 
 
+JUMPING = 2e-3
+"""Share of the response that a model with dry friction may miss and be taken as whole [-]."""
 DRY = frozenset({"coulomb_friction", "stribeck_friction"})
 """Effects under which a contact sticks."""
 
