@@ -221,7 +221,8 @@ def _one_kind(one: Entry, other: Entry) -> bool:
 
 def _values(entry: Entry, weights: FloatArray) -> tuple[float, ...] | None:
     values = entry.candidate.combine(entry.inner, weights, entry.motion)
-    return None if values is None else tuple(float(v) for v in values)
+    # a number of exactly 0 has no scale to be fitted on
+    return None if values is None or not all(values) else tuple(float(v) for v in values)
 
 
 def _start(sheet: Sheet, chosen: list, gain: float) -> Start:  # type: ignore[type-arg]
