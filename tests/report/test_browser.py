@@ -23,7 +23,7 @@ pytestmark = [
 ]
 N_RUNS = 92
 LARGEST = 3e6  # [byte]
-LONGEST = 1.0  # until the page has settled [s]
+LONGEST = 4.0  # until the page has settled: 0.3 to 0.7 on idle cores, others may use them [s]
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def show(browser, selector):
 def test_92_runs_are_small_settle_at_once_and_ask_the_network_for_nothing(browser, page):
     assert page.stat().st_size <= LARGEST
     times = []
-    while len(times) < 6 and min(times, default=9.0) >= LONGEST:  # others may use the cores
+    while len(times) < 6 and min(times, default=9.0) >= LONGEST:
         browser.requests.clear()
         times.append(browser.open(page))
     assert min(times) < LONGEST, times
