@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from shakerproc.compare.measured import measured_tests
 from shakerproc.diagnose.arrays import no_correction
@@ -15,6 +16,9 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.models import EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.testlog import TestLog
+
+BY_HAND: Final = frozenset({"spring", "damper", "jump_gap", "power_law_damping"})
+"""Effects that the search does not know as missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,11 @@ def fit_effect(
     """
     if kind not in EFFECTS:
         raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
+    if kind in BY_HAND:
+        raise DiagnosisError(
+            f"{kind} is not fitted; write it into the model file by hand, its numbers are in "
+            f"`shakerproc effects {kind}`."
+        )
     say = progress or (lambda _text: None)
     measured = measured_tests(log, model)
     known = skeleton(model, tuple(measured[0].sensors))

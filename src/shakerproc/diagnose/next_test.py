@@ -18,6 +18,8 @@ from shakerproc.testlog import Shaker
 
 LEVELS = (0.5, 1.0, 1.5, 2.0, 3.0)
 """Levels that are tried, as multiples of the loudest test [-]."""
+SEEN = 0.02
+"""Distance of spectra below which a test does not tell two candidates apart [-]."""
 SECONDS = 10.0
 """Length of the trials [s]."""
 
@@ -87,10 +89,12 @@ def settle(
         return ()
     apart, trial, times = best
     power = 2 if trial.unit.endswith("/Hz") else 1
+    reason = f"the spectra of the two differ by {100.0 * apart:.2g} % there on average"
+    if apart < SEEN:
+        reason += ", too little to tell them apart; no other test that was tried shows more"
     return (
         NextTest(
-            trial.excitation, trial.words(times**power), names,
-            f"the spectra of the two differ by {100.0 * apart:.2g} % there on average",
+            trial.excitation, trial.words(times**power), names, reason,
             trial.band, trial.like,
         ),
     )  # fmt: skip

@@ -179,7 +179,7 @@ def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
                 "yes" if old.measured.test.hold_out else "",
                 old.error,
                 new.error,
-                old.noise,
+                new.noise,
             )
             for old, new in zip(before.tests, after.tests, strict=True)
         ],
