@@ -42,7 +42,8 @@ def model_section(models: Models) -> Section:
         new = f"{after.tests[i].error:.2%}" if after else ""
         note = "" if test.prediction.predictable else "chaotic: judged by density and H1"
         rows.append((
-            test.measured.name, level, held, f"{test.error:.1%}", new, _share(test.noise), note
+            test.measured.name, level, held, f"{test.error:.1%}", new,
+            _share(models.noise[i]), note,
         ))  # fmt: skip
     kept = [i for i in range(len(columns)) if i < 3 or any(row[i] for row in rows)]
     table = Table(

@@ -59,6 +59,11 @@ class Models:
         both = [(self.old, BEFORE, self.before)]
         return both if self.after is None else [*both, (self.new, AFTER, self.after)]
 
+    @property
+    def noise(self) -> list[float]:
+        """Noise of every test, through the better model: what a contact makes of it counts."""
+        return [test.noise for test in (self.after or self.before).tests]
+
 
 def label(test: TestComparison) -> str:
     """Return number and level of a test, and whether it was held out."""
@@ -296,7 +301,7 @@ def error_by_level(models: Models) -> Drawing:
         y = np.array([comparison.tests[i].error for i in rising])
         curves.append(svg.Curve("", x, y, style, thin=True))
         curves.append(svg.Curve(text, x, y, style, points=True, hollow=kept))
-    noise = np.array([models.before.tests[i].noise for i in rising])
+    noise = np.array([models.noise[i] for i in rising])
     if np.any(np.isfinite(noise) & (noise > 0.0)):
         noise = np.where(noise > 0.0, noise, np.nan)
         curves.append(svg.Curve("noise", x, noise, NOISE, thin=True))
