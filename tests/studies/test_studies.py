@@ -292,6 +292,13 @@ def run_command(monkeypatch, tmp_path):
     return run
 
 
+def test_a_study_that_cannot_be_read_leaves_nothing(run_command, tmp_path):
+    (tmp_path / "wrong.yaml").write_text("study: 1\ntitle: x\nkind: backbone2\n")
+    done = run_command("study", "wrong.yaml", "--out", "here")
+    assert done.exit_code != 0
+    assert not (tmp_path / "here").exists()
+
+
 def test_the_study_command_writes_table_figure_and_json(run_command, tmp_path):
     done = run_command(
         "study", CONFIGS / "figure_3_10.yaml", "--out", "here", "--json", "all.json"

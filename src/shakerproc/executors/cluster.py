@@ -105,7 +105,7 @@ def _client(address: str) -> Iterator["Client"]:
         # distributed would go on trying, and leave a client behind that cannot be closed
         socket.create_connection((where.hostname, where.port), _CONNECT).close()
         client = Client(where.geturl(), timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, MemoryError) as error:
         raise ClusterError(
             f"no scheduler answers at {address}: {' '.join(str(error).split())}. {_HOW}"
         ) from error

@@ -57,7 +57,7 @@ def study(
     documents = []
     for path in files or []:
         machines = Machines(workers, LONG, MUCH, scheduler)
-        result = _run(path, _folder(out, path), machines, resume=resume, figures=figures)
+        result = _run(path, out, machines, resume=resume, figures=figures)
         documents.append(_document(path, result))
         _print(result, json)
     output.write_json(
@@ -70,7 +70,7 @@ def _folder(out: Path | None, path: Path) -> Path:
 
 
 def _run(
-    path: Path, folder: Path, machines: "Machines", *, resume: bool, figures: bool
+    path: Path, out: Path | None, machines: "Machines", *, resume: bool, figures: bool
 ) -> "StudyResult":
     import os
 
@@ -80,6 +80,7 @@ def _run(
 
     read = read_study(path)
     total = len(jobs_of(read))
+    folder = _folder(out, path)
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,
