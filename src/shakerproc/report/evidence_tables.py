@@ -17,6 +17,7 @@ from shakerproc.report.evidence_figures import (
 
 Columns = dict[str, list[Any]]
 
+_OF_MOTION: Final = ("test", "between", "model", "quantity", "unit")
 _MOTIONS: Final = (("displacement", "m"), ("velocity", "m/s"))
 
 
@@ -116,17 +117,7 @@ def errors_by_motion(models: Models) -> Columns:
                          float(a), float(b), float(c))
                         for a, b, c in zip(found.centre, found.mean, found.error, strict=True)
                     ]  # fmt: skip
-    names = (
-        "test",
-        "between",
-        "model",
-        "quantity",
-        "unit",
-        "middle",
-        "missing_force_n",
-        "error",
-    )
-    return _columns(names, rows)
+    return _columns((*_OF_MOTION, "middle", "missing_force_n", "error"), rows)
 
 
 def restoring_forces(models: Models) -> Columns:
@@ -145,17 +136,7 @@ def restoring_forces(models: Models) -> Columns:
                     (test.measured.name, " - ".join(joint.between), text, quantity, unit, *row)
                     for row in zip(along.tolist(), force.tolist(), law.tolist(), strict=True)
                 ]
-    names = (
-        "test",
-        "between",
-        "model",
-        "quantity",
-        "unit",
-        "motion",
-        "force_n",
-        "force_model_n",
-    )
-    return _columns(names, rows)
+    return _columns((*_OF_MOTION, "motion", "force_n", "force_model_n"), rows)
 
 
 def ladder(diagnosis: Diagnosis) -> Columns:

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import Recording
+from shakerproc.data import FloatArray, Recording
 from shakerproc.recordings.health import health
 from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
@@ -79,13 +79,7 @@ def _control_density(result: RunResult) -> Flag | None:
     seen = control_density(result)
     if seen is None or seen.kept:
         return None
-    return Flag(
-        "control density",
-        "",
-        f"the controls are beyond the alarm limit of ±{seen.alarm_db:g} dB in "
-        f"{seen.beyond_alarm:.0%} of the band, at worst by {seen.worst_db:+.1f} dB at "
-        f"{seen.worst_hz:.4g} Hz",
-    )
+    return Flag("control density", "", f"the controls are {_beyond(seen, 'band')}")
 
 
 def control_density(result: RunResult) -> ControlSummary | None:
@@ -99,19 +93,8 @@ def control_density(result: RunResult) -> ControlSummary | None:
     if not density.size or not (density > 0.0).all():
         return None
     off = 10.0 * np.log10(density / wanted.value)
-    tolerance = result.test.processing.tolerance
     sure = np.maximum(np.abs(off) - _chance(result), 0.0)
-    beyond = float(np.mean(sure > tolerance.alarm))
-    worst = int(np.argmax(np.abs(off)))
-    return ControlSummary(
-        demanded=wanted.shown[0],
-        alarm_db=tolerance.alarm,
-        abort_db=tolerance.abort,
-        beyond_alarm=beyond,
-        worst_db=float(off[worst]),
-        worst_hz=float(frequency[inside][worst]),
-        kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
-    )
+    return _judged(result, wanted, off, sure, frequency[inside])
 
 
 def _control_sweep(result: RunResult) -> Flag | None:
@@ -119,13 +102,7 @@ def _control_sweep(result: RunResult) -> Flag | None:
     seen = control_sweep(result)
     if seen is None or seen.kept:
         return None
-    return Flag(
-        "control level",
-        "",
-        f"the control is beyond the alarm limit of ±{seen.alarm_db:g} dB in "
-        f"{seen.beyond_alarm:.0%} of the sweep, at worst by {seen.worst_db:+.1f} dB at "
-        f"{seen.worst_hz:.4g} Hz",
-    )
+    return Flag("control level", "", f"the control is {_beyond(seen, 'sweep')}")
 
 
 def control_sweep(result: RunResult) -> ControlSummary | None:
@@ -145,8 +122,16 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
     if not known.any():
         return None
     off = 20.0 * np.log10(control[known] / wanted.value)
+    return _judged(result, wanted, off, np.abs(off), frequency[known])
+
+
+def _judged(
+    result: RunResult, wanted: levels.Level, off: FloatArray, sure: FloatArray,
+    frequency: FloatArray,
+) -> ControlSummary:  # fmt: skip
+    """Return how a control that is `off` [dB], and surely by `sure` [dB], keeps its limits."""
     tolerance = result.test.processing.tolerance
-    beyond = float(np.mean(np.abs(off) > tolerance.alarm))
+    beyond = float(np.mean(sure > tolerance.alarm))
     worst = int(np.argmax(np.abs(off)))
     return ControlSummary(
         demanded=wanted.shown[0],
@@ -154,8 +139,16 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
         abort_db=tolerance.abort,
         beyond_alarm=beyond,
         worst_db=float(off[worst]),
-        worst_hz=float(frequency[known][worst]),
-        kept=bool(np.max(np.abs(off)) <= tolerance.abort and beyond <= BEYOND_ALARM),
+        worst_hz=float(frequency[worst]),
+        kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
+    )
+
+
+def _beyond(seen: ControlSummary, where: str) -> str:
+    """Say how far a control is beyond its alarm limit."""
+    return (
+        f"beyond the alarm limit of ±{seen.alarm_db:g} dB in {seen.beyond_alarm:.0%} of the "
+        f"{where}, at worst by {seen.worst_db:+.1f} dB at {seen.worst_hz:.4g} Hz"
     )
 
 
