@@ -1,6 +1,6 @@
 """One effect fitted beside the model, and the element that goes into the model file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -117,7 +117,7 @@ def _same(known: Skeleton, joint: int, between: Sequence[str]) -> bool:
     return set(known.between(joint)) == set(between)
 
 
-def effect_of(kind: str, numbers: dict[str, Estimate]) -> AbstractEffect:
+def effect_of(kind: str, numbers: Mapping[str, Estimate]) -> AbstractEffect:
     """Return the effect with these numbers."""
     values = {name: estimate.value for name, estimate in numbers.items()}
     return EFFECTS[kind](**values)

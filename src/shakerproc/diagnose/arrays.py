@@ -74,7 +74,7 @@ def prepare(
     input_noise = float(np.sqrt(np.mean(np.square(inputs)) / len(inputs)))
     return Prepared(
         test.name, rate, responses, slope, weight,
-        upsample(base, fine), base, np.maximum(noise, 1e-5 * scale),
+        upsample(base, fine), np.maximum(noise, 1e-5 * scale),
         max(input_noise, 1e-6 * float(np.sqrt(np.mean(base**2)))), test.hold_out,
         int(LEAD_SECONDS * rate),
     ), levels  # fmt: skip

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from shakerproc.diagnose.adding import effect_of
 from shakerproc.diagnose.result import Diagnosis, Estimate, Finding
 from shakerproc.models import EFFECTS, Element, Model
 
@@ -25,9 +26,8 @@ def mended(model: Model, diagnosis: Diagnosis) -> Model | None:
 
 
 def _element(effect: Finding) -> Element:
-    values = {name: estimate.value for name, estimate in effect.parameters.items()}
     first, second = effect.between
-    return Element(EFFECTS[effect.kind](**values), (first, second))
+    return Element(effect_of(effect.kind, effect.parameters), (first, second))
 
 
 def _refitted(element: Element, model: Model, linear: Mapping[str, Estimate]) -> Element:

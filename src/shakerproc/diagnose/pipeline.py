@@ -133,7 +133,7 @@ def screened(
 
 def screen_sheet(at: Context, p: Parameters, joints: tuple[int, ...]) -> Sheet | None:
     """Return the sheet of every candidate beside a linear model; None if it runs away."""
-    screen = build_screen(at, p, joints)
+    screen = build_screen(at, p)
     return None if screen is None else make_sheet(screen, Regression(screen), joints)
 
 

@@ -71,7 +71,6 @@ class Prepared:
     slope: FloatArray
     weight: FloatArray
     input: FloatArray
-    raw_input: FloatArray
     noise: FloatArray
     input_noise: float
     hold_out: bool

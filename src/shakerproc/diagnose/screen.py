@@ -5,7 +5,7 @@ each candidate's force along the measured motion, sent through the same observer
 a linear regression. Inner parameters are tried on a grid.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
@@ -101,8 +101,6 @@ class Screen:
     tracks: tuple[Track, ...]
     residual: FloatArray
     base: FloatArray
-    blocks: FloatArray
-    joints: tuple[int, ...]
 
 
 def stretch(structure: Structure, joint: int, moved: Track) -> tuple[FloatArray, FloatArray]:
@@ -136,7 +134,7 @@ def prepare_screen(
     p: Parameters,
     whole: tuple[Segment, ...],
     segments: tuple[Segment, ...],
-    tunings: tuple[Tuning, ...], blend_hz: float, joints: tuple[int, ...],
+    tunings: tuple[Tuning, ...], blend_hz: float,
 ) -> Screen | None:  # fmt: skip
     """Return the common part of every regression around a linear model."""
     linear = structure.with_linear(p.stiffness, p.damping)
@@ -157,7 +155,7 @@ def prepare_screen(
         parts.append(judged.ravel())
     screen = Screen(
         linear, segments, tunings, tuple(tracks), np.concatenate(parts),
-        np.empty((0, 0)), np.empty(0), joints,
+        np.empty((0, 0)),
     )  # fmt: skip
     columns = []
     for joint in range(len(structure.joints)):
@@ -169,20 +167,7 @@ def prepare_screen(
             through(screen, forces, pattern(structure.joints[joint], linear.masses.size))
         )
     base = np.concatenate(columns)
-    return Screen(
-        linear, segments, tunings, tuple(tracks), screen.residual, base,
-        _block_index(segments, len(structure.sensing)), joints,
-    )  # fmt: skip
-
-
-def _block_index(segments: tuple[Segment, ...], n_sensors: int) -> FloatArray:
-    out, first = [], 0
-    for segment in segments:
-        n = segment.measured.shape[1] - segment.skip
-        own = np.arange(n) // int(0.25 * segment.sample_rate)
-        out.append(np.tile(own + first, n_sensors))
-        first += own[-1] + 1
-    return np.concatenate(out)
+    return replace(screen, base=base)
 
 
 @dataclass(frozen=True, slots=True)

@@ -176,7 +176,7 @@ def equation_linear(
     """Return stiffness and damping by regression, with an observer that follows closely."""
     for _ in range(rounds):
         at = context(bench, p, loose)
-        screen = build_screen(at, p, tuple(range(len(bench.structure.joints))))
+        screen = build_screen(at, p)
         if screen is None:
             return p
         weights = Regression(screen).weights
@@ -249,7 +249,7 @@ def context(
     return Context(bench, reference, bench.tunings(reference, loose), loose, filtered)
 
 
-def build_screen(at: Context, p: Parameters, joints: tuple[int, ...]) -> Screen | None:
+def build_screen(at: Context, p: Parameters) -> Screen | None:
     """Return the screening of a linear fit."""
     omega = float(angular_frequencies(at.reference)[0])
     blend = max(
@@ -258,7 +258,7 @@ def build_screen(at: Context, p: Parameters, joints: tuple[int, ...]) -> Screen 
         if not prepared.hold_out
     )
     return prepare_screen(
-        at.bench.structure, p, at.bench.whole, at.bench.short, at.tunings, blend, joints
+        at.bench.structure, p, at.bench.whole, at.bench.short, at.tunings, blend
     )
 
 
