@@ -31,7 +31,7 @@ from shakerproc.simulate.excitations import linear_sweep
 STIFFNESS, PLAY, FRICTION = 1000.0, 5e-4, 1.0
 DAMPING = 2.0 * 0.01 * np.sqrt(STIFFNESS)
 RATE, SECONDS, FORCE, LAST = 500.0, 30.0, 5.0, 30.0
-OURS = (1e-15, 1e-10, 1e-7)
+OURS = (1e-15, 1e-10, 1e-7, 1e-5, 1e-3)
 PATIENCE = 10.0
 TOLERANCES = (1e-3, 1e-6, 1e-8, 1e-10, 1e-12)
 Array = np.ndarray

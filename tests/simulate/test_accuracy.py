@@ -365,6 +365,34 @@ def test_order_of_the_taylor_steps_against_their_tolerance():
         assert error < found.error
 
 
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+def test_a_chirp_may_be_missed_by_no_more_than_the_tolerance_and_the_error_says_so(tolerance):
+    chirp = linear_sweep(0.0, 30.0, 10.0, 5.0)
+    exact = prepare(chirp, 500.0, duration=10.0)
+    given = prepare(chirp, 500.0, duration=10.0, tolerance=tolerance)
+    assert given.pieces.shape[1] < exact.pieces.shape[1]
+    assert worst(given.samples, chirp(np.arange(5001) / 500.0)) < tolerance
+    best = simulate(GAP, exact, growth=False)
+    found = simulate(GAP, chirp, 500.0, duration=10.0, tolerance=tolerance, growth=False)
+    assert worst(found.displacement, best.displacement) < found.error < 100.0 * tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_a_loose_tolerance_finds_the_same_switchings(tolerance):
+    """They are found on the series that carries the motion, not on a shorter one."""
+    model = single(
+        Gap(1000.0, 0.5e-3),
+        CubicStiffness(1e6),
+        CoulombFriction(1.0),
+        Damper(damping_ratio=0.01),
+    )
+    chirp = linear_sweep(0.0, 30.0, 10.0, 5.0)
+    best = simulate(model, chirp, 500.0, duration=10.0, growth=False)
+    found = simulate(model, chirp, 500.0, duration=10.0, tolerance=tolerance, growth=False)
+    assert found.solver == "Taylor series"
+    assert abs(found.switchings - best.switchings) <= 0.01 * best.switchings
+
+
 @pytest.mark.parametrize("exponent", [1.5, 2.2])
 def test_a_power_that_is_not_whole_goes_to_dop853(exponent):
     model = single(PowerLaw(5.0, 0.01, exponent), Damper(damping=1.0))

@@ -9,8 +9,10 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.simulate.kernels.powers import chirp_pieces
 
-_MISSED: Final = 1e-15
-_HIGHEST: Final = 20
+ROUNDING: Final = 1e-15
+"""Share of its amplitude by which rounding alone makes a signal miss [-]."""
+
+_HIGHEST: Final = 24
 
 
 @final
@@ -42,11 +44,13 @@ class Chirp:
         result: FloatArray = self.amplitude * np.sin(2.0 * pi * rest + self.phase)
         return result
 
-    def pieces(self, n_intervals: int, sample_rate: float) -> FloatArray | None:
+    def pieces(
+        self, n_intervals: int, sample_rate: float, tolerance: float
+    ) -> FloatArray | None:
         """Return polynomials over intervals, in powers of the share of each that has passed.
 
-        They are Taylor series about the middles, as long as it takes to miss the signal by
-        rounding only.
+        They are Taylor series, as long as it takes to miss the signal by no more than a share
+        of its amplitude.
 
         Returns
         -------
@@ -56,9 +60,9 @@ class Chirp:
         duration = n_intervals / sample_rate
         fastest = max(abs(self.first), abs(self.first + self.rate * duration))
         degree, missed = 0, 1.0
-        while missed > _MISSED or degree < 3:
+        while missed > tolerance or degree < 3:
             degree += 1
-            missed *= pi * fastest / sample_rate / (degree + 1)
+            missed *= 2.0 * pi * fastest / sample_rate / (degree + 1)
             if degree > _HIGHEST:
                 return None
         pieces = np.empty((n_intervals, degree + 1))

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulate.chirps import Chirp
+from shakerproc.simulate.chirps import ROUNDING, Chirp
 from shakerproc.simulate.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
 
 
@@ -28,6 +28,8 @@ class Input:
         Samples that a piece covers, where it is longer than one.
     surplus : int
         Samples at the end of the last piece that are not wanted.
+    missed : float
+        Share of its amplitude by which the pieces may miss a function of time [-].
     """
 
     pieces: FloatArray
@@ -35,6 +37,7 @@ class Input:
     sample_rate: float
     span: int = 1
     surplus: int = 0
+    missed: float = 0.0
 
     @property
     def part(self) -> float:
@@ -65,6 +68,7 @@ def prepare(
     duration: float | None = None,
     upsample: int = 1,
     hold: Hold = "band-limited",
+    tolerance: float = ROUNDING,
 ) -> Input:
     """Return the input of simulations, from samples or from a function of time.
 
@@ -80,6 +84,8 @@ def prepare(
         Into how many parts to cut each sample first; see `pieces.pieces_of_samples`.
     hold : {"band-limited", "linear"}
         What the input does between its samples.
+    tolerance : float
+        By which share of its amplitude the pieces of a chirp may miss it [-].
 
     Raises
     ------
@@ -92,8 +98,10 @@ def prepare(
             raise ValueError("a function of time needs a duration")
         checks.positive("duration", duration, "s")
         n_intervals = max(1, round(duration * sample_rate))
-        pieces = pieces_of_signal(excitation, n_intervals * upsample, sample_rate * upsample)
-        return Input(pieces, upsample, sample_rate)
+        pieces = pieces_of_signal(
+            excitation, n_intervals * upsample, sample_rate * upsample, tolerance
+        )
+        return Input(pieces, upsample, sample_rate, missed=tolerance)
     samples = np.asarray(excitation, dtype=float)
     if samples.ndim != 1 or samples.size < 2:
         raise ValueError(f"excitation must be (n,) samples, at least 2, not {samples.shape}")
@@ -105,7 +113,9 @@ def prepare(
     )
 
 
-def prepare_long(signal: Chirp, sample_rate: float, duration: float, span: int) -> Input | None:
+def prepare_long(
+    signal: Chirp, sample_rate: float, duration: float, span: int, tolerance: float
+) -> Input | None:
     """Return the input in pieces of several samples each, for steps as long as they.
 
     Parameters
@@ -118,6 +128,8 @@ def prepare_long(signal: Chirp, sample_rate: float, duration: float, span: int) 
         Length of the response [s].
     span : int
         Samples of a piece.
+    tolerance : float
+        By which share of its amplitude the pieces may miss it [-].
 
     Returns
     -------
@@ -126,10 +138,10 @@ def prepare_long(signal: Chirp, sample_rate: float, duration: float, span: int) 
     """
     n_intervals = max(1, round(duration * sample_rate))
     n_pieces = -(-n_intervals // span)
-    pieces = signal.pieces(n_pieces, sample_rate / span)
+    pieces = signal.pieces(n_pieces, sample_rate / span, tolerance)
     if pieces is None:
         return None
-    return Input(pieces, 1, sample_rate, span, n_pieces * span - n_intervals)
+    return Input(pieces, 1, sample_rate, span, n_pieces * span - n_intervals, tolerance)
 
 
 def as_input(
@@ -139,6 +151,7 @@ def as_input(
     duration: float | None,
     upsample: int,
     hold: Hold,
+    tolerance: float,
 ) -> Input:
     """Return an input as it is, or made by `prepare`.
 
@@ -153,4 +166,7 @@ def as_input(
         return excitation
     if sample_rate is None:
         raise ValueError("the excitation needs a sample rate")
-    return prepare(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)
+    return prepare(
+        excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
+        tolerance=max(tolerance, ROUNDING),
+    )  # fmt: skip

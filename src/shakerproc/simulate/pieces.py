@@ -7,7 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from shakerproc.data import FloatArray
-from shakerproc.simulate.chirps import Chirp
+from shakerproc.simulate.chirps import ROUNDING, Chirp
 from shakerproc.simulate.kernels.powers import through
 
 Hold: TypeAlias = Literal["band-limited", "linear"]
@@ -58,11 +58,13 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
     )
 
 
-def pieces_of_signal(signal: Signal, n_intervals: int, sample_rate: float) -> FloatArray:
+def pieces_of_signal(
+    signal: Signal, n_intervals: int, sample_rate: float, tolerance: float = ROUNDING
+) -> FloatArray:
     """Return polynomials of degree 9 through a function of time at ten points an interval.
 
     Those miss a sine by 2 (omega h / 4)^10 / 10!: below rounding up to 0.1 of the sample rate.
-    Of a chirp they are its Taylor series instead, as long as it takes.
+    Of a chirp they are its Taylor series instead, as long as the tolerance takes.
 
     Returns
     -------
@@ -70,7 +72,7 @@ def pieces_of_signal(signal: Signal, n_intervals: int, sample_rate: float) -> Fl
         Coefficients, in powers of the share of the interval that has passed.
     """
     if isinstance(signal, Chirp):
-        known = signal.pieces(n_intervals, sample_rate)
+        known = signal.pieces(n_intervals, sample_rate, tolerance)
         if known is not None:
             return known
     nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(_ANALYTIC_DEGREE + 1) / _ANALYTIC_DEGREE))

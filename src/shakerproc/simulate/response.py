@@ -13,13 +13,13 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import System, assemble
-from shakerproc.simulate.chirps import Chirp
+from shakerproc.simulate.chirps import ROUNDING, Chirp
 from shakerproc.simulate.inputs import Input, as_input, prepare_long
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS, integrate_dop853
 from shakerproc.simulate.kernels.exact import DONE, STUCK, integrate
 from shakerproc.simulate.kernels.table import Machine, Store, room_for_series
 from shakerproc.simulate.pieces import Hold, Signal
-from shakerproc.simulate.propagators import branches_of, build_stores, no_store
+from shakerproc.simulate.propagators import branches_of, build_store, no_store
 from shakerproc.simulate.sensing import read_sensors
 from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
 
@@ -67,8 +67,9 @@ def simulate(
         Displacement [m] and velocity [m/s] of masses relative to the base at the start; the
         others rest.
     tolerance : float
-        Last terms of a Taylor series as a share of the largest motion; 1e-9 is quick, and
-        ample for a comparison with measurements [-].
+        Last terms of a Taylor series, of the motion as a share of the largest and of a chirp
+        as a share of its amplitude; 1e-9 is quick, and ample for a comparison with
+        measurements [-].
     growth : bool
         Whether to run once more with a disturbance of 1e-10 of start and input, to tell how
         it grows.
@@ -87,12 +88,15 @@ def simulate(
     series = _by_series(system, solver)
     given = None
     if series and upsample == 1 and isinstance(excitation, Chirp):
-        given = _long_steps(model, system, excitation, sample_rate, duration)
+        given = _long_steps(
+            model, system, excitation, sample_rate, duration, tolerance=tolerance
+        )
     if given is None:
         given = as_input(
-            excitation, sample_rate, duration=duration, upsample=upsample, hold=hold
-        )
-    store = _store([system.machine], given, solver)[0]
+            excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
+            tolerance=tolerance,
+        )  # fmt: skip
+    store = _store(system.machine, given, solver)
     first = _first_motion(system, start)
     case = _Case(model, system, store, given, first, tolerance, series)
     return _simulate(case, growth=growth)
@@ -113,9 +117,6 @@ def simulate_many(
 ) -> list[Result]:
     """Return what `reduce` makes of the response of each of many models, on all cores.
 
-    Models with the same effects between the same places share the work of preparing their
-    propagators, so that sets of parameters are best given together.
-
     Parameters
     ----------
     models : sequence of Model
@@ -127,18 +128,20 @@ def simulate_many(
     workers : int, optional
         Threads; by default as many as cores.
     """
-    given = as_input(excitation, sample_rate, duration=duration, upsample=upsample, hold=hold)
-    systems = [assemble(model) for model in models]
-    stores = _stores_of_alike(systems, given)
+    given = as_input(
+        excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
+        tolerance=tolerance,
+    )  # fmt: skip
 
-    def one(i: int) -> Result:
-        first = _first_motion(systems[i], None)
-        series = _by_series(systems[i], "automatic")
-        case = _Case(models[i], systems[i], stores[i], given, first, tolerance, series)
+    def one(model: Model) -> Result:
+        system = assemble(model)
+        store, first = _store(system.machine, given, "automatic"), _first_motion(system, None)
+        series = _by_series(system, "automatic")
+        case = _Case(model, system, store, given, first, tolerance, series)
         return reduce(_simulate(case, growth=growth))
 
     with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
-        return list(pool.map(one, range(len(models))))
+        return list(pool.map(one, models))
 
 
 def _long_steps(
@@ -147,6 +150,8 @@ def _long_steps(
     chirp: Chirp,
     sample_rate: float | None,
     duration: float | None,
+    *,
+    tolerance: float,
 ) -> Input | None:
     """Return the input in pieces of several samples, where series may step as far.
 
@@ -162,17 +167,17 @@ def _long_steps(
     stiffness = np.max(np.abs(system.machine.matrix[:, :n]), initial=0.0)
     for span in _SPANS:
         if np.sqrt(stiffness) * span / sample_rate < _LONGEST_STEP:
-            return prepare_long(chirp, sample_rate, duration, span)
+            return prepare_long(chirp, sample_rate, duration, span, max(tolerance, ROUNDING))
     return None
 
 
-def _store(machines: Sequence[Machine], given: Input, solver: Solver) -> list[Store]:
+def _store(machine: Machine, given: Input, solver: Solver) -> Store:
     if solver in {"taylor", "dop853"}:
-        return [no_store() for _ in machines]
-    stores = build_stores(machines, given.part, given.pieces.shape[1] - 1)
-    if solver == "exact" and not stores[0].parts.size:
+        return no_store()
+    store = build_store(machine, given.part, given.pieces.shape[1] - 1)
+    if solver == "exact" and not store.parts.size:
         raise ValueError("the model is not piecewise linear, or has too many combinations")
-    return stores
+    return store
 
 
 def _by_series(system: System, solver: Solver) -> bool:
@@ -198,25 +203,6 @@ def dop853_tableau() -> FloatArray:
     tableau[13, :12], tableau[14, :12] = DOP853.E5[:12], DOP853.E3[:12]
     tableau[:12, 12] = DOP853.C
     return tableau
-
-
-def _stores_of_alike(systems: Sequence[System], given: Input) -> list[Store]:
-    """Return the store of each system, those with the same lines built together."""
-    alike: dict[tuple[object, ...], list[int]] = {}
-    for i, system in enumerate(systems):
-        key = (len(system.names), system.machine.lines.tobytes(), _sides(system))
-        alike.setdefault(key, []).append(i)
-    stores: dict[int, Store] = {}
-    for indices in alike.values():
-        built = _store([systems[i].machine for i in indices], given, "automatic")
-        stores.update(zip(indices, built, strict=True))
-    return [stores[i] for i in range(len(systems))]
-
-
-def _sides(system: System) -> bytes:
-    """Return what of the numbers of the laws changes their branches or events."""
-    values = system.machine.values
-    return np.stack((values[:, 2] > 0.0, values[:, 0] == values[:, 1])).tobytes()
 
 
 def _first_motion(
@@ -259,7 +245,8 @@ def _simulate(case: _Case, *, growth: bool) -> Simulation:
     grown = _growth(case, motion) if growth else None
     samples = case.given.samples
     by_force = case.model.excitation.on is not None
-    error = _truncation(motion, stats, n) + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
+    error = _truncation(motion, stats, n) + case.given.missed
+    error += _ROUNDING * float(np.sqrt(1.0 + stats[1]))
     simulation = Simulation(
         sample_rate=case.given.sample_rate,
         outputs={},

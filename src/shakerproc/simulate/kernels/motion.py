@@ -90,11 +90,29 @@ def accelerate_here(
         if state >= 0:
             series.lines[row, STATE, order] = series.y[2 * n + state, order]
         force, rate = law_series(machine, row, order, time, step, series.lines)
-        push(machine, row, force, series.a, 0, order)
+        if force != 0.0:  # most laws that are open, and most orders of the others, have none
+            push(machine, row, force, series.a, 0, order)
         if state >= 0:
             series.y[2 * n + state, order + 1] = rate
     if held > 0:
         hold(machine, held, order, series)
+
+
+@inlined
+def finish_line(machine: Machine, row: int, order: int, series: Series) -> None:
+    """Set the last order of a line, which has no force any more.
+
+    Switchings are then found on the very series that carries the motion: one that ended an
+    order sooner would leave the motion a little off the surface, to be crossed once more.
+    """
+    series.lines[row, DISPLACEMENT, order] = between(machine, row, series.y, 0, order)
+    series.lines[row, VELOCITY, order] = between(
+        machine, row, series.y, machine.mass.size, order
+    )
+    series.lines[row, HOLDING, order] = 0.0
+    state = machine.lines[row, MEMORY]
+    if state >= 0:
+        series.lines[row, STATE, order] = series.y[2 * machine.mass.size + state, order]
 
 
 @inner

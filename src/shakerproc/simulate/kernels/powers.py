@@ -51,7 +51,7 @@ def chirp_pieces(
     step: float,
     pieces: FloatArray,
 ) -> None:
-    """Set polynomials of a sine whose frequency changes evenly, by series about the middles.
+    """Set polynomials of a sine whose frequency changes evenly, by their Taylor series.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def chirp_pieces(
     degree = pieces.shape[1] - 1
     bend = 2.0 * math.pi * rate * step * step
     for j in range(pieces.shape[0]):
-        time = (j + 0.5) * step
+        time = j * step
         turns = (0.5 * rate * time + first) * time
         angle = 2.0 * math.pi * (turns - math.floor(turns)) + phase
         speed = 2.0 * math.pi * (first + rate * time) * step
@@ -81,6 +81,3 @@ def chirp_pieces(
             sine_before, cosine_before = sine, cosine
             sine, cosine = next_sine, next_cosine
             pieces[j, k] = sine
-        for last in range(degree):  # from powers of share - 1/2
-            for k in range(degree - 1, last - 1, -1):
-                pieces[j, k] -= 0.5 * pieces[j, k + 1]

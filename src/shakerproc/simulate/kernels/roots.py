@@ -8,6 +8,7 @@ from shakerproc.models.compiled import inlined, inner
 NEVER: Final = 2.0
 _GOLDEN: Final = 0.6180339887498949
 _PARTS: Final = 8
+_LAST_STEP: Final = 1e-8
 
 
 @inlined
@@ -93,8 +94,13 @@ def _summit(series: FloatArray, first: int, last: int, low: float, high: float) 
 
 @inner
 def _root(series: FloatArray, first: int, last: int, low: float, high: float) -> float:
-    """Return the root between low (below 0) and high (above 0): Newton, kept in between."""
-    at = 0.5 * (low + high)
+    """Return the root between low (below 0) and high (above 0): Newton, kept in between.
+
+    A step of 1e-8 is the last: the next one would be its square times the bend over twice the
+    steepness, which is what rounding of the terms leaves of the root anyway.
+    """
+    below, above = value(series, first, last, low), value(series, first, last, high)
+    at = (low * above - high * below) / (above - below)
     for _ in range(80):
         now, steepness = series[last], 0.0
         for k in range(last - 1, first - 1, -1):
@@ -104,10 +110,13 @@ def _root(series: FloatArray, first: int, last: int, low: float, high: float) ->
             high = at
         else:
             low = at
-        following = at - now / steepness if steepness > 0.0 else 2.0
-        if not (following > low and following < high):
-            following = 0.5 * (low + high)
-        if abs(following - at) < 1e-16 or high - low < 1e-16:
-            return following
-        at = following
+        step = now / steepness if steepness > 0.0 else 2.0
+        if low <= at - step <= high:
+            at -= step
+            if abs(step) < _LAST_STEP:
+                return at
+        else:
+            at = 0.5 * (low + high)
+        if high - low < 1e-16:
+            return at
     return at

@@ -71,8 +71,8 @@ class Machine(NamedTuple):
 class Store(NamedTuple):
     """Propagators and events of every combination of branches of a piecewise-linear model.
 
-    Here y is the (n_y,) motion, w the input, and x stands for (y, c, 1) at the start of a part
-    of a sample, c being the (degree + 1,) coefficients of the input over that part.
+    Here y is the (n_y,) motion, w the input, and c its (degree + 1,) coefficients over a part
+    of a sample.
 
     Attributes
     ----------
@@ -88,12 +88,11 @@ class Store(NamedTuple):
         Rates of y, by (y, w, 1).
     events : (s, 2 r, n_y + 2) array
         Events, by (y, w, 1): above 0 once they have happened.
+    slopes : (s, 2 r, n_y + 2) array
+        How much events rise in a part at this rate, by (y, w, 1); the input's own rise is left
+        out.
     step : (s, n_y, n_y + degree + 2) array
-        By x: what a part adds to y.
-    accelerate : (s, n, n_y + degree + 2) array
-        By x: accelerations after the part.
-    starts, ends : (s, 4 r, n_y + degree + 2) array
-        By x: each event and its slope, in turns, at the start and at the end of the part.
+        What a part adds to y, by (y, c, 1).
     """
 
     slot_of: NDArray[np.int64]
@@ -103,10 +102,8 @@ class Store(NamedTuple):
     which: NDArray[np.int64]
     system: FloatArray
     events: FloatArray
+    slopes: FloatArray
     step: FloatArray
-    accelerate: FloatArray
-    starts: FloatArray
-    ends: FloatArray
 
 
 HIGHEST: Final = 24

@@ -3,7 +3,13 @@
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
 from shakerproc.simulate.kernels.modes import event, wall
-from shakerproc.simulate.kernels.motion import accelerate_here, mobility, sticks, switch
+from shakerproc.simulate.kernels.motion import (
+    accelerate_here,
+    finish_line,
+    mobility,
+    sticks,
+    switch,
+)
 from shakerproc.simulate.kernels.roots import NEVER, first_rise, value
 from shakerproc.simulate.kernels.series import trusted_share
 from shakerproc.simulate.kernels.table import (
@@ -116,6 +122,7 @@ def expand(
                 break
     share = 1.0 if settled >= 2 else _share(series.y, order, scales, tolerance)
     for row in range(machine.lines.shape[0]):
+        finish_line(machine, row, order, series)
         if sticks(machine, row):
             continue
         size = scales[0]
@@ -234,12 +241,12 @@ def _next_event(
             if kind < 0:
                 break
             above = -level
-            for k in range(order):
+            for k in range(order + 1):
                 room[k] = sign * series.lines[row, kind, k]
                 if k == 0 or room[k] > 0.0:
                     above += room[k]
             room[0] -= level
-            share = _rise(machine, row, kind, order - 1, above, scales, room)
+            share = _rise(machine, row, kind, order, above, scales, room)
             if share < at:
                 at, line, number = share, row, which
     return at, line, number
