@@ -164,6 +164,13 @@ def test_the_pieces_of_a_signal_go_through_it():
     assert_allclose(values, signal(time), atol=5.0 * 2.0 * rounding)
 
 
+def test_a_chirp_keeps_its_digits_over_hundreds_of_turns():
+    """At sample j of 500 a second, 1 Hz/s has turned j^2 / 500000 times: a whole-number sum."""
+    pieces = pieces_of_signal(linear_sweep(0.0, 30.0, 30.0, 1.0), 15000, 500.0)
+    turns = (np.arange(15000) ** 2 % 500000) / 500000.0
+    assert_allclose(pieces[:, 0], np.sin(2.0 * np.pi * turns), atol=4.0 * np.finfo(float).eps)
+
+
 @pytest.mark.parametrize("rate", [20.0, 45.0, 70.0, 1e6])
 def test_chirps_of_any_rate_have_pieces(rate):
     """From so few samples a turn that no series ends, to so many that four terms do."""

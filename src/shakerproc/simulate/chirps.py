@@ -1,7 +1,8 @@
 """A sine whose frequency changes evenly in time, and its pieces, computed by recurrence."""
 
 from dataclasses import dataclass
-from math import pi
+from fractions import Fraction
+from math import frexp, ldexp, pi
 from typing import Final, final
 
 import numpy as np
@@ -13,6 +14,7 @@ ROUNDING: Final = 1e-15
 """Share of its amplitude by which rounding alone makes a signal miss [-]."""
 
 _HIGHEST: Final = 24
+_DIGITS: Final = 53  # of a number, in base 2
 
 
 @final
@@ -66,7 +68,16 @@ class Chirp:
             if degree > _HIGHEST:
                 return None
         pieces = np.empty((n_intervals, degree + 1))
-        chirp_pieces(
-            self.first, self.rate, self.amplitude, self.phase, 1.0 / sample_rate, pieces
-        )
+        step = 1 / Fraction(sample_rate)
+        bits = _DIGITS - n_intervals.bit_length()
+        turning = _in_two(step * Fraction(self.first), bits)
+        bending = _in_two(step * step * Fraction(self.rate) / 2, 2 * bits - _DIGITS)
+        chirp_pieces(turning, bending, self.amplitude, self.phase, pieces)
         return pieces
+
+
+def _in_two(value: Fraction, bits: int) -> tuple[float, float]:
+    """Return a number of few bits, which multiplies whole numbers exactly, and the rest."""
+    mantissa, exponent = frexp(float(value))
+    short = ldexp(round(ldexp(mantissa, bits)), exponent - bits)
+    return short, float(value - Fraction(short))

@@ -44,33 +44,38 @@ def through(
 
 @compiled
 def chirp_pieces(
-    first: float,
-    rate: float,
+    turning: tuple[float, float],
+    bending: tuple[float, float],
     amplitude: float,
     phase: float,
-    step: float,
     pieces: FloatArray,
 ) -> None:
     """Set polynomials of a sine whose frequency changes evenly, by their Taylor series.
 
+    Many turns at once would cost the sine its digits. So the turns by interval come in two
+    parts: products of the first with whole numbers are exact, and lose their whole turns
+    before the second is added.
+
     Parameters
     ----------
-    first, rate : float
-        Frequency at time 0 [Hz], and how fast it changes [Hz/s].
+    turning, bending : (float, float)
+        Turns of the sine in an interval at time 0, and what they grow by with the square of
+        the number of intervals, each a number of few bits and the rest.
     amplitude, phase : float
         Amplitude, and phase at time 0 [rad].
-    step : float
-        Length of an interval [s].
     pieces : (n_pieces, degree + 1) array
         Set: coefficients in rising powers of the share of the interval.
     """
     degree = pieces.shape[1] - 1
-    bend = 2.0 * math.pi * rate * step * step
+    turns_by_square = bending[0] + bending[1]
+    bend = 4.0 * math.pi * turns_by_square
     for j in range(pieces.shape[0]):
-        time = j * step
-        turns = (0.5 * rate * time + first) * time
-        angle = 2.0 * math.pi * (turns - math.floor(turns)) + phase
-        speed = 2.0 * math.pi * (first + rate * time) * step
+        square = float(j) * j
+        exact, more = bending[0] * square, turning[0] * j
+        turns = exact - math.floor(exact) + more - math.floor(more)
+        turns += bending[1] * square + turning[1] * j
+        angle = 2.0 * math.pi * turns + phase
+        speed = 2.0 * math.pi * (turning[0] + turning[1] + 2.0 * turns_by_square * j)
         sine, cosine = amplitude * math.sin(angle), amplitude * math.cos(angle)
         sine_before, cosine_before = 0.0, 0.0
         pieces[j, 0] = sine
