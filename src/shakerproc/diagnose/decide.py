@@ -8,7 +8,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
 from shakerproc.diagnose.result import Estimate
-from shakerproc.diagnose.search import DRY, Context, deviance
+from shakerproc.diagnose.search import DRY, Bench, Context, deviance
 
 EXPONENT = 3.0
 """Exponent at which a power law is a cubic spring [-]."""
@@ -199,16 +199,21 @@ def error_of(
         parts, logs = seen
         count = parts[0].size
         above += float(np.sum(parts[0] ** 2)) * float(np.exp(logs / count))
-        below += float(np.sum(segment.measured[:, segment.skip :] ** 2))
+        below += float(np.sum(_counted(segment) ** 2))
     return float(np.sqrt(above / max(below, 1e-300)))
 
 
-def noise_floor(segments: tuple[Segment, ...], at: Context) -> float:
-    """Return rms of the sensors' noise over rms of the response."""
+def _counted(segment: Segment) -> FloatArray:
+    """Return the samples of a segment that are judged, 0 for those that do not count."""
+    return segment.measured[:, segment.skip :] * (segment.weight[:, segment.skip :] > 0.0)
+
+
+def noise_floor(segments: tuple[Segment, ...], bench: Bench) -> float:
+    """Return rms of the sensors' noise over rms of the response, over these segments."""
     above = below = 0.0
     for segment in segments:
-        judged = segment.measured[:, segment.skip :]
-        noise = at.bench.prepared[segment.test].noise
-        above += float(np.sum(noise**2)) * judged.shape[1]
-        below += float(np.sum(judged**2))
+        counted = segment.weight[:, segment.skip :] > 0.0
+        noise = bench.prepared[segment.test].noise
+        above += float(np.sum(noise**2 @ counted))
+        below += float(np.sum(_counted(segment) ** 2))
     return float(np.sqrt(above / max(below, 1e-300)))

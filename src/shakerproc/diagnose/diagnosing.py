@@ -154,7 +154,7 @@ def _worded(
             error_of(at, base, start, kept),
             error_of(at, chosen.hypothesis, chosen.parameters, kept),
         ),
-        noise_floor(kept, at),
+        noise_floor(kept, at.bench),
     )
     faults = _faults(known, found, chosen)
     effects = [
@@ -231,7 +231,7 @@ def _outside(found: Findings, best: Fit, errors: Errors, fitted) -> bool:  # typ
     robust = bool(DRY.intersection(kinds(best)))
     after = error_of(at, best.hypothesis, best.parameters, fitted, robust=robust)
     linear = error_of(at, found.linear.hypothesis, found.linear.parameters, fitted)
-    floor = noise_floor(fitted, at)
+    floor = noise_floor(fitted, at.bench)
     excess = float(np.sqrt(max(after**2 - floor**2, 0.0)))
     return after > max(1.5 * floor, NEGLIGIBLE) and excess > 0.06 * linear
 

@@ -22,6 +22,8 @@ from shakerproc.diagnose.structure import Structure
 GAIN_SCALE = 0.01
 DELAY_SCALE = 1e-5
 BLOCK_SECONDS = 0.25
+Lens = Callable[[FloatArray], FloatArray]
+"""From innovations (n_sensors, n) to what of them is to be small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,25 +186,43 @@ def whitened(
     beyond: list[FloatArray] | None = None,
     *,
     robust: bool = True,
+    lens: Lens | None = None,
+    filtered: bool = False,
 ) -> tuple[list[FloatArray], float] | None:
     """Return innovations over their expected size, of the judged part of every segment.
 
     Besides them the sum of the logarithms of their expected variances. Where `robust`, those
     above 5 are drawn in so that their squares grow linearly (Huber): one sample beside a jump
-    of a force may miss by far, and says little.
+    of a force may miss by far, and says little. `lens` is what they are seen through before.
+    What a recorder's filter took is `beyond`; of runs that nothing corrects it follows from the
+    run itself, where `filtered`.
     """
     whole = assemble(structure, hypothesis, p)
     table = law_table(structure, hypothesis, p, whole.masses.size)
     out, logs = [], 0.0
     for i, segment in enumerate(segments):
         lost = None if beyond is None else beyond[i]
-        result = run(whole, table, segment, tunings[segment.gain_key], p, beyond=lost)
+        tuned = tunings[segment.gain_key]
+        result = run(whole, table, segment, tuned, p, beyond=lost, keep=filtered)
         if result is None:
             return None
-        judged = result.innovations[:, segment.skip :]
+        judged = result.innovations
+        if filtered:
+            share = np.abs(p.gain) / tuned.noise
+            judged = judged + beyond_filter(result, segment.fine) * share[:, None] * (
+                segment.weight
+            )
+        judged = judged[:, segment.skip :]
+        if lens is not None:
+            judged = lens(judged)
         out.append(drawn_in(judged) if robust else judged)
         logs += result.logs
     return out, logs
+
+
+def unaided(tunings: tuple[Tuning, ...]) -> bool:
+    """Return whether nothing corrects the runs of these tunings."""
+    return all(tuned.unaided for tuned in tunings)
 
 
 def drawn_in(innovations: FloatArray, edge: float = 5.0) -> FloatArray:
@@ -278,6 +298,7 @@ def levenberg(
     iterations: int,
     sensors: bool = False,
     filtered: bool = False,
+    lens: Lens | None = None,
     tolerance: float = 1e-4,
 ) -> Fit | None:
     """Return the fit nearest to the start, or None where the start blows up.
@@ -297,8 +318,13 @@ def levenberg(
         return float(sum(np.sum(part * part) for part in parts) + np.sum(weights * at * at))
 
     def parts_at(at: FloatArray) -> tuple[list[FloatArray], float] | None:
-        return whitened(structure, hypothesis, code.unpack(at), segments, tunings, beyond)
+        p = code.unpack(at)
+        return whitened(
+            structure, hypothesis, p, segments, tunings, beyond, lens=lens, filtered=alone
+        )
 
+    alone = filtered and unaided(tunings)
+    filtered = filtered and not alone
     beyond: list[FloatArray] | None = None
     if filtered:
         beyond = settled(structure, hypothesis, start, segments, tunings, rounds=3)
@@ -365,7 +391,7 @@ def levenberg(
 def compass(
     structure: Structure, hypothesis: Hypothesis, start: Parameters,
     segments: tuple[Segment, ...], tunings: tuple[Tuning, ...], *, rounds: int = 9,
-    reach: float = 1.0,
+    reach: float = 1.0, lens: Lens | None = None,
 ) -> Parameters:  # fmt: skip
     """Return better parameters near the start, by steps along each number in turn.
 
@@ -385,7 +411,7 @@ def compass(
     sizes *= reach
 
     def deviance(at: FloatArray) -> float:
-        found = whitened(structure, hypothesis, code.unpack(at), segments, tunings)
+        found = whitened(structure, hypothesis, code.unpack(at), segments, tunings, lens=lens)
         if found is None:
             return float("inf")
         return float(sum(np.sum(part * part) for part in found[0])) + found[1]

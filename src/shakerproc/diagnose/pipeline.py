@@ -8,8 +8,9 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import faults as guesses
 from shakerproc.diagnose.arrays import Correction, no_correction, prepare
-from shakerproc.diagnose.decide import error_of, kinds, size, window
+from shakerproc.diagnose.decide import error_of, kinds, noise_floor, size, window
 from shakerproc.diagnose.fit import Fit, Priors
+from shakerproc.diagnose.free_run import friction_fits
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
 from shakerproc.diagnose.screen import Regression, Start
@@ -40,6 +41,9 @@ CLEARLY_TWO = 0.6
 once: on tuning draws single effects stayed above it, but for strong quadratic stiffness [-]."""
 BESIDE_FRICTION = 4
 """Effects that are tried beside a dry friction."""
+UNSURE = 1.5
+"""How much of the noise a free run may leave: what noise of the controls does to a contact is
+an estimate [-]."""
 PROMISED = 0.005
 """Share of the linear regression's cost that a candidate must save to be fitted at all [-]."""
 PERHAPS_TWO = 0.8
@@ -185,6 +189,9 @@ def investigate(
         side = _singles(stage, structure, tests, base, start, progress)
         sides.append(side)
         sound = bool(np.all(stage.fix.gain == 1.0) and np.all(stage.fix.delay == 0.0))
+        rubbed = _rubbed(side, start, progress) if sound else None
+        if rubbed is not None:
+            return _finished(rubbed, structure, start, progress)
         if side.explained and (sound or not side.fits):
             break
     side = min(sides, key=lambda one: one.deviance)
@@ -254,6 +261,20 @@ def _singles(
     return Side(stage, final, linear, fits, tuple(found))
 
 
+def _rubbed(side: Side, start: Parameters, progress: Progress) -> Side | None:
+    """Return the same with dry friction found by free runs, if that explains all; or None."""
+    dry = bool(side.fits) and bool(DRY.intersection(kinds(side.fits[0])))
+    if side.explained and not dry:
+        return None
+    progress("dry friction")
+    found = friction_fits(side.stage.bench, start, side.linear, side.fits)
+    if found is None:
+        return None
+    at, fits = found
+    rubbed = replace(side, at=at, fits=fits)
+    return rubbed if DRY.intersection(kinds(fits[0])) and rubbed.explained else None
+
+
 def _finished(
     side: Side, structure: Structure, start: Parameters, progress: Progress
 ) -> Findings:
@@ -308,9 +329,11 @@ def only_noise(at: Context, fit: Fit) -> bool:
     expected of it where the model is allowed to miss far less than that noise. Beside the jumps
     of dry friction samples miss by far, so there it suffices that the model may miss little.
     """
+    if at.bench.free:
+        return _left(at, fit, at.bench) < UNSURE * noise_floor(at.bench.short, at.bench)
     if DRY.intersection(kinds(fit)) and at.loose <= JUMPING:
         return True
-    floor = _floor(at.bench)
+    floor = noise_floor(at.bench.short, at.bench)
     strict = at.loose <= max(2.0 * FLOOR, 0.3 * floor) and fit.cost < 1.3 * fit.count
     return strict or _left(at, fit, at.bench) < 1.25 * floor
 
@@ -361,19 +384,9 @@ def _beside_friction(both: list[Start], best: Fit) -> list[Start]:
     ]
 
 
-def _floor(bench: Bench) -> float:
-    """Return the rms of the noise over that of the response, over the short stretches."""
-    above = sum(
-        float(np.sum(bench.prepared[s.test].noise ** 2)) * (s.measured.shape[1] - s.skip)
-        for s in bench.short
-    )
-    below = sum(float(np.sum(s.measured[:, s.skip :] ** 2)) for s in bench.short)
-    return float(np.sqrt(above / below))
-
-
 def _left(at: Context, fit: Fit, bench: Bench) -> float:
     """Return the rms of the innovations over that of the response, over the short stretches."""
-    return error_of(at, fit.hypothesis, fit.parameters, bench.short)
+    return error_of(at, fit.hypothesis, fit.parameters, bench.short, robust=bench.free)
 
 
 def fit_base(
@@ -400,7 +413,7 @@ def fit_base(
 
 def _worth(at: Context, linear: Fit, joints: tuple[int, ...]) -> bool:
     """Return whether any candidate could explain enough beside the linear fit."""
-    if at.loose > max(FLOOR, _floor(at.bench)):
+    if at.loose > max(FLOOR, noise_floor(at.bench.short, at.bench)):
         return True
     sheet = screen_sheet(at, linear.parameters, joints)
     if sheet is None:

@@ -176,6 +176,11 @@ class Tuning:
     gain: FloatArray
     sigma: FloatArray
 
+    @property
+    def unaided(self) -> bool:
+        """Whether the motion is foretold from rest on, and never corrected."""
+        return self.rms == 0.0
+
 
 def tuning(
     structure: Structure,
@@ -189,6 +194,12 @@ def tuning(
     system = matrices(structure)
     gain, sigma = correction(system, sample_rate, input_noise, noise, model_noise)
     return Tuning(noise, input_noise, model_noise, rms, gain, sigma)
+
+
+def unaided_tuning(structure: Structure, noise: FloatArray) -> Tuning:
+    """Return the noises of an observer that foretells the motion without correcting it."""
+    states = 2 * structure.masses.size
+    return Tuning(noise, 0.0, 0.0, 0.0, np.zeros((states, noise.size)), noise)
 
 
 def run(

@@ -7,7 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose.fit import Fit, Priors, compass, levenberg, settled, whitened
+from shakerproc.diagnose.fit import (
+    Fit,
+    Lens,
+    Priors,
+    compass,
+    levenberg,
+    settled,
+    unaided,
+    whitened,
+)
 from shakerproc.diagnose.prepare import Prepared
 from shakerproc.diagnose.problem import (
     Hypothesis,
@@ -20,6 +29,7 @@ from shakerproc.diagnose.problem import (
     full_segment,
     reduced_mass,
     tuning,
+    unaided_tuning,
 )
 from shakerproc.diagnose.screen import (
     Part,
@@ -43,7 +53,11 @@ DRY = frozenset({"coulomb_friction", "stribeck_friction"})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
-    """A structure with its tests, whole and in short, and the noise of every test."""
+    """A structure with its tests, whole and in short, and the noise of every test.
+
+    Where it is `free`, the motion is foretold from the start of the tests on, and the
+    measurement does not correct it.
+    """
 
     structure: Structure
     prepared: tuple[Prepared, ...]
@@ -51,17 +65,22 @@ class Bench:
     short: tuple[Segment, ...]
     rms: FloatArray
     priors: Priors
+    free: bool = False
 
     def fitted(self) -> tuple[Segment, ...]:
         """Return what may be fitted to: whole tests, or two of three blocks if none is kept."""
         if self.marked:
             return tuple(s for s in self.whole if not s.hold_out)
+        if self.free:
+            return tuple(masked(s, kept=False) for s in self.whole)
         return tuple(piece for s in self.whole for piece in blocks(s, kept=False))
 
     def kept(self) -> tuple[Segment, ...]:
         """Return what is only scored: the tests held out, or every third block of all."""
         if self.marked:
             return tuple(s for s in self.whole if s.hold_out)
+        if self.free:
+            return tuple(masked(s, kept=True) for s in self.whole)
         return tuple(piece for s in self.whole for piece in blocks(s, kept=True))
 
     @property
@@ -82,6 +101,8 @@ class Bench:
         `loose` is the acceleration that the model is expected to miss, as a share of the rms
         of the response: the larger, the more the observer follows the measurement.
         """
+        if self.free:
+            return tuple(unaided_tuning(structure, p.noise) for p in self.prepared)
         return tuple(
             tuning(
                 structure, p.sample_rate, p.noise, p.input_noise, float(loose * rms), float(rms)
@@ -99,10 +120,10 @@ def fineness(structure: Structure, sample_rate: float) -> int:
 def blocks(segment: Segment, *, kept: bool) -> list[Segment]:
     """Return every third block of a test, or the pairs of blocks between them.
 
-    Blocks last a second, or a ninth of a shorter test; the observer runs in before it counts.
+    The observer runs in before it counts.
     """
     n, rate = segment.measured.shape[1], segment.sample_rate
-    size = max(min(round(rate), n // 9), round(0.3 * rate))
+    size = block_size(n, rate)
     edges = range(0, n, 3 * size)
     ends = [(i + 2 * size, i + 3 * size) if kept else (i, i + 2 * size) for i in edges]
     run_in = round(0.15 * rate)
@@ -113,6 +134,18 @@ def blocks(segment: Segment, *, kept: bool) -> list[Segment]:
             skip = max(run_in, segment.skip - first)
             out.append(cut(segment, first, min(stop, n), skip))
     return [piece for piece in out if piece.skip < piece.measured.shape[1] - run_in]
+
+
+def block_size(n: int, sample_rate: float) -> int:
+    """Return how many samples a block has: a second, or a ninth of a shorter test."""
+    return max(min(round(sample_rate), n // 9), round(0.3 * sample_rate))
+
+
+def masked(segment: Segment, *, kept: bool) -> Segment:
+    """Return a whole test of which only the blocks count that are kept aside, or the others."""
+    n = segment.measured.shape[1]
+    aside = np.arange(n) // block_size(n, segment.sample_rate) % 3 == 2
+    return replace(segment, weight=segment.weight * (aside if kept else ~aside))
 
 
 def windows(prepared: Prepared, seconds: float) -> list[tuple[int, int]]:
@@ -199,6 +232,7 @@ class Context:
     tunings: tuple[Tuning, ...]
     loose: float
     filtered: bool = False
+    lens: Lens | None = None
 
     def tuned(self, hypothesis: Hypothesis, p: Parameters) -> tuple[Tuning, ...]:
         """Return corrections for a hypothesis: with an attached mode they know of it."""
@@ -213,7 +247,7 @@ class Context:
         return levenberg(
             self.bench.structure, hypothesis, start, segments, self.tuned(hypothesis, start),
             priors=self.bench.priors, iterations=iterations, sensors=sensors,
-            filtered=self.filtered,
+            filtered=self.filtered, lens=self.lens,
         )  # fmt: skip
 
     def judged(
@@ -222,10 +256,13 @@ class Context:
     ) -> tuple[list[FloatArray], float] | None:  # fmt: skip
         """Return the whitened innovations of segments and the sum of their logarithms."""
         structure, tunings = self.bench.structure, self.tuned(hypothesis, p)
+        alone = self.filtered and unaided(tunings)
         beyond = None
-        if self.filtered:
+        if self.filtered and not alone:
             beyond = settled(structure, hypothesis, p, segments, tunings, rounds=2)
-        return whitened(structure, hypothesis, p, segments, tunings, beyond, robust=robust)
+        return whitened(
+            structure, hypothesis, p, segments, tunings, beyond, robust=robust, filtered=alone
+        )
 
     def valley(
         self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0,
@@ -237,7 +274,7 @@ class Context:
         tunings = self.tuned(hypothesis, start)
         return compass(
             self.bench.structure, hypothesis, start, self.bench.short, tunings,
-            rounds=rounds, reach=reach,
+            rounds=rounds, reach=reach, lens=self.lens,
         )  # fmt: skip
 
 

@@ -28,6 +28,9 @@ _ROOT_TWO = math.sqrt(2.0)
 DOUBT = 0.012
 """Squared uncertainty of a jump's time in filtered samples, over the squared spread: 0.05 of
 a sample."""
+LIMIT = 3.0
+"""Expected sizes of an innovation by which a sample may move the state at most, where a contact
+sticks and slips: one sample beside a jump says nothing of the motion [-]."""
 _DENSITY = 1.0 / math.sqrt(2.0 * math.pi)
 
 
@@ -185,6 +188,9 @@ def observe_one(
             var += h0 * c0 + h1 * c1 + h2 * c2
             inverse = 1.0 / var
             e_over = e * inverse
+            if dry:
+                most = LIMIT * math.sqrt(inverse)
+                e_over = min(max(e_over, -most), most)
             z += c0 * e_over
             v += c1 * e_over
             w = c2 * e_over
