@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from scipy import fft
+import scipy  # its parts load when they are first used
 
 from shakerproc.compare.measured import Measured
 from shakerproc.compare.prediction import Prediction, edges
@@ -72,8 +72,8 @@ def joint_motions(model: Model, prediction: Prediction) -> tuple[JointMotion, ..
     the far side.
     """
     measured = prediction.measured
-    size = fft.next_fast_len(measured.input.size + 2048, real=True)
-    frequency = fft.rfftfreq(size, 1.0 / measured.sample_rate)
+    size = scipy.fft.next_fast_len(measured.input.size + 2048, real=True)
+    frequency = scipy.fft.rfftfreq(size, 1.0 / measured.sample_rate)
     laboratory = _Laboratory(model, prediction, frequency, size)
     found = []
     for pair in _pairs(model):
@@ -120,7 +120,7 @@ class _Laboratory:
         self.size = size
         self.omega = 2.0 * np.pi * frequency
         by_force = model.excitation.on is not None
-        drive = fft.rfft(self.measured.input, size)
+        drive = scipy.fft.rfft(self.measured.input, size)
         self.base = np.zeros_like(drive) if by_force else drive
         self.force = drive if by_force else np.zeros_like(drive)
         self.sensor_of = _sensor_of(model, self.measured)
@@ -132,7 +132,7 @@ class _Laboratory:
     def acceleration(self, mass: str) -> ComplexArray:
         """Return the absolute acceleration of a mass, spectrum [m/s^2]."""
         row, measures = self.sensor_of[mass]
-        spectrum: ComplexArray = fft.rfft(self.measured.responses[row], self.size)
+        spectrum: ComplexArray = scipy.fft.rfft(self.measured.responses[row], self.size)
         order = {"acceleration": 0, "velocity": 1, "relative velocity": 1}.get(measures, 2)
         raised: ComplexArray = spectrum * (1j * self.omega) ** order
         return raised + self.base if measures.startswith("relative") else raised
@@ -146,14 +146,14 @@ class _Laboratory:
         low = self.crossover
         take = 0.5 * (1.0 - np.cos(np.pi * np.clip((self.frequency / low - 0.5), 0.0, 1.0)))
         row = self.simulation.masses.index(mass)
-        modelled = fft.rfft(self.simulation.displacement[row], self.size)
+        modelled = scipy.fft.rfft(self.simulation.displacement[row], self.size)
         mixed: ComplexArray = take * against / square + (1.0 - take) * modelled
         return mixed
 
     @property
     def crossover(self) -> float:
         """Frequency below which the model completes the displacement [Hz]."""
-        density = np.abs(fft.rfft(self.simulation.displacement[0], self.size)) ** 2
+        density = np.abs(scipy.fft.rfft(self.simulation.displacement[0], self.size)) ** 2
         low, high = self.measured.excited
         density[(self.frequency < low) | (self.frequency > high)] = 0.0
         resonance = float(self.frequency[np.argmax(density)])
@@ -162,7 +162,7 @@ class _Laboratory:
     def back(self, spectrum: ComplexArray) -> FloatArray:
         """Return the judged samples of a spectrum, within the compared band's upper end."""
         upper = edges(self.frequency, (1e-3, self.measured.band[1]))
-        whole: FloatArray = fft.irfft(spectrum * upper, self.size)
+        whole: FloatArray = scipy.fft.irfft(spectrum * upper, self.size)
         return whole[self.measured.start : self.measured.stop]
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from scipy import fft
+import scipy  # its parts load when they are first used
 
 from shakerproc.compare.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
@@ -113,10 +113,10 @@ def _under_noise(model: Model, measured: Measured) -> FloatArray | None:
 def within(samples: FloatArray, measured: Measured) -> FloatArray:
     """Return samples within the compared band, along the last axis, an array like them."""
     n = samples.shape[-1]
-    length = fft.next_fast_len(n + 2048, real=True)
-    spectrum: ComplexArray = fft.rfft(samples, length)
-    spectrum *= edges(fft.rfftfreq(length, 1.0 / measured.sample_rate), measured.band)
-    kept: FloatArray = fft.irfft(spectrum, length)[..., :n]
+    length = scipy.fft.next_fast_len(n + 2048, real=True)
+    spectrum: ComplexArray = scipy.fft.rfft(samples, length)
+    spectrum *= edges(scipy.fft.rfftfreq(length, 1.0 / measured.sample_rate), measured.band)
+    kept: FloatArray = scipy.fft.irfft(spectrum, length)[..., :n]
     return kept
 
 

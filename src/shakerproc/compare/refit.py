@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
-from scipy import stats
+import scipy  # its parts load when they are first used
 
 from shakerproc.compare.measured import Measured
 from shakerproc.compare.prediction import predict
@@ -336,7 +336,7 @@ def _spread(slopes: FloatArray, residual: FloatArray, blocks: FloatArray) -> Flo
     inverse = np.linalg.pinv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     more = n_blocks / max(1, n_blocks - n)
     covariance = inverse @ (pulls @ pulls.T) @ inverse * more
-    quantile = float(stats.t.ppf(0.975, max(1, n_blocks - n)))
+    quantile = float(scipy.special.stdtrit(max(1, n_blocks - n), 0.975))
     half: FloatArray = quantile * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return half
 

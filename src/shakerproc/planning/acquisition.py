@@ -5,7 +5,7 @@ from math import log
 from typing import Final, final
 
 import numpy as np
-from scipy import optimize, special
+import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.spectra import effective_averages, gain_random_error, window_samples
@@ -67,12 +67,12 @@ def swept_peak(rate: float, frequency: float, damping_ratio: float) -> float:
     def envelope(time: float) -> float:
         root = np.sqrt(kappa / 2.0) * np.exp(-0.25j * np.pi)
         argument = (1.0 + 1j * kappa * time) / (2.0 * root)
-        return float(abs(0.5 * np.sqrt(np.pi) / root * special.wofz(1j * argument)))
+        return float(abs(0.5 * np.sqrt(np.pi) / root * scipy.special.wofz(1j * argument)))
 
     times = np.linspace(0.0, late, 400)
     start = int(np.argmax([envelope(time) for time in times]))
     bounds = times[max(start - 1, 0)], times[min(start + 1, times.size - 1)]
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda time: -envelope(time), bounds=bounds, method="bounded", options={"xatol": 1e-9}
     )
     return float(-found.fun)
@@ -91,7 +91,7 @@ def fastest_rate(frequency: float, damping_ratio: float, share: float = ENOUGH) 
         Of the steady peak, below 1 [-].
     """
     scale = (damping_ratio * frequency) ** 2
-    root = optimize.brentq(
+    root = scipy.optimize.brentq(
         lambda power: swept_peak(10.0**power * scale, frequency, damping_ratio) - share,
         -2.0,
         3.0,

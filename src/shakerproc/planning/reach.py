@@ -6,7 +6,7 @@ from math import inf
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
-from scipy import optimize
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.planning.inputs import PEAK_FACTOR, AbstractInput, RandomInput, SineInput
@@ -204,7 +204,11 @@ def bands_above(function: Function, grid: FloatArray, threshold: float) -> tuple
         return ()
     edges = np.flatnonzero(np.diff(above.astype(int)))
     places = [
-        float(optimize.brentq(lambda f: _log_ratio(function, f, threshold), a, b, xtol=1e-12))
+        float(
+            scipy.optimize.brentq(
+                lambda f: _log_ratio(function, f, threshold), a, b, xtol=1e-12
+            )
+        )
         for a, b in zip(grid[edges], grid[edges + 1], strict=True)
     ]
     if above[0]:
@@ -224,7 +228,7 @@ def _largest(function: Function, grid: FloatArray) -> tuple[float, float]:
     i = int(np.argmax(values))
     if not 0 < i < grid.size - 1:
         return float(grid[i]), float(values[i])
-    found = optimize.minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda f: -float(function(np.array([f]))[0]),
         bounds=(grid[i - 1], grid[i + 1]),
         method="bounded",

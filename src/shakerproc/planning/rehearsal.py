@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
-from scipy import fft
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, Role, recording_of_arrays
 from shakerproc.errors import LogError, SimulationError
@@ -305,10 +305,12 @@ def _filtered(steps: FloatArray, finer: int) -> FloatArray:
     n = steps.size // finer
     longer, line = _led_past_its_ends(steps[: n * finer], _MARGIN * finer)
     size = longer.size // finer
-    spectrum = fft.rfft(longer)[: size // 2 + 1]
+    spectrum = scipy.fft.rfft(longer)[: size // 2 + 1]
     share = np.arange(spectrum.size) / size
     fall = np.clip((share - _PASSES) / (_STOPS - _PASSES), 0.0, 1.0)
-    kept: FloatArray = fft.irfft(spectrum * (0.5 + 0.5 * np.cos(np.pi * fall)), size) / finer
+    kept: FloatArray = (
+        scipy.fft.irfft(spectrum * (0.5 + 0.5 * np.cos(np.pi * fall)), size) / finer
+    )
     inside: FloatArray = (kept + line[::finer])[_MARGIN : _MARGIN + n]
     return inside
 
@@ -317,7 +319,7 @@ def _upsampled(samples: FloatArray, finer: int) -> FloatArray:
     """Return band-limited samples at finer steps, (n * finer,) array."""
     longer, line = _led_past_its_ends(samples, _MARGIN)
     size = longer.size * finer
-    steps: FloatArray = fft.irfft(fft.rfft(longer), size) * finer
+    steps: FloatArray = scipy.fft.irfft(scipy.fft.rfft(longer), size) * finer
     steps += np.interp(np.arange(size) / finer, np.arange(line.size), line)
     return steps[_MARGIN * finer : (_MARGIN + samples.size) * finer]
 

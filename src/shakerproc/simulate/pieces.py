@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.simulate.chirps import ROUNDING, Chirp
@@ -102,11 +102,12 @@ def _finer(samples: FloatArray, upsample: int, derivatives: int) -> tuple[FloatA
     size = _odd_fast_length(longer.size)
     periodic = np.zeros(size)
     periodic[: longer.size] = longer - longer[0] - slope * np.arange(longer.size)
-    spectrum = rfft(periodic)
+    spectrum = scipy.fft.rfft(periodic)
     angle = 2j * np.pi * np.arange(spectrum.size) / (size * upsample)
     first, count = margin * upsample, (n - 1) * upsample + 1
     result = [
-        upsample * irfft(spectrum * angle**order, size * upsample)[first : first + count]
+        upsample
+        * scipy.fft.irfft(spectrum * angle**order, size * upsample)[first : first + count]
         for order in range(derivatives + 1)
     ]
     result[0] += longer[0] + slope * (margin + np.arange(count) / upsample)
@@ -117,7 +118,7 @@ def _finer(samples: FloatArray, upsample: int, derivatives: int) -> tuple[FloatA
 
 def _odd_fast_length(least: int) -> int:
     """Return an odd length that transforms fast: it has no frequency without a sign."""
-    length = int(next_fast_len(least))
+    length = int(scipy.fft.next_fast_len(least))
     while length % 2 == 0:
-        length = int(next_fast_len(length + 1))
+        length = int(scipy.fft.next_fast_len(length + 1))
     return length

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy import special
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.cross import CrossSpectra
@@ -65,8 +65,8 @@ def psd_bounds(spectra: CrossSpectra, confidence: float = 0.95) -> Bounds:
     tail = _tail(confidence)
     density = psd(spectra)
     return Bounds(
-        density * freedom / (2.0 * special.gammaincinv(freedom / 2.0, 1.0 - tail)),
-        density * freedom / (2.0 * special.gammaincinv(freedom / 2.0, tail)),
+        density * freedom / (2.0 * scipy.special.gammaincinv(freedom / 2.0, 1.0 - tail)),
+        density * freedom / (2.0 * scipy.special.gammaincinv(freedom / 2.0, tail)),
     )
 
 
@@ -144,7 +144,7 @@ def response_bounds(
         If the confidence does not lie between 0 and 1, or there is but one average.
     """
     averages = spectra.effective_averages
-    student = special.stdtrit(2.0 * averages - 2.0, 1.0 - _tail(confidence))
+    student = scipy.special.stdtrit(2.0 * averages - 2.0, 1.0 - _tail(confidence))
     gain = np.abs(h1(spectra, controls, responses))
     error = gain_random_error(coherence(spectra, controls, responses), averages)
     half = student * error

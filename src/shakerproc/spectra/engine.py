@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
-from scipy import fft
 
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
@@ -85,7 +85,7 @@ def cross_spectra(
     matrix = products / (sample_rate * sums.n_segments * float(weights @ weights))
     matrix[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
-        frequency=fft.rfftfreq(length, 1.0 / sample_rate),
+        frequency=scipy.fft.rfftfreq(length, 1.0 / sample_rate),
         matrix=matrix,
         sample_rate=sample_rate,
         n_samples=sums.n_samples,
@@ -198,7 +198,7 @@ class _Sums:
             kernels.window_segments(
                 samples, first, self.step, self.window, self.offset, segments
             )
-        spectra = fft.rfft(segments).view(np.float64)
+        spectra = scipy.fft.rfft(segments).view(np.float64)
         if self.detrend == "mean":
             kernels.add_spectra(spectra, self.spectra)
         self.group_real[:] = 0.0
@@ -271,7 +271,7 @@ class _Sums:
     def _remove_means(self, matrix: ComplexArray) -> None:
         """Take the means of all samples out of the sums, in the frequency domain."""
         means = self.totals / self.n_samples
-        shape = fft.rfft(self.window, self.n_fft)
+        shape = scipy.fft.rfft(self.window, self.n_fft)
         spectra = self.spectra.view(np.complex128)
         constant = means[:, np.newaxis] * shape
         cross = constant.conj()[:, np.newaxis] * spectra[np.newaxis]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
-from scipy import fft
 
 from shakerproc.data import ComplexArray, FloatArray
 
@@ -64,7 +64,7 @@ class ModeShape:
         pole = omega * complex(-ratio, np.sqrt(1.0 - ratio * ratio))
         time = np.arange(self.correlation.size) / self.sample_rate
         with np.errstate(under="ignore"):
-            spectrum = fft.fft(np.exp(pole * time) * self.correlation)
+            spectrum = scipy.fft.fft(np.exp(pole * time) * self.correlation)
         direct, mirrored = spectrum[self.bins], spectrum[-self.bins].conj()
         real, imaginary = direct + mirrored, 1j * (direct - mirrored)
         place = np.linspace(-1.0, 1.0, self.bins.size)
@@ -124,8 +124,8 @@ def window_correlation(window: FloatArray, n_fft: int) -> FloatArray:
     (n_fft,) array
         Correlation over the power of the window [-].
     """
-    spectrum = fft.rfft(window, 2 * window.size)
-    correlation = fft.irfft(np.abs(spectrum) ** 2)[: window.size]
+    spectrum = scipy.fft.rfft(window, 2 * window.size)
+    correlation = scipy.fft.irfft(np.abs(spectrum) ** 2)[: window.size]
     correlation /= correlation[0]
     correlation[0] = 0.5
     return np.concatenate([correlation, np.zeros(n_fft - window.size)])
@@ -140,7 +140,9 @@ def bin_correlation(window: FloatArray, n_fft: int) -> FloatArray:
         Correlations from 0 to 1, that of a bin with itself in the middle [-].
     """
     n_neighbours = min(NEIGHBOURS * -(-n_fft // window.size), n_fft // 2)
-    spectrum = np.abs(fft.fft(window**2, n_fft)[: n_neighbours + 1]) / float(window @ window)
+    spectrum = np.abs(scipy.fft.fft(window**2, n_fft)[: n_neighbours + 1]) / float(
+        window @ window
+    )
     return np.concatenate([spectrum[:0:-1], spectrum]) ** 2
 
 

@@ -1,6 +1,5 @@
 """``shakerproc doctor``."""
 
-import importlib.metadata
 import os
 import platform
 import re
@@ -80,8 +79,10 @@ def doctor(json: output.JsonOption = None) -> None:
 
 
 def _packages() -> list[Package]:
+    from importlib import metadata
+
     found = []
-    for line in importlib.metadata.requires("shakerproc") or []:
+    for line in metadata.requires("shakerproc") or []:
         requirement, _, marker = line.partition(";")
         match = re.match(r"([A-Za-z0-9._-]+)\s*(.*)", requirement.strip())
         extra = re.search(r"extra == ['\"](\w+)", marker)
@@ -92,9 +93,11 @@ def _packages() -> list[Package]:
 
 
 def _version(name: str) -> str | None:
+    from importlib import metadata
+
     try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
         return None
 
 

@@ -8,7 +8,7 @@ functions keep to that.
 """
 
 import numpy as np
-from scipy.special import ellipj, ellipk
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 
@@ -56,7 +56,7 @@ def duffing_free_frequency(amplitude: FloatArray, natural: float, cubic: float) 
     .. [1] I. Kovacic and M. J. Brennan, "The Duffing Equation", Wiley, 2011, sec. 4.2.
     """
     rate, modulus = _elliptic(amplitude, natural, cubic)
-    return rate / (4.0 * ellipk(modulus))
+    return rate / (4.0 * scipy.special.ellipk(modulus))
 
 
 def duffing_free_motion(
@@ -76,7 +76,7 @@ def duffing_free_motion(
         :math:`\mu`, cubic coefficient over mass [1/(m² s²)].
     """
     rate, modulus = _elliptic(np.asarray(amplitude), natural, cubic)
-    return np.asarray(amplitude * ellipj(rate * time, modulus)[1])
+    return np.asarray(amplitude * scipy.special.ellipj(rate * time, modulus)[1])
 
 
 def duffing_perturbation_motion(

@@ -1,7 +1,7 @@
 """The mass with free play, on one-sided springs and on a power law: exact free frequencies."""
 
 import numpy as np
-from scipy.special import gamma
+import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
@@ -144,7 +144,7 @@ def power_law_frequency(
     checks.positive("reference_displacement", reference_displacement, "m")
     checks.positive("exponent", exponent, "-")
     share = 1.0 / (exponent + 1.0)
-    shape = np.sqrt(np.pi) * gamma(1.0 + share) / gamma(0.5 + share)
+    shape = np.sqrt(np.pi) * scipy.special.gamma(1.0 + share) / scipy.special.gamma(0.5 + share)
     restoring = force * (amplitude / reference_displacement) ** exponent
     return np.asarray(
         1.0 / (4.0 * shape * np.sqrt(mass * amplitude / (2.0 * share * restoring)))
