@@ -6,11 +6,14 @@ from typing import Final
 
 from shakerproc.compare.measured import measured_tests
 from shakerproc.diagnose.arrays import no_correction
-from shakerproc.diagnose.decide import error_of, estimates, linear_estimates
+from shakerproc.diagnose.decide import error_of, estimates, kinds, linear_estimates
+from shakerproc.diagnose.fit import Fit
+from shakerproc.diagnose.free_run import friction_fits
 from shakerproc.diagnose.from_files import arrays
-from shakerproc.diagnose.pipeline import screened
+from shakerproc.diagnose.pipeline import Stage, screened
+from shakerproc.diagnose.problem import Parameters
 from shakerproc.diagnose.result import Estimate
-from shakerproc.diagnose.search import annealed, refit
+from shakerproc.diagnose.search import DRY, Context, annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import EFFECTS, Element, Model
@@ -93,6 +96,8 @@ def fit_effect(
     say("the effect")
     final, fits = annealed(stage.at, none, wanted, stage.remaining(wanted), (start,))
     say("whole tests")
+    if kind in DRY:
+        final, fits = _without_correction(final, fits, stage, start, none)
     bench = final.bench
     fits = refit(final, fits[:1], bench.fitted(), 3, sensors=True)
     if not fits:
@@ -111,6 +116,24 @@ def fit_effect(
         error_of(final, fit.hypothesis, fit.parameters, kept),
         tuple(m.name for m in measured if not m.test.hold_out),
     )  # fmt: skip
+
+
+def _without_correction(
+    at: Context, fits: list[Fit], stage: Stage, start: Parameters, base: Fit
+) -> tuple[Context, list[Fit]]:
+    """Return the same dry friction by free runs, where they tell it more closely."""
+    found = friction_fits(stage.bench, start, base, fits)
+    if found is None or not fits:
+        return at, fits
+    free, rubbed = found
+    own = [fit for fit in rubbed if kinds(fit) == kinds(fits[0])]
+    if not own:
+        return at, fits
+    left = [
+        error_of(one, fit.hypothesis, fit.parameters, one.bench.short, robust=True)
+        for one, fit in ((at, fits[0]), (free, own[0]))
+    ]
+    return (free, own) if left[1] < left[0] else (at, fits)
 
 
 def _same(known: Skeleton, joint: int, between: Sequence[str]) -> bool:

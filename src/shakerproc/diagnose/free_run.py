@@ -2,9 +2,9 @@
 
 Where a contact sticks and slips, an observer that corrects its state at every sample goes
 wrong: a slip may last a few samples, and one sample beside a jump moves the state by far. A
-free run needs no correction there: under the same input two motions never part, for friction with a
-constant force is a monotone law [1]_. So the distance between a free run and the measurement
-depends on stiffness, damping and friction force without steps, once it is seen as a velocity.
+free run needs no correction there: two motions under the same input never part, for friction
+with a constant force is a monotone law [1]_. So the distance between a free run and the
+measurement depends on stiffness, damping and force without steps, once seen as a velocity.
 
 References
 ----------
@@ -46,7 +46,7 @@ from shakerproc.diagnose.search import (
     refit,
 )
 
-LEFT = 0.25
+LEFT = 0.35
 """Share of the motion that Coulomb friction must not leave, to be looked at further [-]."""
 LONGEST = 6.0
 """How much of a test the search looks at [s]."""
@@ -118,11 +118,14 @@ def friction_fits(
     hunt = _hunt(bench)
     if hunt is None:
         return None
-    coulomb = _coulomb(hunt, start, base, fits)
-    if coulomb is None or _better_without(hunt, coulomb, fits):
+    near = _coulomb(hunt, start, base, fits)
+    if not near or _better_without(hunt, near[0], fits):
         return None
-    found = [coulomb, *_stribeck(hunt, start, coulomb, fits)]
-    found.sort(key=deviance)
+    at, coulomb = _as_recorded(hunt.at, near[0], hunt.pieces)
+    found = _carried_on(at, near[1:], hunt.pieces)
+    found = [min([coulomb, *found], key=deviance)]
+    found += _carried_on(at, _stribeck(hunt, start, found[0], fits), hunt.pieces)
+    found = one_of_each(sorted(found, key=deviance))
     found += [fit for fit in fits if _dry(fit)]
     final, ends = _judged(bench, base.parameters, found, hunt.pieces)
     others = [fit for fit in fits if not _dry(fit)][:2]
@@ -131,7 +134,7 @@ def friction_fits(
 
 
 def _better_without(hunt: Hunt, coulomb: Fit, fits: Sequence[Fit]) -> bool:
-    """Return whether friction leaves much of the motion, or more than another effect does."""
+    """Return whether friction leaves much of the motion, or more than another effect."""
     if coulomb.cost > LEFT**2 * coulomb.count:
         return True
     ends = [
@@ -212,7 +215,7 @@ def _as_velocity(omega: float, sample_rate: float) -> Lens:
     return lens
 
 
-def _coulomb(hunt: Hunt, start: Parameters, base: Fit, fits: Sequence[Fit]) -> Fit | None:
+def _coulomb(hunt: Hunt, start: Parameters, base: Fit, fits: Sequence[Fit]) -> list[Fit]:
     """Return Coulomb friction fitted, from the best points of a grid."""
     structure = hunt.at.bench.structure
     term = Term(COULOMB, 0, reduced_mass(structure, structure.joints[0]))
@@ -237,7 +240,7 @@ def _stribeck(hunt: Hunt, start: Parameters, coulomb: Fit, fits: Sequence[Fit]) 
     hypothesis = replace(coulomb.hypothesis, terms=(*rest, replace(term, candidate=STRIBECK)))
     p = coulomb.parameters
     known, force = p.values[:-1], p.values[-1][0]
-    places = [p, *(replace(start, stiffness=start.stiffness * k) for k in STIFFNESSES)]
+    places = [p, *(replace(start, stiffness=start.stiffness * k) for k in STIFFNESSES[::2])]
     points = [
         replace(
             place,
@@ -246,21 +249,16 @@ def _stribeck(hunt: Hunt, start: Parameters, coulomb: Fit, fits: Sequence[Fit]) 
         for place, breakaway, excess, share in product(places, BREAKAWAYS, EXCESSES, SPEEDS)
     ]
     points += [f.parameters for f in fits if f.hypothesis == hypothesis]
-    best = _searched(hunt, hypothesis, points)
-    return [] if best is None else [best]
+    return _searched(hunt, hypothesis, points)
 
 
-def _searched(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) -> Fit | None:
-    """Return the best fit that begins at one of some points."""
+def _searched(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) -> list[Fit]:
+    """Return the best fits that begin at some points."""
     at, pieces = hunt.at, hunt.pieces
     begun = _best(hunt, hypothesis, points)
     with ThreadPoolExecutor(2) as pool:
         fits = list(pool.map(lambda p: at.fit(hypothesis, p, pieces, 10), begun))
-        near = sorted((fit for fit in fits if fit is not None), key=deviance)[:CREPT]
-    if not near:
-        return None
-    ends = [_as_recorded(at, fit, pieces)[1] for fit in near]
-    return min(ends, key=deviance)
+    return sorted((fit for fit in fits if fit is not None), key=deviance)[:CREPT]
 
 
 def _as_recorded(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> tuple[Context, Fit]:
@@ -274,12 +272,8 @@ def _as_recorded(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> tuple[Co
 def _best(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) -> list[Parameters]:
     """Return the points at which the loudest test is met best, no two close to each other."""
 
-    def work(p: Parameters) -> float:
-        seen = hunt.at.fit(hypothesis, p, (hunt.loudest,), 0)
-        return float("inf") if seen is None else seen.cost
-
     with ThreadPoolExecutor(2) as pool:
-        costs = list(pool.map(work, points))
+        costs = list(pool.map(lambda p: hunt.at.height(hypothesis, p, (hunt.loudest,)), points))
     out: list[Parameters] = []
     for i in np.argsort(costs):
         if len(out) == CARRIED_ON or not np.isfinite(costs[i]):
@@ -293,6 +287,11 @@ def _apart(one: Parameters, other: Parameters) -> bool:
     stiffness = abs(np.log(np.sum(one.stiffness) / np.sum(other.stiffness)))
     numbers = np.abs(np.log(np.array(one.values[-1]) / np.array(other.values[-1])))
     return bool(stiffness > 0.05 or np.max(numbers) > 0.3)
+
+
+def _carried_on(at: Context, fits: Sequence[Fit], pieces: tuple[Segment, ...]) -> list[Fit]:
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(lambda fit: _crept(at, fit, pieces), fits))
 
 
 def _crept(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> Fit:
@@ -343,8 +342,7 @@ def simplex(
         return code.unpack(whole)
 
     def height(vector: FloatArray) -> float:
-        fit = at.fit(hypothesis, parameters(vector), pieces, 0)
-        return float("inf") if fit is None else deviance(fit)
+        return at.height(hypothesis, parameters(vector), pieces)
 
     found = minimize(
         height, first[free], method="Nelder-Mead",
@@ -368,8 +366,7 @@ def _judged(
     at = context(replace(noisier, short=noisier.fitted()), linear)
     own = _in(at.bench, pieces)
     at, end = _as_recorded(at, best, own)
-    with ThreadPoolExecutor(2) as pool:
-        return at, [end, *pool.map(lambda fit: _crept(at, fit, own), others)]
+    return at, [end, *_carried_on(at, others, own)]
 
 
 def _in(bench: Bench, pieces: tuple[Segment, ...]) -> tuple[Segment, ...]:

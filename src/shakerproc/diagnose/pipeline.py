@@ -263,8 +263,11 @@ def _singles(
 
 def _rubbed(side: Side, start: Parameters, progress: Progress) -> Side | None:
     """Return the same with dry friction found by free runs, if that explains all; or None."""
-    dry = bool(side.fits) and bool(DRY.intersection(kinds(side.fits[0])))
-    if side.explained and not dry:
+    quiet = noise_floor(side.stage.bench.short, side.stage.bench)
+    if side.explained and (
+        not DRY.intersection(kinds(side.best))
+        or _left(side.at, side.best, side.at.bench) < 1.25 * quiet
+    ):
         return None
     progress("dry friction")
     found = friction_fits(side.stage.bench, start, side.linear, side.fits)

@@ -264,12 +264,29 @@ class Context:
             structure, hypothesis, p, segments, tunings, beyond, robust=robust, filtered=alone
         )
 
+    def height(
+        self, hypothesis: Hypothesis, p: Parameters, segments: tuple[Segment, ...]
+    ) -> float:
+        """Return the deviance of parameters, infinite where the run blows up."""
+        tunings = self.tuned(hypothesis, p)
+        seen = whitened(
+            self.bench.structure, hypothesis, p, segments, tunings, lens=self.lens,
+            filtered=self.filtered and unaided(tunings),
+        )  # fmt: skip
+        if seen is None:
+            return float("inf")
+        return float(sum(np.vdot(part, part) for part in seen[0])) + seen[1]
+
     def valley(
         self, hypothesis: Hypothesis, start: Parameters, *, reach: float = 1.0,
         rounds: int = 9, always: bool = False,
     ) -> Parameters:  # fmt: skip
-        """Return where to begin a fit: the start itself, or lower where the way is rugged."""
-        if not always and not {term.candidate.kind for term in hypothesis.terms} & DRY:
+        """Return where to begin a fit: the start itself, or lower where the way is rugged.
+
+        Dry friction under one mass is sought by free runs, which needs no such help.
+        """
+        dry = DRY.intersection(term.candidate.kind for term in hypothesis.terms)
+        if not always and (not dry or self.bench.structure.masses.size == 1):
             return start
         tunings = self.tuned(hypothesis, start)
         return compass(
