@@ -194,7 +194,11 @@ def _moving(bench: Bench, segment: Segment) -> tuple[int, int, float] | None:
     if count < 10:
         return None
     power = np.sum(departure[: count * size].reshape(count, size) ** 2, axis=1)
-    still = float(np.mean(np.sort(power)[: max(count // 10, 1)]))
+    noise = bench.prepared[segment.test]
+    still = min(
+        float(np.mean(np.sort(power)[: max(count // 10, 1)])),
+        size * float(noise.noise[0] ** 2 + noise.input_noise**2),
+    )
     grown = np.cumsum(np.where(power > 4.0 * still, power, 0.0))
     if grown[-1] <= 0.0:
         return None
@@ -271,7 +275,6 @@ def _as_recorded(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> tuple[Co
 
 def _best(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) -> list[Parameters]:
     """Return the points at which the loudest test is met best, no two close to each other."""
-
     with ThreadPoolExecutor(2) as pool:
         costs = list(pool.map(lambda p: hunt.at.height(hypothesis, p, (hunt.loudest,)), points))
     out: list[Parameters] = []

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import faults as guesses
 from shakerproc.diagnose.arrays import Correction, no_correction, prepare
-from shakerproc.diagnose.decide import error_of, kinds, noise_floor, size, window
+from shakerproc.diagnose.decide import error_of, kinds, noise_floor, rank
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.free_run import friction_fits
 from shakerproc.diagnose.prepare import TestArrays
@@ -358,9 +358,7 @@ def pair_search(
     final, fits = annealed(stage.at, none, starts, stage.remaining(starts), others, 2)
     if not fits:
         return None
-    edge = deviance(fits[0]) + window(fits[:1])
-    near = [fit for fit in fits if deviance(fit) <= edge]
-    chosen = min(near, key=lambda fit: (size(fit), deviance(fit)))
+    chosen = rank(fits)[0]
     if _left(final, chosen, final.bench) > 0.75 * _left(at, best, at.bench):
         return None
     gained = deviance(best) - deviance(chosen)
