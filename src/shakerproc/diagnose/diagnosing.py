@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import welch
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.arrays import Correction
@@ -363,7 +363,7 @@ def _where(found: Findings, base: Hypothesis, start: Parameters) -> Where:
         seen = run(whole, table, segment, tunings[segment.gain_key], start, keep=True)
         if seen is None:
             continue
-        frequency, own = welch(seen.innovations, segment.sample_rate, nperseg=size)
+        frequency, own = scipy.signal.welch(seen.innovations, segment.sample_rate, nperseg=size)
         power = power + own.sum(axis=0)
         tests[segment.name] = float(np.mean(seen.innovations**2))
         row = pattern(at.bench.structure.joints[0], at.bench.structure.masses.size)

@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.signal import lfilter
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.candidates import COULOMB, STRIBECK
@@ -213,7 +212,9 @@ def _as_velocity(omega: float, sample_rate: float) -> Lens:
     leak = np.exp(-0.5 * omega / sample_rate)
 
     def lens(innovations: FloatArray) -> FloatArray:
-        out: FloatArray = lfilter([omega / sample_rate], [1.0, -leak], innovations, axis=1)
+        out: FloatArray = scipy.signal.lfilter(
+            [omega / sample_rate], [1.0, -leak], innovations, axis=1
+        )
         return out
 
     return lens
@@ -347,7 +348,7 @@ def simplex(
     def height(vector: FloatArray) -> float:
         return at.height(hypothesis, parameters(vector), pieces)
 
-    found = minimize(
+    found = scipy.optimize.minimize(
         height, first[free], method="Nelder-Mead",
         options={"initial_simplex": corners, "maxfev": 40 * free.size, "xatol": 1e-5,
                  "fatol": 1.0},

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
-from scipy.signal import welch
 
 from shakerproc.data import FloatArray
 
@@ -128,7 +128,9 @@ def signal_slope(samples: FloatArray, noise: float, sample_rate: float) -> Float
     The slope of the noise itself would be larger than that of the signal, and bias a delay.
     """
     n = samples.size
-    frequency, power = welch(samples, sample_rate, nperseg=min(1024, n), detrend=False)
+    frequency, power = scipy.signal.welch(
+        samples, sample_rate, nperseg=min(1024, n), detrend=False
+    )
     share = (
         np.clip(1.0 - 2.0 * noise**2 / sample_rate / np.maximum(power, 1e-300), 0.0, 1.0) ** 2
     )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import firwin, upfirdn
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import kernel, single
@@ -285,12 +285,14 @@ def beyond_filter(seen: Observed, fine: int) -> FloatArray:
     if fine == 1:
         return np.zeros_like(seen.expected)
     half = 24 * fine
-    taps = firwin(2 * half + 1, 0.92 / fine, window=("kaiser", 5.0))
+    taps = scipy.signal.firwin(2 * half + 1, 0.92 / fine, window=("kaiser", 5.0))
     first = 2 * half // fine
     passed = []
     for row in seen.dense:
         padded = np.concatenate([np.full(half, row[0]), row, np.full(half, row[-1])])
-        passed.append(upfirdn(taps, padded, 1, fine)[first : first + seen.expected.shape[1]])
+        passed.append(
+            scipy.signal.upfirdn(taps, padded, 1, fine)[first : first + seen.expected.shape[1]]
+        )
     out: FloatArray = seen.expected - np.array(passed)
     return out
 
