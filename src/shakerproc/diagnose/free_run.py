@@ -41,6 +41,7 @@ from shakerproc.diagnose.search import (
     Context,
     context,
     deviance,
+    innovation_sizes,
     one_of_each,
     refit,
 )
@@ -127,6 +128,7 @@ def friction_fits(
     found = one_of_each(sorted(found, key=deviance))
     found += [fit for fit in fits if _dry(fit)]
     final, ends = _judged(bench, base.parameters, found, hunt.pieces)
+    ends += _carried_on(final, _simpler(final, ends), _in(final.bench, hunt.pieces))
     others = [fit for fit in fits if not _dry(fit)][:2]
     ended = refit(final, [*ends, *others], final.bench.short, 3)
     return final, one_of_each(ended)
@@ -257,6 +259,21 @@ def _stribeck(hunt: Hunt, start: Parameters, coulomb: Fit, fits: Sequence[Fit]) 
     return _searched(hunt, hypothesis, points)
 
 
+def _simpler(at: Context, ends: Sequence[Fit]) -> list[Fit]:
+    """Return Coulomb friction begun where Stribeck friction has ended, if that is the best."""
+    best = min(ends, key=deviance)
+    *rest, term = best.hypothesis.terms
+    if term.candidate is not STRIBECK:
+        return []
+    hypothesis = replace(best.hypothesis, terms=(*rest, replace(term, candidate=COULOMB)))
+    *known, values = best.parameters.values
+    begun = [
+        at.fit(hypothesis, replace(best.parameters, values=(*known, one)), at.bench.short, 0)
+        for one in ((values[0],), (values[0] * (1.0 + 0.5 * values[1]),))
+    ]
+    return [fit for fit in begun if fit is not None]
+
+
 def _searched(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) -> list[Fit]:
     """Return the best fits that begin at some points."""
     at, pieces = hunt.at, hunt.pieces
@@ -362,7 +379,8 @@ def _judged(
     """Return fits, the best first, carried on as they are judged: how recorded, which noise.
 
     The noise of the controls moves a contact as the controls do; by how much, a second run
-    with as much noise again shows.
+    with as much noise again shows. The noise is no more than the best fit leaves: where a force
+    jumps, the band in which sensors are otherwise quiet is not.
     """
     free = replace(bench, free=True)
     best, *others = found
@@ -370,7 +388,11 @@ def _judged(
     at = context(replace(noisier, short=noisier.fitted()), linear)
     own = _in(at.bench, pieces)
     at, end = _as_recorded(at, best, own)
-    return at, [end, *_carried_on(at, others, own)]
+    sizes = innovation_sizes(at, end)
+    if sizes is not None:
+        quiet = at.bench.quieter(np.clip(sizes, 1e-3, 1.0))
+        at = context(quiet, linear, filtered=at.filtered)
+    return at, _carried_on(at, [end, *others], own)
 
 
 def _in(bench: Bench, pieces: tuple[Segment, ...]) -> tuple[Segment, ...]:

@@ -263,11 +263,7 @@ def _singles(
 
 def _rubbed(side: Side, start: Parameters, progress: Progress) -> Side | None:
     """Return the same with dry friction found by free runs, if that explains all; or None."""
-    quiet = noise_floor(side.stage.bench.short, side.stage.bench)
-    if side.explained and (
-        not DRY.intersection(kinds(side.best))
-        or _left(side.at, side.best, side.at.bench) < 1.25 * quiet
-    ):
+    if side.explained and not DRY.intersection(kinds(side.best)):
         return None
     progress("dry friction")
     found = friction_fits(side.stage.bench, start, side.linear, side.fits)
