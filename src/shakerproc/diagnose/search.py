@@ -283,10 +283,11 @@ class Context:
     ) -> Parameters:  # fmt: skip
         """Return where to begin a fit: the start itself, or lower where the way is rugged.
 
-        Dry friction under one mass is sought by free runs, which needs no such help.
+        Dry friction by itself under one mass is sought by free runs, which need no such help.
         """
         dry = DRY.intersection(term.candidate.kind for term in hypothesis.terms)
-        if not always and (not dry or self.bench.structure.masses.size == 1):
+        alone = len(hypothesis.terms) == 1 and self.bench.structure.masses.size == 1
+        if not always and (not dry or alone):
             return start
         tunings = self.tuned(hypothesis, start)
         return compass(
