@@ -21,6 +21,7 @@ from shakerproc.diagnose.decide import (
     ties,
 )
 from shakerproc.diagnose.fit import Fit
+from shakerproc.diagnose.imposed import diagnose_imposed
 from shakerproc.diagnose.next_test import loudest, settle, times_level
 from shakerproc.diagnose.pipeline import MATTERS, Findings, investigate
 from shakerproc.diagnose.prepare import TestArrays
@@ -106,6 +107,9 @@ def diagnose_arrays(
         )
     base, start = start_parameters(known)
     say = progress or (lambda _text: None)
+    imposed = diagnose_imposed(known, used, base, start, clearances, say, seed)
+    if imposed is not None:
+        return imposed
     try:
         found = investigate(known.structure, used, base, start, progress=say)
     except FloatingPointError as error:

@@ -50,6 +50,8 @@ LEFT = 0.35
 """Share of the motion that Coulomb friction must not leave, to be looked at further [-]."""
 LONGEST = 6.0
 """How much of a test the search looks at [s]."""
+RUN_IN = 0.3
+"""After how long a run has forgotten what it began with [s]."""
 QUIETER = 0.01
 """Share of the most that moved in a test, below which another is left out of the search [-]."""
 STIFFNESSES = tuple(np.geomspace(0.7, 1.4, 24))
@@ -115,20 +117,20 @@ def friction_fits(
     """
     if bench.structure.masses.size != 1:
         return None
-    hunt = _hunt(bench)
+    hunt = hunt_for(bench)
     if hunt is None:
         return None
-    near = _coulomb(hunt, start, base, fits)
+    near = coulomb_fits(hunt, start, base, fits)
     if not near or _better_without(hunt, near[0], fits):
         return None
-    at, coulomb = _as_recorded(hunt.at, near[0], hunt.pieces)
-    found = _carried_on(at, near[1:], hunt.pieces)
+    at, coulomb = as_recorded(hunt.at, near[0], hunt.pieces)
+    found = carried_on(at, near[1:], hunt.pieces)
     found = [min([coulomb, *found], key=deviance)]
-    found += _carried_on(at, _stribeck(hunt, start, found[0], fits), hunt.pieces)
+    found += carried_on(at, _stribeck(hunt, start, found[0], fits), hunt.pieces)
     found = one_of_each(sorted(found, key=deviance))
     found += [fit for fit in fits if _dry(fit)]
-    final, ends = _judged(bench, base.parameters, found, hunt.pieces)
-    ends += _carried_on(final, _simpler(final, ends), _in(final.bench, hunt.pieces))
+    final, ends = judged(bench, base.parameters, found, hunt.pieces)
+    ends += carried_on(final, _simpler(final, ends), _in(final.bench, hunt.pieces))
     others = [fit for fit in fits if not _dry(fit)][:2]
     ended = refit(final, [*ends, *others], final.bench.short, 3)
     return final, one_of_each(ended)
@@ -149,7 +151,8 @@ def _dry(fit: Fit) -> bool:
     return any(term.candidate.kind in DRY for term in fit.hypothesis.terms)
 
 
-def _hunt(bench: Bench) -> Hunt | None:
+def hunt_for(bench: Bench) -> Hunt | None:
+    """Return where the joint of one mass moves; None where it never does."""
     structure = bench.structure
     omega = float(np.sqrt(np.sum(structure.stiffness) / structure.masses[0]))
     order = structure.sensing[0].order
@@ -159,7 +162,7 @@ def _hunt(bench: Bench) -> Hunt | None:
         return None
     most = max(power.values())
     pieces = [
-        cut(s, found[0], found[1], 0)
+        cut(s, found[0], found[1], round(RUN_IN * s.sample_rate))
         for s, found in moved if found is not None and found[2] > QUIETER * most
     ]  # fmt: skip
     size = {s.test: float(np.sqrt(np.mean(_departure(bench, s) ** 2))) for s in pieces}
@@ -203,10 +206,14 @@ def _moving(bench: Bench, segment: Segment) -> tuple[int, int, float] | None:
     grown = np.cumsum(np.where(power > 4.0 * still, power, 0.0))
     if grown[-1] <= 0.0:
         return None
+    longest = round(LONGEST * rate) // size
     first, last = np.searchsorted(grown, np.array([0.002, 0.998]) * grown[-1])
-    start = max(int(first) * size - round(0.3 * rate), 0)
-    stop = min((int(last) + 1) * size + round(0.1 * rate), departure.size)
-    return start, min(stop, start + round(LONGEST * rate)), float(grown[-1])
+    if last - first > longest:
+        before = np.concatenate([[0.0], grown])
+        first = int(np.argmax(before[longest:] - before[:-longest]))
+        last = first + longest
+    start = max(int(first) * size - round(RUN_IN * rate), 0)
+    return start, min((int(last) + 3) * size, departure.size), float(grown[-1])
 
 
 def _as_velocity(omega: float, sample_rate: float) -> Lens:
@@ -222,7 +229,7 @@ def _as_velocity(omega: float, sample_rate: float) -> Lens:
     return lens
 
 
-def _coulomb(hunt: Hunt, start: Parameters, base: Fit, fits: Sequence[Fit]) -> list[Fit]:
+def coulomb_fits(hunt: Hunt, start: Parameters, base: Fit, fits: Sequence[Fit]) -> list[Fit]:
     """Return Coulomb friction fitted, from the best points of a grid."""
     structure = hunt.at.bench.structure
     term = Term(COULOMB, 0, reduced_mass(structure, structure.joints[0]))
@@ -283,7 +290,7 @@ def _searched(hunt: Hunt, hypothesis: Hypothesis, points: Sequence[Parameters]) 
     return sorted((fit for fit in fits if fit is not None), key=deviance)[:CREPT]
 
 
-def _as_recorded(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> tuple[Context, Fit]:
+def as_recorded(at: Context, fit: Fit, pieces: tuple[Segment, ...]) -> tuple[Context, Fit]:
     """Return a fit carried on, with or without a recorder's filter, whichever fits better."""
     both = [replace(at, filtered=filtered) for filtered in (False, True)]
     with ThreadPoolExecutor(2) as pool:
@@ -310,7 +317,8 @@ def _apart(one: Parameters, other: Parameters) -> bool:
     return bool(stiffness > 0.05 or np.max(numbers) > 0.3)
 
 
-def _carried_on(at: Context, fits: Sequence[Fit], pieces: tuple[Segment, ...]) -> list[Fit]:
+def carried_on(at: Context, fits: Sequence[Fit], pieces: tuple[Segment, ...]) -> list[Fit]:
+    """Return fits, each carried to its end."""
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(lambda fit: _crept(at, fit, pieces), fits))
 
@@ -373,7 +381,7 @@ def simplex(
     return parameters(found.x)
 
 
-def _judged(
+def judged(
     bench: Bench, linear: Parameters, found: Sequence[Fit], pieces: tuple[Segment, ...]
 ) -> tuple[Context, list[Fit]]:
     """Return fits, the best first, carried on as they are judged: how recorded, which noise.
@@ -387,12 +395,12 @@ def _judged(
     noisier = free.quieter(_noise_beside_scatter(free, best))
     at = context(replace(noisier, short=noisier.fitted()), linear)
     own = _in(at.bench, pieces)
-    at, end = _as_recorded(at, best, own)
+    at, end = as_recorded(at, best, own)
     sizes = innovation_sizes(at, end)
     if sizes is not None:
         quiet = at.bench.quieter(np.clip(sizes, 1e-3, 1.0))
         at = context(quiet, linear, filtered=at.filtered)
-    return at, _carried_on(at, [end, *others], own)
+    return at, carried_on(at, [end, *others], own)
 
 
 def _in(bench: Bench, pieces: tuple[Segment, ...]) -> tuple[Segment, ...]:

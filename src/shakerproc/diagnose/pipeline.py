@@ -10,6 +10,7 @@ from shakerproc.diagnose import faults as guesses
 from shakerproc.diagnose.arrays import Correction, no_correction, prepare
 from shakerproc.diagnose.decide import error_of, kinds, noise_floor, rank
 from shakerproc.diagnose.fit import Fit, Priors
+from shakerproc.diagnose.free_pairs import friction_pairs
 from shakerproc.diagnose.free_run import friction_fits
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
@@ -266,12 +267,16 @@ def _rubbed(side: Side, start: Parameters, progress: Progress) -> Side | None:
     if side.explained and not DRY.intersection(kinds(side.best)):
         return None
     progress("dry friction")
-    found = friction_fits(side.stage.bench, start, side.linear, side.fits)
-    if found is None:
-        return None
-    at, fits = found
-    rubbed = replace(side, at=at, fits=fits)
-    return rubbed if DRY.intersection(kinds(fits[0])) and rubbed.explained else None
+    searches = [friction_fits]
+    if any(DRY.intersection(kinds(fit)) for fit in side.fits[:3]):
+        searches.append(friction_pairs)
+    for search in searches:
+        found = search(side.stage.bench, start, side.linear, side.fits)
+        if found is not None:
+            rubbed = replace(side, at=found[0], fits=found[1])
+            if DRY.intersection(kinds(rubbed.best)) and rubbed.explained:
+                return rubbed
+    return None
 
 
 def _finished(
