@@ -14,6 +14,8 @@ from shakerproc.simulate import Simulation, simulate
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects whose response functions tell what becomes of noise."""
+DRAWS: Final = 4
+"""How often a model that is not linear is simulated with fresh noise."""
 
 
 @final
@@ -32,9 +34,10 @@ class Prediction:
         band [unit of the sensor].
     input : (n,) array
         The input within the band [m/s^2 or N].
-    scatter : (n_sensors, n) array, optional
+    scatter : (n_sensors, n * DRAWS) array, optional
         By how much the prediction moves under as much noise again as the controls hold at
-        rest, where the model is not linear [unit of the sensor].
+        rest, where the model is not linear: several draws of it, one after the other [unit of
+        the sensor].
     """
 
     measured: Measured
@@ -81,8 +84,9 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
     scatter = None
     if growth and not simulation.sensitive:
         noisy = _under_noise(model, measured)
-        if noisy is not None:
-            scatter = within(noisy - outputs, measured)[:, part]
+        if noisy:
+            moved = [within(one - outputs, measured)[:, part] for one in noisy]
+            scatter = np.concatenate(moved, axis=1)
     return Prediction(
         measured=measured,
         simulation=simulation,
@@ -93,21 +97,26 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
     )
 
 
-def _under_noise(model: Model, measured: Measured) -> FloatArray | None:
+def _under_noise(model: Model, measured: Measured) -> list[FloatArray]:
     """Return the sensors of a model that is not linear, under controls with fresh noise.
 
-    What a contact makes of the controls' noise no response function tells.
+    What a contact makes of the controls' noise no response function tells, and one draw of it
+    may do little: a contact just missed counts once in a while.
     """
     kinds = {type(element.effect).kind for element in model.elements}
     if measured.quiet is None or kinds <= LINEAR:
-        return None
+        return []
     sigma = float(np.std(np.mean(measured.quiet.controls, axis=0)))
-    noise = np.random.default_rng(0).normal(scale=sigma, size=measured.input.size)
-    try:
-        moved = simulate(model, measured.input + noise, measured.sample_rate, growth=False)
-    except SimulationError:
-        return None
-    return np.array([moved.outputs[name] for name in measured.sensors])
+    generator = np.random.default_rng(0)
+    out = []
+    for _ in range(DRAWS):
+        noise = generator.normal(scale=sigma, size=measured.input.size)
+        try:
+            moved = simulate(model, measured.input + noise, measured.sample_rate, growth=False)
+        except SimulationError:
+            continue
+        out.append(np.array([moved.outputs[name] for name in measured.sensors]))
+    return out
 
 
 def within(samples: FloatArray, measured: Measured) -> FloatArray:
