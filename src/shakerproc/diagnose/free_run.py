@@ -406,7 +406,9 @@ def judged(
 def _in(bench: Bench, pieces: tuple[Segment, ...]) -> tuple[Segment, ...]:
     """Return the stretches of a bench's tests that some pieces cover."""
     fitted = {s.test: s for s in bench.fitted()}
-    return tuple(cut(fitted[s.test], s.start, s.start + s.measured.shape[1], 0) for s in pieces)
+    return tuple(
+        cut(fitted[s.test], s.start, s.start + s.measured.shape[1], s.skip) for s in pieces
+    )
 
 
 def _noise_beside_scatter(bench: Bench, fit: Fit) -> FloatArray:
