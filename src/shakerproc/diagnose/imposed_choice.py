@@ -153,11 +153,12 @@ def choose(at: Bench, base: Law, values: Values, say: Callable[[str], None]) -> 
     if not found:
         return Choice(linear, (), (), floor)
     best = min(found, key=squares)
+    first = _simplest(at, found)
     pairs: list[Fitted] = []
     if np.sqrt(squares(best)) > ABOVE * floor.scatter * at.rms:
         say("pairs along the imposed motion")
-        pairs = _pairs(at, sorted(found, key=squares), len(base.parts))
-    first = _simplest(at, found)
+        rest = sorted((one for one in found if one is not first), key=squares)
+        pairs = _pairs(at, (first, *rest[:2]), len(base.parts))
     enough = ABOVE * floor.scatter * at.rms
     if pairs:
         pair = _simplest(at, pairs)
@@ -182,11 +183,11 @@ def _beside(at: Bench, known: Fitted, law: Law) -> Fitted | None:
     return fit(at, joined, [(*known.values, *start) for start in starts]) if starts else None
 
 
-def _pairs(at: Bench, ordered: Sequence[Fitted], n_base: int) -> list[Fitted]:
-    """Return fits of the two best single laws beside each other one."""
+def _pairs(at: Bench, leading: Sequence[Fitted], n_base: int) -> list[Fitted]:
+    """Return fits of the leading single laws beside each other one, the best few scored."""
     out: list[Fitted] = []
     seen = set()
-    for one in ordered[:2]:
+    for one in leading:
         for law in single_laws(at.motion):
             kinds = frozenset((*one.law.kinds[n_base:], *law.kinds))
             if kinds in seen or set(law.kinds) & set(one.law.kinds):

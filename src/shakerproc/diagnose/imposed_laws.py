@@ -11,7 +11,7 @@ from numba import njit
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import kernel
 from shakerproc.diagnose.candidates import Candidate, Motion, Values, library
-from shakerproc.diagnose.imposed_motion import Loop
+from shakerproc.diagnose.imposed_motion import AT_REST, Loop
 
 SERIES: Final = -1
 """Number of the series law, which the kernel does not know."""
@@ -127,7 +127,7 @@ def motion_of(found: Sequence[Loop], mass: float) -> Motion:
     rms, fast, force = (float(np.sqrt(np.mean(x**2))) for x in (z, v, f))
     return Motion(
         float(np.max(np.abs(z))), rms, fast, force / rms, force / fast, mass,
-        fast / rms / (2.0 * np.pi), 0.01 * fast, force,
+        fast / rms / (2.0 * np.pi), 0.2 * AT_REST * fast, force,
     )  # fmt: skip
 
 
