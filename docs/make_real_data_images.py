@@ -35,15 +35,43 @@ def silverbox() -> None:
     figure.savefig(IMAGES / "real_silverbox.png", dpi=100)
 
 
+def play_and_slider(
+    moved: np.ndarray, stiffness: float, play: float, limit: float
+) -> np.ndarray:
+    """Return the force of a slider that is dragged through a play [kN], for way in mm."""
+    slider, force = moved[0], np.zeros(moved.size)
+    for i, way in enumerate(moved):
+        stretch = way - slider
+        pull = stiffness * np.sign(stretch) * max(abs(stretch) - play, 0.0)
+        if abs(pull) > limit:
+            slider += np.sign(pull) * (abs(pull) - limit) / stiffness
+            pull = np.sign(pull) * limit
+        force[i] = pull
+    return force
+
+
 def damper() -> None:
-    """Draw the loop of the friction damper."""
-    figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
-    for name in ("1Hz20lbtension", "1Hz80lbtension"):
+    """Draw measured loops of the friction damper, and those of the numbers diagnosed."""
+    cases = {  # contact [kN/mm], clearance [mm], sliding force [kN], spring, damper beside
+        "1Hz20lbtension": (4.87, 1.561, 4.161, 0.0, 0.0),
+        "1Hz80lbtension": (5.97, 1.733, 11.13, 0.0209, 4.66e-3),
+    }
+    figure, both = plt.subplots(1, 2, figsize=(10.5, 4.5), layout="constrained")
+    for axes, (name, (contact, play, limit, spring, damping)) in zip(
+        both, cases.items(), strict=True
+    ):
         path = DATA / "friction_backlash_arts" / f"ds1_{name}.json"
         rows = np.array(json.loads(path.read_text(encoding="utf-8"))["data"], dtype=float)
-        axes.plot(25.4 * rows[:, 1], 4.448222 * rows[:, 2], linewidth=0.6, label=name)
-    axes.set(xlabel="displacement [mm]", ylabel="force [kN]")
-    axes.legend()
+        moved, force = 25.4 * rows[:, 1], 4.448222 * rows[:, 2]
+        fast = signal.savgol_filter(moved, 41, 2, deriv=1, delta=1.0 / 1024.0)
+        fitted = play_and_slider(moved, contact, play, limit)
+        fitted += spring * moved + damping * fast
+        fitted += np.mean(force - fitted)
+        axes.plot(moved, force, linewidth=0.5, label="measured")
+        axes.plot(moved, fitted, linewidth=0.9, label="play and friction in series")
+        axes.set(xlabel="displacement [mm]", ylabel="force [kN]", title=name)
+    lines = both[0].get_lines()
+    figure.legend(handles=lines, loc="outside lower center", ncols=2)
     figure.savefig(IMAGES / "real_friction_damper.png", dpi=100)
 
 

@@ -5,8 +5,10 @@ folder is absent the tests skip. What they are held against was found by other m
 diagnosis: each test says how.
 """
 
+import json
 import shutil
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import pytest
 import yaml
 from blind.campaigns import draw
 from blind.excitations import SAMPLE_RATE
+from scipy.signal import find_peaks
 
 from blind import folder
 from shakerproc.diagnose import diagnose
@@ -214,4 +217,98 @@ processing:
   sample_rate: 610.35 Hz
 tests:
   - {id: 1, recording: SNLS80mV.mat, excitation: random, from: 5 Hz, to: 200 Hz}
+"""
+
+
+def loop_readings(moved: np.ndarray, force: np.ndarray) -> tuple[float, float]:
+    """Return the sliding force [N] and the width of the pause near zero force [m].
+
+    Read from the full swings of a loop, by no model: the median of |force| beyond 15 mm from
+    the turn; and the way within a quarter of it, on swings that go up, less the way on which
+    the force falls from three quarters to one, which is as much of elastic way.
+    """
+    smooth = np.convolve(moved, np.ones(15) / 15.0, "same")
+    smooth[:8], smooth[-8:] = smooth[8], smooth[-8]
+    turns = [find_peaks(sign * smooth, prominence=0.003)[0] for sign in (1.0, -1.0)]
+    turns = np.sort(np.concatenate(turns))
+    swings = [
+        (slice(a, b), smooth[b] > smooth[a])
+        for a, b in pairwise(turns)
+        if abs(smooth[b] - smooth[a]) > 0.04
+    ]
+    ways = [np.abs(smooth[own] - smooth[own][0]) for own, _ in swings]
+    sliding = np.mean([
+        np.median(np.abs(force[own][way > 0.015]))
+        for (own, _), way in zip(swings, ways, strict=True)
+    ])
+    pauses = []
+    for (own, up), way in zip(swings, ways, strict=True):
+        if up:
+            high, low, back = (
+                way[np.argmax(force[own] > q * sliding)] for q in (-0.75, -0.25, 0.25)
+            )
+            pauses.append((back - low) - (low - high))
+    assert len(pauses) >= 3
+    return float(sliding), float(np.mean(pauses))
+
+
+@pytest.mark.shared
+@pytest.mark.slow
+def test_the_friction_damper_has_friction_and_play_in_series(shared, tmp_path):
+    """A rig imposes the stroke; sliding force and pause are read off the loop as well."""
+    forces = {}
+    for name in ("0.5Hz70lbtension", "1Hz20lbtension", "1Hz70lbtension", "1Hz80lbtension"):
+        source = shared / "data" / "friction_backlash_arts" / f"ds1_{name}.json"
+        rows = np.array(json.loads(source.read_text(encoding="utf-8"))["data"], dtype=float)
+        moved, force = 0.0254 * rows[:, 1], 4448.2216 * rows[:, 2]
+        (tmp_path / name).mkdir()
+        np.savetxt(
+            tmp_path / name / "loop.csv", np.column_stack([force, moved]), delimiter=",",
+            header="force (N),stroke (m)", comments="", fmt="%.8g",
+        )  # fmt: skip
+        found = diagnosis_of(tmp_path / name, DAMPER_MODEL, DAMPER_LOG)
+        assert found.verdict == "effect found"
+        assert "in series" in found.sentence
+        friction, gap = found.effects
+        assert (friction.kind, gap.kind) == ("coulomb_friction", "gap")
+        assert friction.between == gap.between == ("base", "rod")
+        sliding, pause = loop_readings(moved, force)
+        limit, play = friction.parameters["sliding_force"], gap.parameters["clearance"]
+        assert limit.value == pytest.approx(sliding, rel=0.1)
+        assert 2.0 * play.value == pytest.approx(pause, rel=0.2)
+        assert limit.low < limit.value < limit.high
+        assert play.low < play.value < play.high
+        errors = found.errors
+        assert errors.noise_floor < errors.held_out.after < 0.5 * errors.held_out.before
+        simple = [one for one in found.candidates if "gap" not in one.kind]
+        assert all(
+            one.held_out_error > errors.held_out.after for one in simple if one.held_out_error
+        )
+        forces[name] = limit
+    assert forces["1Hz20lbtension"].high < forces["1Hz70lbtension"].low
+    assert forces["1Hz70lbtension"].value < forces["1Hz80lbtension"].value
+
+
+DAMPER_MODEL = """
+model: 1
+title: friction damper, linear
+masses: {rod: 1 kg}
+elements:
+  - {kind: spring, between: [base, rod], stiffness: 1 N/mm}
+  - {kind: damper, between: [base, rod], damping: 10 N s/m}
+excitation: {force on: rod}
+sensors:
+  stroke: {at: rod, measures: displacement}
+"""
+
+DAMPER_LOG = """
+testlog: 1
+title: friction damper
+recordings: .
+channels:
+  force: {role: force, at: rod}
+  stroke: {role: displacement, at: rod}
+processing: {crop: none, sample_rate: 1024 Hz}
+tests:
+  - {id: 1, recording: loop.csv, excitation: sine, frequency: 1 Hz}
 """

@@ -310,8 +310,9 @@ def _notes(at: Bench, choice: Choice, chosen: Fitted, errors: Errors) -> tuple[s
         )
     if chosen is not choice.linear and errors.held_out.after > ABOVE * floor.scatter:
         out.append(
-            "What is left is more than repeats differ by, but no curve of the motion, such as "
-            "the ringing of a rig; the intervals hold the scatter between swings."
+            "What is left is more than repeats differ by, but a free curve of the motion does "
+            "not do clearly better, as where a rig rings; the intervals hold the scatter "
+            "between swings."
         )
     if not np.any(at.hold_out):
         out.append(
