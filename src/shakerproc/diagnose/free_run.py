@@ -54,6 +54,8 @@ RUN_IN = 0.3
 """After how long a run has forgotten what it began with [s]."""
 QUIETER = 0.01
 """Share of the most that moved in a test, below which another is left out of the search [-]."""
+ALIKE = 3.0
+"""How much noisier a response is taken to be than the controls, each over its own rms [-]."""
 STIFFNESSES = tuple(np.geomspace(0.7, 1.4, 24))
 DAMPINGS = (1.0, 3.0)
 """Stiffness and damping to try, over those of the model [-]."""
@@ -413,11 +415,38 @@ def _in(bench: Bench, pieces: tuple[Segment, ...]) -> tuple[Segment, ...]:
 
 def _noise_beside_scatter(bench: Bench, fit: Fit) -> FloatArray:
     """Return the noise of free runs over that of the sensors, for every test [-]."""
+    own = np.array([float(np.mean(p.noise**2)) for p in bench.prepared])
+    factor: FloatArray = np.sqrt(1.0 + _scatter(bench, fit) / own)
+    return factor
+
+
+def least_floor(bench: Bench, fit: Fit) -> float:
+    """Return the least that noise lets a free run leave, over the response [-].
+
+    Where forces jump, the noise of a sensor cannot be read off the top of its band. Here it is
+    no more than a few times that of the controls, each over what it measures.
+    """
+    above = below = 0.0
+    scatter = _scatter(bench, fit)
+    for segment in bench.fitted():
+        prepared = bench.prepared[segment.test]
+        response = float(np.mean(segment.measured**2))
+        shaken = float(np.mean(segment.input**2))
+        like_controls = (ALIKE * prepared.input_noise) ** 2 * response / max(shaken, 1e-300)
+        noise = min(float(np.mean(prepared.noise**2)), like_controls)
+        above += (noise + scatter[segment.test]) * segment.measured.shape[1]
+        below += response * segment.measured.shape[1]
+    return float(np.sqrt(above / below))
+
+
+def _scatter(bench: Bench, fit: Fit) -> FloatArray:
+    """Return the mean square of what the controls' noise does to free runs, for every test."""
+    bench = replace(bench, free=True)
     whole = assemble(bench.structure, fit.hypothesis, fit.parameters)
     table = law_table(bench.structure, fit.hypothesis, fit.parameters, whole.masses.size)
     tunings = bench.tunings(whole)
     generator = np.random.default_rng(0)
-    out = np.ones(len(bench.prepared))
+    out = np.zeros(len(bench.prepared))
     for segment in bench.whole:
         prepared = bench.prepared[segment.test]
         noise = np.asarray(
@@ -428,9 +457,6 @@ def _noise_beside_scatter(bench: Bench, fit: Fit) -> FloatArray:
             run(whole, table, one, tunings[segment.test], fit.parameters, keep=True)
             for one in (segment, shaken)
         ]
-        if seen[0] is None or seen[1] is None:
-            continue
-        apart = seen[1].expected - seen[0].expected
-        own = float(np.mean(prepared.noise**2))
-        out[segment.test] = float(np.sqrt(1.0 + np.mean(apart**2) / own))
+        if seen[0] is not None and seen[1] is not None:
+            out[segment.test] = float(np.mean((seen[1].expected - seen[0].expected) ** 2))
     return out

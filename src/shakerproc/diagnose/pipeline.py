@@ -11,7 +11,7 @@ from shakerproc.diagnose.arrays import Correction, no_correction, prepare
 from shakerproc.diagnose.decide import error_of, kinds, noise_floor, rank
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.free_pairs import friction_pairs
-from shakerproc.diagnose.free_run import friction_fits
+from shakerproc.diagnose.free_run import friction_fits, least_floor
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
 from shakerproc.diagnose.screen import Regression, Start
@@ -270,13 +270,17 @@ def _rubbed(side: Side, start: Parameters, progress: Progress) -> Side | None:
     searches = [friction_fits]
     if any(DRY.intersection(kinds(fit)) for fit in side.fits[:3]):
         searches.append(friction_pairs)
+    perhaps = None
     for search in searches:
         found = search(side.stage.bench, start, side.linear, side.fits)
-        if found is not None:
-            rubbed = replace(side, at=found[0], fits=found[1])
-            if DRY.intersection(kinds(rubbed.best)) and rubbed.explained:
-                return rubbed
-    return None
+        if found is None or not DRY.intersection(kinds(found[1][0])):
+            continue
+        rubbed = replace(side, at=found[0], fits=found[1])
+        left = _left(rubbed.at, rubbed.best, rubbed.at.bench)
+        if left < UNSURE * least_floor(side.stage.bench, rubbed.best):
+            return rubbed
+        perhaps = perhaps or (rubbed if rubbed.explained else None)
+    return perhaps
 
 
 def _finished(
