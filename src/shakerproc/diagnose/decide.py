@@ -121,7 +121,7 @@ def estimates(fit: Fit, term_index: int) -> dict[str, Estimate]:
         else:
             half = float(1.96 * sd * abs(_start_scale(fit, term_index, name)))
             out[name] = Estimate(value, value - half, value + half, unit)
-    return _as_effect(term, out)
+    return as_effect(term, out)
 
 
 def linear_estimates(fit: Fit) -> tuple[tuple[Estimate, Estimate], ...]:
@@ -146,7 +146,7 @@ def _estimate(numbers: list[float], unit: str) -> Estimate:
     return Estimate(value, low, high, unit)
 
 
-def _as_effect(term: Term, fitted: dict[str, Estimate]) -> dict[str, Estimate]:
+def as_effect(term: Term, fitted: dict[str, Estimate]) -> dict[str, Estimate]:
     """Return the estimates under the names of the effect in the model file."""
     out = dict(fitted)
     if "excess" in out:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose.decide import CALIBRATION, _as_effect
+from shakerproc.diagnose.decide import CALIBRATION, as_effect
 from shakerproc.diagnose.imposed_choice import (
     ABOVE,
     Choice,
@@ -173,7 +173,7 @@ def _estimates(at: Bench, fitted: Fitted) -> list[dict[str, Estimate]]:
                 )
         first += len(part.names)
         mass = at.motion.mass
-        out.append(own if part is PLAY_AND_SLIDER else _as_effect(Term(part, 0, mass), own))
+        out.append(own if part is PLAY_AND_SLIDER else as_effect(Term(part, 0, mass), own))
     return out
 
 
