@@ -7,7 +7,7 @@ from scipy import signal
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra import thesis_tables
+from shakerproc.spectra import Crop, ThesisSettings, thesis_tables
 
 RATE = 5688.9
 
@@ -101,3 +101,33 @@ def test_other_layouts_are_refused():
         thesis_tables(recording(20_000), RATE, mode="exact")
     with pytest.raises(SpectrumError, match="fewer than one segment of 1024"):
         thesis_tables(recording(1000), RATE)
+
+
+def test_roles_crop_and_segments_are_those_that_are_asked_for():
+    samples = recording(20_000)
+    tables = thesis_tables(
+        samples[[4, 0, 2, 3]],
+        RATE,
+        crop=Crop(3001, 17_001),
+        n_controls=1,
+        names=["table", "a", "b", "c"],
+        settings=ThesisSettings(segment=500, overlap=100, detrend="mean"),
+    )
+    crop = samples[:, 3001:17_001] / STANDARD_GRAVITY
+    crop -= crop.mean(axis=1, keepdims=True)
+    options = {"fs": RATE, "window": np.hamming(500), "noverlap": 100, "detrend": False}
+    frequency, density = signal.welch(crop, **options)
+    found = tables.tables
+    assert_allclose(found["psd"].index, frequency, rtol=1e-12)
+    assert list(found["psd"].columns) == ["table", "a", "b", "c"]
+    assert_allclose(found["psd"].columns["b"][1:], density[2][1:], rtol=1e-9)
+    assert_allclose(found["frf"].columns["a"][1:], (density[0] / density[4])[1:], rtol=1e-9)
+    assert found["notch_psd"].index.size == 501
+    assert tables.crop["start_in_file_0based"] == 3001
+    assert tables.crop["stop_in_file_0based"] == 17_000
+
+
+def test_bins_of_an_odd_number_of_samples_end_below_half_the_rate():
+    odd = thesis_tables(recording(20_001), RATE, mode="corrected", crop=Crop(1000, 21_001))
+    index = odd.tables["periodogram_every97"].index
+    assert_allclose(index, np.fft.rfftfreq(20_001, 1.0 / RATE)[::97], rtol=1e-12)

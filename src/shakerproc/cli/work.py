@@ -17,8 +17,8 @@ from shakerproc.runs import (
     tables,
     write_summary,
 )
+from shakerproc.runs.thesis import write_thesis_tables
 from shakerproc.runs.trends import shown
-from shakerproc.spectra import thesis_tables
 from shakerproc.testlog import Test, facts_of
 
 
@@ -51,8 +51,7 @@ def write_products(
         written.append(folder / f"spectra.{kind}")
         EXPORTS[kind](result, written[-1])
     if products.thesis:
-        original = thesis_tables(recording.samples(), recording.sample_rate)
-        written += tables.write_thesis_tables(original, folder / "thesis")
+        written += write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
         written += draw_run(result, title_of(result.test, result.run), folder)
     return written

@@ -1,17 +1,15 @@
 """The tables of runs, tidy and with units in their headers."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from shakerproc import files
 from shakerproc.data import FloatArray
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.runs.trends import Trend
-from shakerproc.spectra import Table, ThesisTables, cumulative_rms
+from shakerproc.spectra import cumulative_rms
 
 Columns: TypeAlias = dict[str, Any]
 """Columns of equal length by header: arrays and sequences."""
@@ -273,34 +271,3 @@ def trend_columns(trend: Trend, channel: str) -> Columns:
         for name, points in trend.series.items()
         for point in points
     ])
-
-
-def write_thesis_tables(tables: ThesisTables, folder: Path) -> list[Path]:
-    """Write the tables of the thesis' scripts, and return the files."""
-    written = []
-    for name, table in tables.tables.items():
-        written.append(folder / f"{name}.csv")
-        files.write_csv(written[-1], _thesis_columns(table))
-    written.append(folder / "peaks.csv")
-    files.write_csv(
-        written[-1],
-        _columns([
-            {
-                "quantity": p.quantity,
-                "channel": p.channel,
-                "used_by_thesis": p.used_by_thesis,
-                "rank_by_location": p.rank_by_location,
-                "frequency_hz": p.frequency,
-                "value": p.value,
-                "deleted": p.deleted,
-            }
-            for p in tables.peaks
-        ]),
-    )
-    written.append(folder / "crop.json")
-    files.write_json(written[-1], {**tables.crop, "mode": tables.mode})
-    return written
-
-
-def _thesis_columns(table: Table) -> Columns:
-    return {table.index_name: table.index, **table.columns}

@@ -11,6 +11,7 @@ from shakerproc.spectra.crop import (
     ThresholdNotReachedError,
     crop_by_threshold,
     crop_by_time,
+    sample_at,
 )
 from shakerproc.spectra.cross import CrossSpectra, Detrend
 from shakerproc.spectra.damping import (
@@ -42,7 +43,13 @@ from shakerproc.spectra.responses import (
 )
 from shakerproc.spectra.spectrograms import Spectrogram, spectrogram
 from shakerproc.spectra.swept import Sweep, stitched, swept_response
-from shakerproc.spectra.thesis import Table, ThesisPeak, ThesisTables, thesis_tables
+from shakerproc.spectra.thesis import (
+    Table,
+    ThesisPeak,
+    ThesisSettings,
+    ThesisTables,
+    thesis_tables,
+)
 from shakerproc.spectra.tones import Tone, stepped_response, tone_response
 from shakerproc.spectra.windows import COSINE_TERMS, effective_averages, window_samples
 
@@ -61,6 +68,7 @@ __all__ = [
     "Sweep",
     "Table",
     "ThesisPeak",
+    "ThesisSettings",
     "ThesisTables",
     "ThresholdNotReachedError",
     "Tone",
@@ -91,6 +99,7 @@ __all__ = [
     "psd_ratio",
     "response_bounds",
     "rms_in_band",
+    "sample_at",
     "spectrogram",
     "statistics",
     "stepped_response",

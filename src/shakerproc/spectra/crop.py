@@ -1,5 +1,6 @@
 """Where the run begins and ends in a recording: by threshold or by time."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple, final
@@ -38,6 +39,25 @@ class Crop:
     def n_samples(self) -> int:
         """Samples in the crop."""
         return self.stop - self.start
+
+
+def sample_at(time: float, sample_rate: float) -> int:
+    r"""Return the sample that a time from the start of the recording means.
+
+    .. math:: k = \lfloor t f_s + 1/2 \rfloor
+
+    the nearest, counted from 0; half-way between two it is the later. As an end, a time means
+    the first sample that no longer belongs: a part from sample `a` up to, not including, `b`
+    lasts (b - a) / sample rate, and its last sample is b - 1.
+
+    Parameters
+    ----------
+    time : float
+        Time from the first sample [s].
+    sample_rate : float
+        Samples per second [Hz].
+    """
+    return math.floor(time * sample_rate + 0.5)
 
 
 class ThresholdNotReachedError(SpectrumError):
@@ -94,7 +114,8 @@ def crop_by_threshold(
         How long the signal must keep coming back to the threshold, with pauses shorter than
         this, to count as running [s]; 0 takes every sample.
     skip : float
-        Time at the start that is not looked at [s].
+        Time at the start that is not looked at [s]; the first sample looked at is that of
+        `sample_at`.
     remove_offset : bool
         Compare with the mean of all samples taken away; iterates twice.
     unit : str
@@ -123,7 +144,12 @@ def crop_by_threshold(
     offset = _mean(samples) if remove_offset else 0.0
     pause = max(1, round((hold or PAUSE) * sample_rate))
     events, largest = _events(
-        _blocks(samples), threshold, offset, round(skip * sample_rate), pause, absolute=absolute
+        _blocks(samples),
+        threshold,
+        offset,
+        sample_at(skip, sample_rate),
+        pause,
+        absolute=absolute,
     )
     if not np.isfinite(largest):
         raise SpectrumError(f"no sample is left to compare after skipping {skip:g} s")
@@ -156,15 +182,16 @@ def crop_by_time(
     Returns
     -------
     Crop
-        First sample at or after `start`, first at or after `stop`.
+        From the sample at `start` up to, not including, the sample at `stop`, both those of
+        `sample_at`.
 
     Raises
     ------
     SpectrumError
         If the recording does not reach that far, or nothing is left.
     """
-    first = round(start * sample_rate)
-    last = n_samples if stop is None else round(stop * sample_rate)
+    first = sample_at(start, sample_rate)
+    last = n_samples if stop is None else sample_at(stop, sample_rate)
     if not 0 <= first < last <= n_samples:
         end = "its end" if stop is None else f"{stop:g} s"
         raise SpectrumError(

@@ -1,6 +1,6 @@
 """The tables of the thesis' scripts: to the letter, or without padding and its sample rate."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.crop import crop_by_threshold
-from shakerproc.spectra.cross import CrossSpectra
+from shakerproc.spectra.crop import Crop, crop_by_threshold
+from shakerproc.spectra.cross import CrossSpectra, Detrend
 from shakerproc.spectra.engine import cross_spectra
 from shakerproc.spectra.notch_filters import thesis_notch
 from shakerproc.spectra.peaks import thesis_peaks
@@ -21,9 +21,6 @@ Mode: TypeAlias = Literal["thesis", "corrected"]
 THRESHOLD: Final = 0.45 * STANDARD_GRAVITY
 """Value of control 2 between which the run lies [m/s²]."""
 
-SEGMENT: Final = 1024
-NOTCH_SEGMENT: Final = 2048
-NOTCH_FREQUENCY: Final = 50.0
 
 PERIODOGRAM_STRIDE: Final = 97
 EXCERPT: Final = 3000
@@ -32,7 +29,47 @@ EXCERPT: Final = 3000
 LOWEST: Final = 25.0
 """Frequency below which the thesis deletes PSD peaks [Hz]."""
 
-CONTROLS: Final = (0, 1)
+LONGER: Final = 2
+"""How many times longer the thesis' segments are after the filter than before it [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ThesisSettings:
+    """The numbers that the thesis typed into its scripts; the defaults are the thesis' own.
+
+    Attributes
+    ----------
+    segment, overlap : int
+        Lengths in samples before the filter; after it both are twice as long.
+    window : str
+        Window of the segments.
+    n_fft : int, optional
+        Length that segments are padded to before the filter; by default the segment.
+    detrend : str
+        What mean is removed.
+    notch_frequency : float
+        Tone that the filter takes out [Hz].
+    """
+
+    segment: int = 1024
+    overlap: int = 512
+    window: str = "hamming"
+    n_fft: int | None = None
+    detrend: Detrend = "none"
+    notch_frequency: float = 50.0
+
+    def spectra(self, data: FloatArray, rate: float, times: int = 1) -> CrossSpectra:
+        """Return the cross spectra with segments so many times longer."""
+        return cross_spectra(
+            data,
+            rate,
+            segment=times * self.segment,
+            overlap=times * self.overlap,
+            n_fft=None if self.n_fft is None else times * self.n_fft,
+            window=self.window,
+            detrend=self.detrend,
+        )
 
 
 @final
@@ -47,7 +84,7 @@ class Table:
     index : (n_rows,) array
         What the rows are.
     columns : mapping of str to (n_rows,) array
-        Values by channel, ``ch1`` to ``ch5``.
+        Values by channel; ``ch1`` to ``ch5`` unless other names are given.
     """
 
     index_name: str
@@ -67,7 +104,8 @@ class ThesisPeak:
     channel : str
         ``ch3`` and so on.
     used_by_thesis : bool
-        Whether the thesis looks at this channel for this quantity: PSD of ch4, FRF of ch3.
+        Whether the thesis looks at this channel for this quantity: PSD of the second
+        response (ch4), FRF of the first (ch3).
     rank_by_location : int
         1 is the lowest frequency, the one that the thesis reports.
     frequency : float
@@ -112,24 +150,40 @@ class ThesisTables:
 
 
 def thesis_tables(
-    samples: FloatArray, sample_rate: float, *, mode: Mode = "thesis"
+    samples: FloatArray,
+    sample_rate: float,
+    *,
+    mode: Mode = "thesis",
+    crop: Crop | None = None,
+    n_controls: int = 2,
+    names: Sequence[str] | None = None,
+    settings: ThesisSettings | None = None,
 ) -> ThesisTables:
     """Return the tables that the thesis' scripts make of one recording.
 
     Mode ``thesis`` follows them to the letter: an odd crop is padded with its last sample and
     the sample rate becomes N/tend, which goes into densities, the filter and the frequencies
-    of the coherence. Mode ``corrected`` does neither. Both crop by control 2 at 0.45 g, use a
-    symmetric Hamming window of 1024 (2048 after the filter) without detrending, divide the
-    response PSD by the mean of the control PSDs and call it FRF, and pad the filter by 6.
+    of the coherence. Mode ``corrected`` does neither. Both, unless told otherwise, crop by
+    control 2 at 0.45 g, use a symmetric Hamming window of 1024 (2048 after the filter)
+    without detrending, divide the response PSD by the mean of the control PSDs and call it
+    FRF, and pad the filter by 6.
 
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Accelerations of control 1, control 2 and the responses [m/s²].
+        Accelerations of the whole recording, the controls first, then the responses [m/s²].
     sample_rate : float
         Samples per second [Hz].
     mode : str
         ``thesis`` or ``corrected``.
+    crop : Crop, optional
+        Which samples are the run; by default those that the thesis' threshold finds.
+    n_controls : int
+        How many of the channels are controls.
+    names : sequence of str, optional
+        Names of the channels in the tables; by default ``ch1``, ``ch2`` and so on.
+    settings : ThesisSettings, optional
+        Segments, window and filter; by default the thesis' own.
 
     Returns
     -------
@@ -139,10 +193,10 @@ def thesis_tables(
     Raises
     ------
     SpectrumError
-        If the recording has fewer than three channels, never reaches 0.45 g on control 2,
-        or is shorter than a segment.
+        If the recording has no control or no response, never reaches 0.45 g on the last of
+        its first two controls, or is shorter than a segment.
     ValueError
-        If there is no such mode.
+        If there is no such mode, or not one name for each channel.
 
     References
     ----------
@@ -150,29 +204,34 @@ def thesis_tables(
     """
     if mode not in {"thesis", "corrected"}:
         raise ValueError(f"mode must be thesis or corrected, not {mode!r}")
-    if samples.shape[0] < 3:
+    if not 1 <= n_controls < samples.shape[0]:
         raise SpectrumError(
-            f"the thesis needs control 1, control 2 and a response, not {samples.shape[0]} "
-            "channels"
+            f"the thesis needs a control and a response, not {samples.shape[0]} channels of "
+            f"which {n_controls} are controls"
         )
-    crop = crop_by_threshold(samples[1], THRESHOLD, sample_rate)
+    names = names or [f"ch{i + 1}" for i in range(samples.shape[0])]
+    if len(names) != samples.shape[0]:
+        raise ValueError(f"{samples.shape[0]} channels need as many names, not {len(names)}")
+    layout = _Layout(tuple(names), n_controls)
+    settings = settings or ThesisSettings()
+    crop = crop or crop_by_threshold(samples[min(1, n_controls - 1)], THRESHOLD, sample_rate)
     data = samples[:, crop.start : crop.stop] / STANDARD_GRAVITY
     padded = mode == "thesis" and crop.n_samples % 2 == 1
     if padded:
         data = np.concatenate([data, data[:, -1:]], axis=1)
     end, rate = _end_and_rate(crop.start, crop.stop, data.shape[1], sample_rate, mode)
-    filtered = np.concatenate([data[:2], thesis_notch(data[2:], rate, NOTCH_FREQUENCY)])
-    plain = cross_spectra(data, rate, segment=SEGMENT)
-    notched = cross_spectra(filtered, rate, segment=NOTCH_SEGMENT)
+    without = thesis_notch(data[n_controls:], rate, settings.notch_frequency)
+    filtered = np.concatenate([data[:n_controls], without])
+    plain = settings.spectra(data, rate)
+    notched = settings.spectra(filtered, rate, LONGER)
     tables = {
-        **_spectra("", plain, sample_rate),
-        **_spectra("notch_", notched, sample_rate),
-        "notch_signal": _excerpt(filtered),
-        "periodogram_every97": _periodogram(data, rate, sample_rate),
+        **_spectra("", plain, sample_rate, layout),
+        **_spectra("notch_", notched, sample_rate, layout),
+        "notch_signal": _excerpt(filtered, layout),
+        "periodogram_every97": _periodogram(data, rate, sample_rate, layout),
     }
     facts = {
         "n_total": samples.shape[1],
-        "threshold": THRESHOLD / STANDARD_GRAVITY,
         "start_in_file_0based": crop.start,
         "stop_in_file_0based": crop.stop - 1,
         "cropped_length": crop.n_samples,
@@ -181,10 +240,33 @@ def thesis_tables(
         "N": data.shape[1],
         "tend": end,
         "Fs": rate,
-        "segments_1024": plain.n_segments,
-        "segments_2048": notched.n_segments,
+        f"segments_{plain.segment}": plain.n_segments,
+        f"segments_{notched.segment}": notched.n_segments,
     }
-    return ThesisTables(mode, facts, tables, _all_peaks(tables["psd"], tables["frf"]))
+    peaks = _all_peaks(tables["psd"], tables["frf"], layout)
+    return ThesisTables(mode, facts, tables, peaks)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Names of the channels, the controls first."""
+
+    names: tuple[str, ...]
+    n_controls: int
+
+    @property
+    def controls(self) -> range:
+        return range(self.n_controls)
+
+    @property
+    def responses(self) -> range:
+        return range(self.n_controls, len(self.names))
+
+    def columns(self, rows: FloatArray, channels: range | None = None) -> dict[str, FloatArray]:
+        """Return rows by the names of their channels, by default of all."""
+        channels = channels or range(len(self.names))
+        return {self.names[i]: row for i, row in zip(channels, rows, strict=True)}
 
 
 def _end_and_rate(
@@ -197,53 +279,50 @@ def _end_and_rate(
     return end, n_samples / end
 
 
-def _columns(first: int, rows: FloatArray) -> dict[str, FloatArray]:
-    """Return the rows named by the thesis' channel numbers, from `first`."""
-    return {f"ch{first + i}": row for i, row in enumerate(rows)}
-
-
-def _spectra(prefix: str, spectra: CrossSpectra, sample_rate: float) -> dict[str, Table]:
+def _spectra(
+    prefix: str, spectra: CrossSpectra, sample_rate: float, layout: _Layout
+) -> dict[str, Table]:
     """Return PSD, PSD ratio and coherence, each on the frequency axis that the thesis uses."""
-    responses = range(2, spectra.n_channels)
-    axis = np.linspace(0.0, sample_rate / 2.0, spectra.frequency.size)
-    density = psd(spectra)
-    ratio = psd_ratio(spectra, CONTROLS, responses)
-    coherent = coherence(spectra, CONTROLS, responses)
+    controls, responses = layout.controls, layout.responses
+    axis = spectra.frequency * (sample_rate / spectra.sample_rate)
+    ratio = layout.columns(psd_ratio(spectra, controls, responses), responses)
+    coherent = layout.columns(coherence(spectra, controls, responses), responses)
     return {
-        f"{prefix}psd": Table("frequency_hz", axis, _columns(1, density)),
-        f"{prefix}frf": Table("frequency_hz", axis, _columns(3, ratio)),
-        f"{prefix}coherence": Table("frequency_hz", spectra.frequency, _columns(3, coherent)),
+        f"{prefix}psd": Table("frequency_hz", axis, layout.columns(psd(spectra))),
+        f"{prefix}frf": Table("frequency_hz", axis, ratio),
+        f"{prefix}coherence": Table("frequency_hz", spectra.frequency, coherent),
     }
 
 
-def _excerpt(filtered: FloatArray) -> Table:
+def _excerpt(filtered: FloatArray, layout: _Layout) -> Table:
     """Return the first, middle and last samples of the filtered responses."""
     n_samples = filtered.shape[1]
     run = np.arange(min(EXCERPT, n_samples))
     middle = max(0, n_samples // 2 - 1)
     where = np.unique(np.concatenate([run, middle + run, n_samples - run.size + run]))
     where = where[where < n_samples]
-    return Table("sample_0based", where.astype(float), _columns(3, filtered[2:, where]))
+    rows = filtered[layout.n_controls :, where]
+    return Table("sample_0based", where.astype(float), layout.columns(rows, layout.responses))
 
 
-def _periodogram(data: FloatArray, rate: float, sample_rate: float) -> Table:
+def _periodogram(data: FloatArray, rate: float, sample_rate: float, layout: _Layout) -> Table:
     """Return every 97th bin of the periodogram of the whole crop."""
     frequency, density = periodogram(data, rate)
-    axis = np.linspace(0.0, sample_rate / 2.0, frequency.size)
+    axis = frequency * (sample_rate / rate)
     stride = slice(None, None, PERIODOGRAM_STRIDE)
-    return Table("frequency_hz", axis[stride], _columns(1, density[:, stride]))
+    return Table("frequency_hz", axis[stride], layout.columns(density[:, stride]))
 
 
-def _all_peaks(densities: Table, ratios: Table) -> tuple[ThesisPeak, ...]:
+def _all_peaks(densities: Table, ratios: Table, layout: _Layout) -> tuple[ThesisPeak, ...]:
     """Return the peaks of every response, PSD first."""
-    responses = [name for name in densities.columns if name not in {"ch1", "ch2"}]
+    responses = [layout.names[i] for i in layout.responses]
     found = []
-    for name in responses:
+    for i, name in enumerate(responses):
         with np.errstate(divide="ignore"):
             logarithm = np.log10(densities.columns[name])
-        found += _peaks("psd", name, densities.index, logarithm, used=name == "ch4")
-    for name in responses:
-        found += _peaks("frf", name, ratios.index, ratios.columns[name], used=name == "ch3")
+        found += _peaks("psd", name, densities.index, logarithm, used=i == 1)
+    for i, name in enumerate(responses):
+        found += _peaks("frf", name, ratios.index, ratios.columns[name], used=i == 0)
     return tuple(found)
 
 
