@@ -39,6 +39,8 @@ class ChannelUse:
         Unit of the numbers in the file, where the file does not say it.
     sensitivity : str, optional
         Sensor output per unit, such as ``100 mV/g``, where the file holds volts.
+    override : bool
+        Whether unit and sensitivity count where the file says another unit.
     """
 
     key: str | int
@@ -47,6 +49,7 @@ class ChannelUse:
     at: str | None = None
     unit: str | None = None
     sensitivity: str | None = None
+    override: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -92,6 +92,14 @@ _SYMBOLS: Final = (
     "oct/s", "Hz/s", "dB/oct", "1/s", "mV/g",
 )  # fmt: skip
 
+_SPELLINGS: Final = {
+    "volt": "V", "volts": "V", "millivolts": "mV", "g's": "g", "gs": "g", "gn": "g", "g_n": "g",
+    "gravity": "g", "newton": "N", "newtons": "N", "metre": "m", "meter": "m", "meters": "m",
+    "m/s/s": "m/s^2", "m/s2": "m/s^2", "m/s**2": "m/s^2", "m/sec^2": "m/s^2",
+    "mm/s2": "mm/s^2", "inch": "in", "inches": "in",
+}  # fmt: skip
+"""What measuring programs and people write for a unit, in small letters."""
+
 _PREFIXED: Final = ("m", "s", "N", "Pa", "J", "W", "V", "C", "A", "Hz", "Nm", "Ns")
 _ALONE: Final = (
     "metre", "meter", "second", "sec", "minute", "hour", "gram", "tonne", "kelvin", "radian",
@@ -215,10 +223,15 @@ def is_unit_of(unit: str, wanted: str) -> bool:
     return not isinstance(_factor(unit, wanted), str)
 
 
+def spelled(unit: str) -> str:
+    """Return a unit as it is written here: ``m/s^2`` for ``m/s2``, ``V`` for ``Volts``."""
+    return _SPELLINGS.get(unit.strip().casefold(), unit.strip())
+
+
 def is_same_unit(unit: str, other: str) -> bool:
     """Return whether two units are the same, however written: ``m/s²`` is ``m/s^2``."""
-    parsed = _parsed(unit, "g_n") if unit.strip() else unit
-    return parsed == _parsed(other, "g_n") and not isinstance(parsed, str)
+    parsed = _parsed(spelled(unit), "g_n") if unit.strip() else unit
+    return parsed == _parsed(spelled(other), "g_n") and not isinstance(parsed, str)
 
 
 def problem_of_unit(unit: str) -> str | None:

@@ -164,7 +164,17 @@ def test_lengths_must_be_alike(write):
         ("mm", {"role": "displacement"}, 1e-3, "m"),
         ("mm/s", {"role": "velocity"}, 1e-3, "m/s"),
         (None, {"role": "control", "unit": "g"}, STANDARD_GRAVITY, "m/s^2"),
-        ("V", {"role": "control", "unit": "g"}, STANDARD_GRAVITY, "m/s^2"),
+        ("V", {"role": "control", "unit": "g", "override": True}, STANDARD_GRAVITY, "m/s^2"),
+        ("m/s2", {"role": "control", "unit": "m/s^2"}, 1.0, "m/s^2"),
+        ("g_n", {"role": "control", "unit": "g"}, STANDARD_GRAVITY, "m/s^2"),
+        ("EU", {"role": "control", "unit": "g"}, STANDARD_GRAVITY, "m/s^2"),
+        ("Acceleration", {"role": "control", "unit": "mg"}, STANDARD_GRAVITY / 1e3, "m/s^2"),
+        (
+            "g",
+            {"role": "control", "unit": "V", "sensitivity": "100 mV/g", "override": True},
+            10 * STANDARD_GRAVITY,
+            "m/s^2",
+        ),
         (
             "Volts",
             {"role": "control", "sensitivity": "100 mV/g"},
@@ -191,15 +201,21 @@ def test_units_become_si(write, unit, use, expected, si):
         (None, {"role": "control"}, "has no unit .* channels: {a: {role: control, unit: g}}"),
         ("Volts", {"role": "response"}, "{role: response, sensitivity: 100 mV/g}"),
         ("V", {"role": "force"}, "{role: force, sensitivity: 10 mV/N}"),
-        ("mm", {"role": "control"}, "{role: control, unit: g}}, or role: displacement"),
+        (
+            "mm",
+            {"role": "control"},
+            "give it role: displacement or role: ignore; or, where the file is wrong, .*"
+            "{role: control, unit: g, override: true}}",
+        ),
+        ("g", {"role": "force"}, "give it role: control or role: response or role: ignore;"),
         ("EU", {"role": "control"}, "is in 'EU' but is used as control, which takes an acc"),
-        ("g", {"role": "control", "unit": "m/s^2"}, "'g' in the file but 'm/s.2' in the log"),
         (None, {"role": "control", "unit": "mm"}, "role control takes an acceleration"),
         (None, {"role": "control", "unit": "furlong"}, "role control takes an acceleration"),
+        (None, {"role": "control", "unit": "V"}, "for volts add sensitivity: 100 mV/g"),
         (
-            "g",
-            {"role": "control", "sensitivity": "100 mV/g"},
-            "numbers are in 'g', not in volts",
+            None,
+            {"role": "control", "unit": "g", "sensitivity": "100 mV/g"},
+            "the log gives its scale twice, unit: g and sensitivity: 100 mV/g",
         ),
         ("V", {"role": "control", "sensitivity": "100 mV/N"}, "Write it as 100 mV/g"),
         ("V", {"role": "control", "sensitivity": "0 mV/g"}, "a sensitivity of 0"),
@@ -207,6 +223,36 @@ def test_units_become_si(write, unit, use, expected, si):
 )
 def test_what_is_missing_or_contradicts_tells_the_entry_of_the_log(write, unit, use, match):
     refused(write([channel("a", unit=unit)]), match, uses=[ChannelUse("a", **use)])
+
+
+@pytest.mark.parametrize(
+    ("unit", "use", "instead"),
+    [
+        ("g", {"unit": "V", "sensitivity": "100 mV/g"}, "take unit and sensitivity out"),
+        ("g", {"sensitivity": "100 mV/g"}, "take sensitivity out"),
+        ("g", {"unit": "m/s^2"}, "take unit out"),
+        ("mV", {"unit": "V", "sensitivity": "100 mV/g"}, "take unit out"),
+        ("Volts", {"unit": "g"}, "{a: {role: response, sensitivity: 100 mV/g}}"),
+        ("Voltage", {"unit": "g"}, "give it role: ignore"),
+        ("Pa", {"unit": "mg"}, "give it role: ignore"),
+        ("s", {"unit": "g"}, "give it role: ignore"),
+        ("Deg C", {"unit": "g"}, "give it role: ignore"),
+        ("N", {"unit": "g"}, "give it role: force or role: ignore"),
+    ],
+)
+def test_a_log_that_contradicts_the_file_is_refused_until_it_overrides(
+    write, unit, use, instead
+):
+    path = write([channel("a", unit=unit)])
+    said = ", ".join(f"{key}: {value}" for key, value in use.items())
+    message = refused(path, "in the file", uses=[ChannelUse("a", "response", **use)])
+    assert f"is in '{unit}' in the file but {said} in the log" in message
+    assert instead in message
+    line = f"channels: {{a: {{role: response, {said}, override: true}}}}"
+    assert line in message
+    uses = [ChannelUse("a", "response", **use, override=True)]
+    with open_recording(path, uses=uses) as recording:
+        assert f"the file says '{unit}', the log says {said}" in recording.notes[0]
 
 
 def test_without_a_log_an_unknown_unit_is_only_shown(write):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from nptdms import TdmsFile
 from numpy.testing import assert_allclose, assert_array_equal
+from tests.recordings.shared_data import outcome
 
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import READERS, health, open_recording
+from shakerproc.recordings import health, open_recording
 from shakerproc.recordings.tdms.reader import read_tdms
 
 pytestmark = pytest.mark.shared
@@ -114,11 +115,15 @@ def test_every_file_is_read_or_refused_in_one_line(shared, name):
         accepted(path, *expected)
 
 
-def test_the_table_lists_every_file(shared):
+def test_every_file_beside_the_table_is_read_or_refused_in_one_line(shared):
     folder = shared / "data"
-    files = {p.relative_to(folder).as_posix() for p in folder.glob("*/*") if p.is_file()}
-    assert files == set(EXPECTED)
-    assert {name.rpartition(".")[2] for name in files} - {"json"} <= {e[1:] for e in READERS}
+    files = {p.relative_to(folder).as_posix(): p for p in folder.glob("*/*") if p.is_file()}
+    assert set(EXPECTED) <= set(files)
+    told = {name: outcome(files[name]) for name in set(files) - set(EXPECTED)}
+    refused = {name: text for name, text in told.items() if not text.startswith("read: ")}
+    for name, text in refused.items():
+        assert text.startswith(f"refused: {files[name].name}: ")
+        assert text.isprintable()
 
 
 @pytest.mark.parametrize(
@@ -197,10 +202,11 @@ def test_the_refusal_of_the_dirty_file_tells_the_log_entry_that_makes_it_work(sh
     rate = re.search(r"processing: \{sample_rate: (.*?) Hz\}", refusal(path, uses=uses))
     assert rate is not None
     options = {"sample_rate": float(rate[1])}
-    unit = re.search(r"(\w+): \{role: control, unit: g\}", refusal(path, uses=uses, **options))
+    wanted = r"(\w+): \{role: control, unit: g, override: true\}"  # the file says seconds
+    unit = re.search(wanted, refusal(path, uses=uses, **options))
     assert unit is not None
     assert unit[1] == "accelerometer_base"
-    uses = [ChannelUse(use.key, use.role, unit="g") for use in uses]
+    uses = [ChannelUse(use.key, use.role, unit="g", override=True) for use in uses]
     with open_recording(path, uses=uses, **options) as recording:
         assert (recording.n_samples, recording.sample_rate) == (12_375, float(rate[1]))
         assert any("the log is followed" in note for note in recording.notes)

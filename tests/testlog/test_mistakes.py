@@ -79,6 +79,9 @@ MISTAKES = [
     ("unit: g}", "unit: §G}", 'got "G"; no unit "G"; did you mean "g"'),
     ("unit: g}", "unit: §kg}", "no channel measures that"),
     ("unit: g}", "unit: V, sensitivity: §100 mV}", "volts per unit, such as 100 mV/g"),
+    ("unit: g}", "unit: §g, sensitivity: 100 mV/g}", "take the sensitivity out if the numbers"),
+    ("unit: g}", "override: §true}", "expected unit or sensitivity beside it"),
+    ("unit: g}", "unit: g, override: §yes}", "did you mean true"),
     ("  3: {role", "  §0: {role", "at least 1"),
     # processing
     ("channel: control 2,", "channel: §control 3,", "got \"control 3\"; did you mean"),

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Final, final
@@ -37,29 +37,22 @@ _QUANTITIES: Final = {
 _EXAMPLES: Final = {"m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s"}
 _SENSITIVITIES: Final = {"m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)"}
 
-_SPELLINGS: Mapping[str, str] = MappingProxyType({
-    "volt": "V",
-    "volts": "V",
-    "millivolts": "mV",
-    "g's": "g",
-    "gs": "g",
-    "gn": "g",
-    "g_n": "g",
-    "gravity": "g",
-    "newton": "N",
-    "newtons": "N",
-    "metre": "m",
-    "meter": "m",
-    "meters": "m",
-    "m/s/s": "m/s^2",
-    "m/s2": "m/s^2",
-    "m/s**2": "m/s^2",
-    "m/sec^2": "m/s^2",
-    "mm/s2": "mm/s^2",
-    "inch": "in",
-    "inches": "in",
+_NO_UNIT: Final = frozenset({
+    "-", "--", "?", "a.u.", "amplitude", "arb", "au", "eu", "n/a", "na", "none", "unit",
+    "units", "unknown", "value",
+})  # fmt: skip
+"""What measuring programs write where they know no unit, in small letters."""
+
+_NAMES: Mapping[str, str] = MappingProxyType({
+    "acceleration": "m/s^2",
+    "accel": "m/s^2",
+    "force": "N",
+    "displacement": "m",
+    "position": "m",
+    "velocity": "m/s",
+    "voltage": "V",
 })
-"""What measuring programs write for a unit, in small letters."""
+"""Quantities that stand where a unit should, and the SI unit of each."""
 
 
 @final
@@ -88,7 +81,7 @@ class Scale:
 @lru_cache(maxsize=256)
 def parse_unit(text: str) -> tuple[str, float] | None:
     """Return SI unit and factor of a unit, or None where it measures nothing known here."""
-    plain = _SPELLINGS.get(text.strip().casefold(), text.strip())
+    plain = units.spelled(text)
     if plain == "g":
         return "m/s^2", STANDARD_GRAVITY
     if plain in SI_UNITS[:-1]:
@@ -101,6 +94,27 @@ def parse_unit(text: str) -> tuple[str, float] | None:
         except ValueError:
             continue
     return None
+
+
+def contradicts(file: str, unit: str) -> bool:
+    """Return whether numbers cannot be in a unit if the file is right about theirs.
+
+    A file that says none, or only what is measured, leaves the unit open.
+
+    Examples
+    --------
+    >>> contradicts("m/s2", "m/s^2"), contradicts("EU", "g"), contradicts("Acceleration", "g")
+    (False, False, False)
+    >>> contradicts("g", "m/s^2"), contradicts("Pa", "g"), contradicts("Deg C", "g")
+    (True, True, True)
+    """
+    word, other = file.strip().casefold(), parse_unit(unit)
+    if not word or word in _NO_UNIT or other is None:
+        return False
+    if word in _NAMES:
+        return _NAMES[word] != other[0]
+    own = parse_unit(file)
+    return own is None or own[0] != other[0] or abs(own[1] / other[1] - 1.0) > 1e-9
 
 
 def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
@@ -117,64 +131,114 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
             Scale(UNKNOWN, 1.0, channel.unit) if known is None else Scale(*known, channel.unit)
         )
     wanted = ROLE_UNITS[use.role]
-    if use.sensitivity is not None:
-        return _by_sensitivity(channel, use, wanted, run)
-    if use.unit is not None:
-        return _by_log(channel, use.unit, wanted, use, run)
-    known = parse_unit(channel.unit)
-    if known is not None and known[0] == wanted:
+    if use.sensitivity is None and use.unit is None:
+        known = parse_unit(channel.unit)
+        if known is None or known[0] != wanted:
+            raise RecordingError(_unusable(channel, use, wanted, run))
         return Scale(*known, channel.unit)
-    raise RecordingError(_unusable(channel, use, wanted, run))
+    given = _by_unit if use.sensitivity is None else _by_sensitivity
+    scale = given(channel, use, wanted, run)
+    if contradicts(channel.unit, scale.said) and not use.override:
+        raise RecordingError(_contradiction(channel, use, wanted, run))
+    return replace(scale, note=_followed(channel, use, scale.said))
+
+
+def _is_volts(unit: str) -> bool:
+    known = parse_unit(unit)
+    return known is not None and known[0] == "V"
+
+
+def _entry(use: ChannelUse, *what: str) -> str:
+    """Return an entry of the log for a channel, with these keys beside its role."""
+    key = use.key if isinstance(use.key, int) else f'"{use.key}"' if ":" in use.key else use.key
+    return f"channels: {{{key}: {{{', '.join((f'role: {use.role}', *what))}}}}}"
+
+
+def _given(use: ChannelUse) -> list[str]:
+    """Return unit and sensitivity as they stand in the log."""
+    pairs = (("unit", use.unit), ("sensitivity", use.sensitivity))
+    return [f"{key}: {value}" for key, value in pairs if value is not None]
+
+
+def _contradiction(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> str:
+    given = _given(use)
+    return (
+        f"{run}: channel {shown(channel.name)} is in {shown(channel.unit, 30)} in the file but "
+        f"{', '.join(given)} in the log. In the log, {_by_the_file(channel, use, wanted)}; or, "
+        f"where the file is wrong, write {_entry(use, *given, 'override: true')}."
+    )
+
+
+def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
+    """Return what to do in the log if the file is right."""
+    known, given = parse_unit(channel.unit), [text.partition(":")[0] for text in _given(use)]
+    if known is not None and known[0] == wanted:
+        return f"take {' and '.join(given)} out"
+    if known is not None and known[0] == "V" and use.sensitivity is not None:
+        return "take unit out"
+    if known is not None and known[0] == "V":
+        entry = _entry(use, f"sensitivity: {_SENSITIVITIES[wanted]}")
+        return f"say what a volt stands for, such as {entry}"
+    fitting = [r for r, u in ROLE_UNITS.items() if known is not None and u == known[0]]
+    return "give it " + " or ".join(f"role: {role}" for role in [*fitting, "ignore"])
+
+
+def _followed(channel: RawChannel, use: ChannelUse, said: str) -> str:
+    """Return a note where the file does not say the same as the log in other words."""
+    if not channel.unit.strip():
+        return ""
+    known = parse_unit(channel.unit)
+    if known is not None and not contradicts(channel.unit, said):
+        return ""
+    return (
+        f"Channel {shown(channel.name)}: the file says {shown(channel.unit, 30)}, the log says "
+        f"{', '.join(_given(use))}; the log is followed."
+    )
 
 
 def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> str:
     said = f"is in {shown(channel.unit, 30)}" if channel.unit else "has no unit"
-    key = use.key if isinstance(use.key, int) else f'"{use.key}"' if ":" in use.key else use.key
-    known = parse_unit(channel.unit)
-    if known is not None and known[0] == "V":
-        advice = f"sensitivity: {_SENSITIVITIES[wanted]}"
+    unit = f"unit: {_EXAMPLES[wanted]}"
+    if contradicts(channel.unit, _EXAMPLES[wanted]):
+        entry = _entry(use, unit, "override: true")
+        advice = (
+            f"In the log, {_by_the_file(channel, use, wanted)}; or, where the file is wrong, "
+            f"say what its numbers are, such as {entry}"
+        )
     else:
-        advice = f"unit: {_EXAMPLES[wanted]}"
-    other = next((r for r, unit in ROLE_UNITS.items() if known and unit == known[0]), None)
-    instead = f", or role: {other}" if other else ""
+        advice = (
+            f"Put what its numbers are in the log, such as {_entry(use, unit)}, or "
+            f"unit: V, sensitivity: {_SENSITIVITIES[wanted]} for volts"
+        )
     return (
         f"{run}: channel {shown(channel.name)} {said} but is used as {use.role}, which takes "
-        f"{_QUANTITIES[wanted]}. Put what its numbers are in the log, such as "
-        f"channels: {{{key}: {{role: {use.role}, {advice}}}}}{instead}."
+        f"{_QUANTITIES[wanted]}. {advice}."
     )
 
 
-def _by_log(channel: RawChannel, text: str, wanted: str, use: ChannelUse, run: str) -> Scale:
+def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
+    text = use.unit or ""
     known = parse_unit(text)
     if known is None or known[0] != wanted:
+        volts = known is not None and known[0] == "V"
+        more = f"; for volts add sensitivity: {_SENSITIVITIES[wanted]}" if volts else ""
         raise RecordingError(
             f"{run}: channel {shown(channel.name)}: the log gives the unit {shown(text, 30)}, "
-            f"but role {use.role} takes {_QUANTITIES[wanted]}, such as {_EXAMPLES[wanted]}."
+            f"but role {use.role} takes {_QUANTITIES[wanted]}, such as {_EXAMPLES[wanted]}"
+            f"{more}."
         )
-    file = parse_unit(channel.unit)
-    if file is not None and file[0] == wanted and abs(file[1] / known[1] - 1.0) > 1e-9:
-        raise RecordingError(
-            f"{run}: channel {shown(channel.name)} is in {shown(channel.unit, 30)} in the file "
-            f"but {shown(text, 30)} in the log. Take unit out of the log, or correct it."
-        )
-    note = ""
-    if channel.unit and (file is None or file[0] != wanted):
-        note = (
-            f"Channel {shown(channel.name)}: the file says {shown(channel.unit, 30)}, the log "
-            f"{shown(text, 30)}; the log is followed."
-        )
-    return Scale(*known, text, note)
+    return Scale(*known, text)
 
 
 def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
     text = use.sensitivity or ""
-    said = use.unit or channel.unit or "V"
+    said = use.unit or (channel.unit if _is_volts(channel.unit) else "V")
     volts = parse_unit(said)
     if volts is None or volts[0] != "V":
         raise RecordingError(
-            f"{run}: channel {shown(channel.name)} has a sensitivity of {shown(text, 30)} in "
-            f"the log, but its numbers are in {shown(said, 30)}, not in volts. Take the "
-            "sensitivity out of the log, or put unit: V beside it."
+            f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
+            f"{said} and sensitivity: {text}. Take the sensitivity out if the numbers are in "
+            f"{said}; write unit: V beside it if they are volts."
         )
     try:
         sensitivity = units.to_si(text, f"V/({wanted})" if "/" in wanted else f"V/{wanted}")
@@ -185,7 +249,7 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
         ) from error
     if not sensitivity:
         raise RecordingError(f"{run}: channel {shown(channel.name)}: a sensitivity of 0.")
-    return Scale(wanted, volts[1] / sensitivity, f"{said}, {text}")
+    return Scale(wanted, volts[1] / sensitivity, said)
 
 
 _IN_BRACKETS: Final = re.compile(

@@ -38,13 +38,14 @@ def merged_channels(
     Raises
     ------
     MisfitError
-        If two used channels go by one name.
+        If two used channels go by one name, or one has two scales or none to override with.
     """
     uses = [
         ChannelUse(key, **dict(section)) for key, section in (dict(log) | dict(test)).items()
     ]
     named: dict[str, Key] = {}
     for use in uses:
+        _check_scale(use)
         name = use.name or str(use.key)
         if use.role != "ignore" and named.setdefault(name, use.key) != use.key:
             raise MisfitError(
@@ -54,6 +55,29 @@ def merged_channels(
                 "name",
             )
     return tuple(uses)
+
+
+def _check_scale(use: ChannelUse) -> None:
+    """Pass a channel whose numbers are described once.
+
+    Raises
+    ------
+    MisfitError
+        If its sensitivity stands beside a unit that is not volts, or nothing is overridden.
+    """
+    if use.sensitivity and use.unit and not is_unit_of(use.unit, "V"):
+        raise MisfitError(
+            f"expected volts beside sensitivity: {use.sensitivity}, got {quoted(use.unit)}; "
+            "take the sensitivity out if the numbers are in that unit",
+            use.key,
+            "unit",
+        )
+    if use.override and not (use.unit or use.sensitivity):
+        raise MisfitError(
+            "expected unit or sensitivity beside it: what is to count instead of the file's",
+            use.key,
+            "override",
+        )
 
 
 def merged_processing(

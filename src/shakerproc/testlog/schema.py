@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from shakerproc.data import Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.log import Excitation
-from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, to_si
+from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 
 WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")
 """Names of windows, each also with ``periodic`` in front."""
@@ -38,13 +38,14 @@ def _checked_remark(text: str) -> str:
     return " ".join(text.split())
 
 
-def _checked_unit(unit: str) -> str:
+def _checked_unit(text: str) -> str:
+    unit = spelled(text)
     problem = problem_of_unit(unit)
     if problem is None and not any(is_unit_of(unit, wanted) for wanted in CHANNEL_UNITS):
         problem = "no channel measures that"
     if problem is not None:
         raise ValueError(
-            f"expected a unit such as g, m/s^2 or N, got {quoted(unit)}; {problem}"
+            f"expected a unit such as g, m/s^2 or N, got {quoted(text)}; {problem}"
         )
     return unit
 
@@ -101,6 +102,7 @@ class ChannelSection(Section):
     at: Text | None = None
     unit: Annotated[str, AfterValidator(_checked_unit)] | None = None
     sensitivity: Annotated[str, AfterValidator(_checked_sensitivity)] | None = None
+    override: bool = False
 
 
 Channels: TypeAlias = dict[Text | Annotated[int, Field(ge=1, le=10_000)], ChannelSection]
