@@ -98,6 +98,38 @@ class SampleSource(ABC):
         """Release the file."""
 
 
+class SourceFile(ABC):
+    """The file behind a recording, watched from before it is read."""
+
+    @abstractmethod
+    def first_sha256(self) -> str:
+        """Return the SHA-256 of its bytes as it was opened."""
+
+    @abstractmethod
+    def sha256(self) -> str:
+        """Return the SHA-256 of the bytes that were read: to be asked when all are.
+
+        Raises
+        ------
+        RecordingError
+            If the file has changed since it was opened.
+        """
+
+    @abstractmethod
+    def check(self) -> None:
+        """Pass a file that bears no sign of a change; quicker than a hash, and less sure.
+
+        Raises
+        ------
+        RecordingError
+            If the file has changed since it was opened.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the file."""
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ArraySource(SampleSource):
@@ -141,6 +173,8 @@ class Recording:
         What the reader had to decide or found odd, a sentence each.
     in_file : int, optional
         How many channels of numbers the file holds, those included that are not used.
+    file : SourceFile, optional
+        The file, watched; leaving the ``with`` statement is an error where it has changed.
     """
 
     run: str
@@ -154,6 +188,7 @@ class Recording:
     expected_samples: int | None = None
     notes: tuple[str, ...] = ()
     in_file: int | None = None
+    file: SourceFile | None = None
 
     def __post_init__(self) -> None:
         checks.positive("sample_rate", self.sample_rate, "Hz")
@@ -193,8 +228,22 @@ class Recording:
     def __enter__(self) -> "Recording":
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.source.close()
+    def __exit__(self, problem: type[BaseException] | None, *_: object) -> None:
+        try:
+            if problem is None and self.file is not None:
+                self.file.check()
+        finally:
+            self.source.close()
+
+    def sha256(self) -> str:
+        """Return the SHA-256 of the bytes that were read; none where there is no file.
+
+        Raises
+        ------
+        RecordingError
+            If the file has changed since it was opened.
+        """
+        return "" if self.file is None else self.file.sha256()
 
 
 def recording_of_arrays(

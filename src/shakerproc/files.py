@@ -7,6 +7,7 @@ import json
 import math
 import os
 import secrets
+import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -49,6 +50,24 @@ def atomic_path(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def staged(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder whose files move into `folder` once the block has succeeded.
+
+    So that results of one run stand beside each other, or none of them.
+    """
+    temporary = folder.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}")
+    temporary.mkdir(parents=True)
+    try:
+        yield temporary
+        for path in sorted(p for p in temporary.rglob("*") if p.is_file()):
+            target = folder / path.relative_to(temporary)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            _replace(path, target)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
 def _replace(source: Path, target: Path) -> None:
     """Rename, trying again for a bounded time while another program holds the target open."""
     for _ in range(_REPLACE_TRIES - 1):
@@ -74,8 +93,10 @@ def write_text(path: Path, content: str) -> None:
 
 def remove_leftovers(folder: Path) -> None:
     """Remove what writers that were killed left below a folder."""
-    for leftover in folder.rglob(f"{TEMPORARY_PREFIX}*"):
-        if leftover.is_file():
+    for leftover in sorted(folder.rglob(f"{TEMPORARY_PREFIX}*")):
+        if leftover.is_dir() and not leftover.is_symlink():
+            shutil.rmtree(leftover, ignore_errors=True)
+        else:
             leftover.unlink(missing_ok=True)
 
 

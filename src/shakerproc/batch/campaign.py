@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -11,13 +11,16 @@ from typing import Final, TypeAlias
 
 from shakerproc import files
 from shakerproc.batch.manifest import (
+    NOTHING,
     Entry,
     Manifest,
     key_of,
     read_manifest,
+    remove_outputs,
     stands,
     write_manifest,
 )
+from shakerproc.data import SourceFile
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.recordings import sha256
@@ -63,8 +66,10 @@ class Job:
         Folder of all results.
     folder : Path
         Where the results of this test go, below it.
-    recording, sha256 : str
-        The file as the log names it, and its hash.
+    recording : str
+        The file as the log names it.
+    sha256 : str
+        Hash that the recording had when the batch began; to be worked through is that or none.
     products : Products
         What to write.
     """
@@ -104,6 +109,7 @@ def run_batch(
     accept_changed: bool = False,
     hashes: "Hashes | None" = None,
     on_start: Callable[[int, int], None] | None = None,
+    on_outdated: Callable[[int], None] | None = None,
     on_end: Callable[[str], None] | None = None,
 ) -> Campaign:
     """Work every test of a log through that is not discarded and whose results do not stand.
@@ -118,7 +124,8 @@ def run_batch(
     root : Path
         Folder of the results.
     work : callable
-        From a `Job` to ``{"outputs": {path below root: SHA-256}}``.
+        From a `Job` to ``{"outputs": {path below root: SHA-256}, "sha256": of the bytes of the
+        recording that they are made from}``.
     executor : AbstractExecutor
         Where it runs.
     products : Products
@@ -129,6 +136,9 @@ def run_batch(
         Where the hashes of the recordings are from; by default from the files of the log.
     on_start : callable, optional
         Called with the number of tests to do and of those kept.
+    on_outdated : callable, optional
+        Called with the number of tests whose results were filed in a way that is not relied on
+        any more, if there are such: they are to do.
     on_end : callable, optional
         Called with the id of each test as it ends.
 
@@ -139,7 +149,7 @@ def run_batch(
     """
     files.remove_leftovers(root)
     names = folder_names(log.tests)
-    known = read_manifest(root)
+    known = _known(root, set(names.values()), on_outdated)
     found = (hashes or _hashes)(log)
     ready, manifest = _ready(
         log, root, known, products, hashes=found, accept_changed=accept_changed
@@ -155,7 +165,10 @@ def run_batch(
     tasks = [Task(name, job) for name, (job, _) in to_do.items()]
     for outcome in executor.run(work, tasks):
         job, key = to_do[outcome.name]
-        manifest = manifest.with_entry(outcome.name, _entry(outcome, job, key))
+        before = known.runs.get(outcome.name, NOTHING)
+        entry = _entry(outcome, job, key, "" if accept_changed else before.recording_sha256)
+        remove_outputs(root, set(before.outputs) - set(entry.outputs))
+        manifest = manifest.with_entry(outcome.name, entry)
         write_manifest(root, manifest)
         if on_end is not None:
             on_end(str(job.test.id))
@@ -196,7 +209,8 @@ def _ready(
             digest = before.recording_sha256
         key = key_of(digest, [_input_of(test), asdict(products)])
         if problem is not None:
-            entries[name] = Entry("failed", key, digest, cause="input", error=str(problem))
+            left = {} if before is None else before.outputs
+            entries[name] = Entry("failed", key, digest, left, "input", str(problem))
             continue
         recording = relative_recording(log, test)
         ready.append((Job(test, root, root / RUNS / name, recording, digest, products), key))
@@ -249,17 +263,49 @@ def _input_of(test: Test) -> dict[str, object]:
     return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
 
 
-def _entry(outcome: Outcome, job: Job, key: str) -> Entry:
-    if outcome.cause:
-        return Entry(
-            "failed",
-            key,
-            job.sha256,
-            cause=outcome.cause,
-            error=outcome.error,
-            detail=outcome.detail,
-        )
-    return Entry("done", key, job.sha256, outputs=dict(outcome.value["outputs"]))
+def _known(
+    root: Path, names: Collection[str], on_outdated: Callable[[int], None] | None
+) -> Manifest:
+    """Return what is known of a folder; of results that are not relied on, only their files."""
+    known = read_manifest(root)
+    if not known.outdated:
+        return known
+    done = [n for n, entry in known.runs.items() if entry.status == "done" and n in names]
+    if on_outdated is not None and done:
+        on_outdated(len(done))
+    return Manifest({n: replace(NOTHING, outputs=e.outputs) for n, e in known.runs.items()})
+
+
+def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:
+    """Return what is to be known of a test; a failure is filed under what was known before."""
+    cause, error = outcome.cause, outcome.error
+    digest = outcome.value.get("sha256", "")
+    if not cause and digest != job.sha256:
+        cause, error = "input", _changed_since(job, digest)
+    if cause:
+        return Entry("failed", key, first, cause=cause, error=error, detail=outcome.detail)
+    return Entry("done", key, digest, outputs=dict(outcome.value["outputs"]))
+
+
+def check_recording(job: Job, recording: SourceFile) -> None:
+    """Pass the recording that the batch began with, as it is opened for a job.
+
+    Raises
+    ------
+    ShakerprocError
+        If its bytes are others.
+    """
+    now = recording.first_sha256()
+    if now != job.sha256:
+        raise ShakerprocError(_changed_since(job, now))
+
+
+def _changed_since(job: Job, now: str) -> str:
+    return (
+        f"test {job.test.id}: the recording {job.recording} changed after the batch began "
+        f"(SHA-256 {job.sha256[:12]}... then, {now[:12]}... now), so nothing is made of it. "
+        "Wait until nothing changes it any more, then call again."
+    )
 
 
 def _summary(test: Test, folder: Path, manifest: Manifest) -> RunSummary:

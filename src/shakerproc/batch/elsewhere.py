@@ -89,7 +89,7 @@ def work_elsewhere(order: Order) -> Mapping[str, Any]:
             output: base64.b64encode((root / output).read_bytes()).decode("ascii")
             for output in value["outputs"]
         }
-    return {"outputs": value["outputs"], "content": content}
+    return {"outputs": value["outputs"], "sha256": value["sha256"], "content": content}
 
 
 @final
@@ -125,7 +125,7 @@ def _received(outcome: Outcome, job: Job) -> Outcome:
         if not inside or hashlib.sha256(content).hexdigest() != expected.get(name):
             return Outcome(outcome.name, cause="error", error=f"{name} came back damaged")
         files.write_bytes(job.root / name, content)
-    return Outcome(outcome.name, {"outputs": expected})
+    return Outcome(outcome.name, {"outputs": expected, "sha256": outcome.value["sha256"]})
 
 
 @final

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
@@ -13,6 +14,9 @@ from shakerproc import __version__, files
 from shakerproc.errors import LogError
 
 NAME: Final = "manifest.json"
+
+SCHEMA: Final = "shakerproc-manifest/2"
+"""In 1, the hash of a recording was taken before the recording was read, at another time."""
 
 Status: TypeAlias = Literal["done", "failed"]
 
@@ -28,9 +32,10 @@ class Entry:
     key : str
         Hash of all that the outputs depend on: recording, options, log entry, version.
     recording_sha256 : str
-        Hash of the recording, as it was seen first.
+        Hash of the bytes that results were first made from; empty where none were yet.
     outputs : mapping
-        Hash of each file that was written, by its path in the folder.
+        Hash of each file that was written, by its path in the folder; where a test failed,
+        of those that an earlier batch wrote.
     cause, error, detail : str
         Why it failed: one word, one line, the traceback.
     """
@@ -54,15 +59,26 @@ class Manifest:
         Entry of each test, by the folder its results are in.
     version : str
         Version of shakerproc that wrote it.
+    schema : str
+        What its entries mean.
     """
 
     runs: Mapping[str, Entry] = field(default_factory=dict)
     version: str = __version__
+    schema: str = SCHEMA
+
+    @property
+    def outdated(self) -> bool:
+        """Whether its hashes may be of other bytes than those that were read."""
+        return self.schema != SCHEMA
 
     def with_entry(self, name: str, entry: Entry) -> "Manifest":
         """Return the manifest with one entry added or replaced."""
         return Manifest({**self.runs, name: entry})
 
+
+NOTHING: Final = Entry("failed", "", "")
+"""What is known of a test that was never seen."""
 
 _FORM: Final = TypeAdapter(Manifest)
 
@@ -89,7 +105,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Write the manifest of a folder, whole or not at all."""
-    files.write_json(folder / NAME, {"schema": "shakerproc-manifest/1", **fields_of(manifest)})
+    files.write_json(folder / NAME, {"schema": SCHEMA, **fields_of(manifest)})
 
 
 def fields_of(manifest: Manifest) -> dict[str, Any]:
@@ -112,6 +128,16 @@ def hashes(folder: Path, paths: Iterable[Path]) -> dict[str, str]:
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(paths)
     }
+
+
+def remove_outputs(folder: Path, names: Iterable[str]) -> None:
+    """Remove files that were written below a folder once, and folders that become empty."""
+    for name in names:
+        path = folder / name
+        if path.resolve().is_relative_to(folder.resolve()):
+            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.parent.rmdir()
 
 
 def stands(folder: Path, entry: Entry | None, key: str) -> bool:

@@ -45,8 +45,16 @@ def work_through_log(
                 accept_changed=accept_changed,
                 hashes=hashes,
                 on_start=start,
+                on_outdated=_tell_outdated,
                 on_end=lambda test: advance[0](f"(test {test} ended)"),
             )
         except KeyboardInterrupt:
             output.message("interrupted; what is done stands, call again to go on")
             raise
+
+
+def _tell_outdated(count: int) -> None:
+    output.message(
+        f"{count} test{'s' if count > 1 else ''} computed again: an older shakerproc took the "
+        "SHA-256 at another time than it read the recording"
+    )

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, Job, Products
+from shakerproc.batch.campaign import SUMMARY, Job, Products, check_recording
 from shakerproc.batch.exports import EXPORTS
 from shakerproc.batch.manifest import hashes
 from shakerproc.data import Recording
@@ -23,14 +23,20 @@ from shakerproc.testlog import Test, facts_of
 
 
 def work_through(job: Job) -> dict[str, Any]:
-    """Work one test through; return the hash of every file written for it."""
+    """Work one test through; return the hash of every file written, and of what was read."""
     test = job.test
-    with open_path(test.require_recording(), test) as recording:
-        result = process_recording(recording, test)
-        written = write_products(result, recording, job.folder, job.products)
-    summary = summary_of(result, str(test.id), facts_of(test), job.recording, job.sha256)
-    write_summary(job.folder / SUMMARY, summary)
-    return {"outputs": hashes(job.root, [*written, job.folder / SUMMARY])}
+    with files.staged(job.folder) as folder:
+        with open_path(test.require_recording(), test) as recording:
+            if recording.file is not None:
+                check_recording(job, recording.file)
+            result = process_recording(recording, test)
+            written = write_products(result, recording, folder, job.products)
+            digest = recording.sha256()
+        summary = summary_of(result, str(test.id), facts_of(test), job.recording, digest)
+        write_summary(folder / SUMMARY, summary)
+        names = [path.relative_to(folder) for path in (*written, folder / SUMMARY)]
+    outputs = hashes(job.root, [job.folder / name for name in names])
+    return {"outputs": outputs, "sha256": digest}
 
 
 def write_products(

@@ -2,7 +2,7 @@
 
 from shakerproc.recordings.choosing import ChannelNotFoundError
 from shakerproc.recordings.fetching import fetch, is_url
-from shakerproc.recordings.hashing import sha256
+from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import health
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
@@ -22,11 +22,13 @@ __all__ = [
     "WRITERS",
     "ChannelNotFoundError",
     "Flag",
+    "WatchedFile",
     "contents",
     "fetch",
     "health",
     "is_url",
     "open_recording",
+    "read_hashed",
     "sha256",
     "write_csv",
     "write_mat",

@@ -1,9 +1,159 @@
-"""The fingerprint of a file."""
+"""The fingerprint of a file, taken of the very bytes that are read."""
 
 import hashlib
+import os
+import stat
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO, Final, NoReturn, TypeVar, final
 
+from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
+
+T = TypeVar("T")
+
+_TICK: Final = 10_000_000
+"""Longest step [ns] of the clock by which a kernel stamps files (100 Hz)."""
+
+_KINDS: Final = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Stamp:
+    """What the system notes of a file; nobody can set the time of the last change back."""
+
+    device: int
+    number: int
+    size: int
+    modified: int
+    changed: int
+
+
+@final
+class WatchedFile(SourceFile):
+    """A file that is kept open while it is read, by whatever reads it by its path.
+
+    A change is seen in the bytes, before against after, or, where they were put back in the
+    meantime, in the stamp that the system gives the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    run : str
+        Opens every message.
+    hashed : bool
+        Whether to hash it at once, before anything of it is read.
+
+    Raises
+    ------
+    RecordingError
+        If it is no regular file, or cannot be read.
+    """
+
+    def __init__(self, path: Path, run: str, *, hashed: bool) -> None:
+        self._path = path
+        self._run = run
+        self._file = open_regular(path, run)
+        self._first = ""
+        try:
+            self._stamp = _stamp_of(os.fstat(self._file.fileno()))
+            if hashed:
+                self._let_the_clock_step()
+                self._first = self._digest()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> "WatchedFile":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def first_sha256(self) -> str:
+        if not self._first:
+            self._first = self._digest()
+        return self._first
+
+    def sha256(self) -> str:
+        self.check()
+        if self._first:
+            now = self._digest()
+            if now != self._first:
+                self._fail(f"SHA-256 {self._first[:12]}... before, {now[:12]}... after")
+            self.check()
+        return self.first_sha256()
+
+    def check(self) -> None:
+        now = _stamp_of(os.fstat(self._file.fileno()))
+        if now.size != self._stamp.size:
+            self._fail(f"it had {self._stamp.size} bytes and now has {now.size}")
+        try:
+            there = _stamp_of(self._path.stat())
+        except OSError:
+            self._fail("it is no longer there")
+        if (there.device, there.number) != (now.device, now.number):
+            self._fail("another file has taken its place")
+        if not now == there == self._stamp:
+            self._fail("it was written to or moved")
+
+    def _fail(self, how: str) -> NoReturn:
+        raise RecordingError(
+            f"{self._run}: the recording changed while it was read: {how}. Wait until nothing "
+            "changes it any more, then call again."
+        )
+
+    def _digest(self) -> str:
+        try:
+            self._file.seek(0)
+            return hashlib.file_digest(self._file, "sha256").hexdigest()  # type: ignore[arg-type]
+        except OSError as error:
+            raise RecordingError(f"{self._run}: cannot be read: {error.strerror}.") from error
+
+    def _let_the_clock_step(self) -> None:
+        """Wait until a change would get another time than the last one got."""
+        age = time.time_ns() - max(self._stamp.modified, self._stamp.changed)
+        if age < _TICK:
+            time.sleep(min(_TICK - age, _TICK) * 1e-9)
+
+
+def _stamp_of(found: os.stat_result) -> _Stamp:
+    return _Stamp(
+        found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    )
+
+
+def open_regular(path: Path, run: str) -> BinaryIO:
+    """Return a file, open; what has no end, or waits for a writer, is refused.
+
+    Raises
+    ------
+    RecordingError
+        If it is no regular file, or cannot be opened.
+    """
+    try:
+        kind = stat.S_IFMT(path.stat().st_mode)
+        if kind == stat.S_IFREG:
+            return path.open("rb", buffering=0)
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be read: {error.strerror}.") from error
+    raise RecordingError(
+        f"{run}: {path} is {_KINDS.get(kind, 'something else')}, not a regular file. Give a "
+        "recording that lies on a disk."
+    )
 
 
 def sha256(path: Path) -> str:
@@ -12,10 +162,20 @@ def sha256(path: Path) -> str:
     Raises
     ------
     RecordingError
-        If it cannot be read.
+        If it is no regular file, or cannot be read.
     """
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise RecordingError(f"{path.name}: cannot be read: {error.strerror}.") from error
+    with WatchedFile(path, path.name, hashed=False) as file:
+        return file.first_sha256()
+
+
+def read_hashed(read: Callable[[Path], T], path: Path) -> tuple[T, str]:
+    """Return what a function reads from a file, and the SHA-256 of what it read.
+
+    Raises
+    ------
+    RecordingError
+        If the file changed in the meantime.
+    """
+    with WatchedFile(path, path.name, hashed=True) as file:
+        value = read(path)
+        return value, file.sha256()

@@ -10,7 +10,14 @@ from typing import final
 import numpy as np
 
 from shakerproc import units
-from shakerproc.data import Channel, ChannelUse, FloatArray, Recording, SampleSource
+from shakerproc.data import (
+    Channel,
+    ChannelUse,
+    FloatArray,
+    Recording,
+    SampleSource,
+    SourceFile,
+)
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import (
     Chosen,
@@ -22,6 +29,7 @@ from shakerproc.recordings.choosing import (
 )
 from shakerproc.recordings.csv import read_csv
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.hashing import WatchedFile, open_regular
 from shakerproc.recordings.lvm import read_lvm
 from shakerproc.recordings.matlab import read_mat
 from shakerproc.recordings.numpy_file import read_npz
@@ -53,6 +61,7 @@ class ScaledSource(SampleSource):
 
     source: SampleSource
     factors: FloatArray
+    file: SourceFile
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         with np.errstate(all="ignore"):  # what is no number stays none; health says so
@@ -63,23 +72,25 @@ class ScaledSource(SampleSource):
         return samples
 
     def close(self) -> None:
-        """Close the other source."""
+        """Close the other source, and the file that was watched."""
         self.source.close()
+        self.file.close()
 
 
 def open_recording(
-    path: Path,
+    path: Path | str,
     *,
     uses: Sequence[ChannelUse] | None = None,
     sample_rate: float | None = None,
     group: str | None = None,
     run: str | None = None,
+    hashed: bool = False,
 ) -> Recording:
     """Return the recording in a file; its samples are read when they are asked for, in SI.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file; its ending says the format.
     uses : sequence of ChannelUse, optional
         What the log says of the channels; by default all channels of the group that hold
@@ -90,26 +101,52 @@ def open_recording(
         Name of the group in a file of several.
     run : str, optional
         Opens every message; by default the name of the file.
+    hashed : bool
+        Whether to hash the file before anything of it is read, so that what is made of it can
+        be filed under `Recording.sha256`.
 
     Raises
     ------
     RecordingError
-        If the file cannot be used as the log wants it. One line that names the file, the
-        place, and what to do.
+        If the file cannot be used as the log wants it, or changes meanwhile. One line that
+        names the file, the place, and what to do.
     """
+    path = Path(path)
     name = run or path.name
-    raw = _reader(path, name)(path, name)
+    reader = _reader(path, name)
+    file = WatchedFile(path, name, hashed=hashed)
+    try:
+        raw = _unchanged(reader, file, path, name)
+    except BaseException:
+        file.close()
+        raise
     try:
         among = choose_group(raw, group, uses, name)
         chosen = choose_channels(among, uses, name)
-        found = _recording(path, name, raw, chosen, sample_rate)
+        found = _recording(path, name, raw, file, chosen, sample_rate)
         return replace(found, in_file=len(with_numbers(among)))
     except BaseException:
         raw.source.close()
+        file.close()
         raise
 
 
-def contents(path: Path) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
+def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFile:
+    """Return a file, opened; where it changed meanwhile, that is what is wrong with it.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be used.
+    """
+    try:
+        return reader(path, run)
+    except RecordingError:
+        file.check()
+        raise
+
+
+def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
     """Return the groups of a file as it describes them, and notes: also of an unusable one.
 
     Raises
@@ -117,6 +154,7 @@ def contents(path: Path) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
     RecordingError
         If the file cannot be read at all.
     """
+    path = Path(path)
     raw = _reader(path, path.name)(path, path.name)
     raw.source.close()
     return raw.groups, raw.notes
@@ -128,6 +166,7 @@ def _reader(path: Path, run: str) -> Reader:
         raise RecordingError(f"{run}: {path} is a folder. Give a recording inside it.")
     if not path.exists():
         raise RecordingError(f"{run}: no file {path}{_near(path)}.")
+    open_regular(path, run).close()
     if reader is None:
         raise RecordingError(
             f"{run}: no reader for {path.suffix or 'a file without ending'}. "
@@ -145,10 +184,11 @@ def _near(path: Path) -> str:
     return f"; did you mean {shown(near)}?" if near else ""
 
 
-def _recording(
+def _recording(  # noqa: PLR0917
     path: Path,
     run: str,
     raw: RawFile,
+    file: SourceFile,
     chosen: Sequence[Chosen],
     sample_rate: float | None,
 ) -> Recording:
@@ -168,12 +208,13 @@ def _recording(
         ),
         sample_rate=rate,
         n_samples=n_samples,
-        source=ScaledSource(raw.source, factors),
+        source=ScaledSource(raw.source, factors, file),
         rows=tuple(channel.row for channel, _ in chosen),
         path=path,
         start_time=start,
         expected_samples=expected,
         notes=tuple(note for note in notes if note),
+        file=file,
     )
 
 

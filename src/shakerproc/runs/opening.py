@@ -1,6 +1,7 @@
 """A test of the log, opened: its recording with roles, names and units."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -76,16 +77,23 @@ def open_path(
     run = path.name if test.recording is None else f"test {test.id} ({path.name})"
     rate = test.processing.sample_rate
     uses = test.channels
-    if not uses or unit is not None:
-        with open_recording(path, sample_rate=rate, group=group, run=run) as found:
+    with ExitStack() as closing:
+        if not uses or unit is not None:
+            found = closing.enter_context(
+                open_recording(path, sample_rate=rate, group=group, run=run)
+            )
             uses = uses or _roles(run, found.channels, controls)
             uses = _with_unit(uses, found.channels, unit)
-    recording = open_recording(path, uses=uses, sample_rate=rate, group=group, run=run)
-    try:
-        check_expectation(_without_length(test) if recording.incomplete else test, recording)
-    except BaseException:
-        recording.source.close()
-        raise
+        recording = open_recording(
+            path, uses=uses, sample_rate=rate, group=group, run=run, hashed=True
+        )
+        try:
+            closing.close()  # an error where the file changed since it was looked at
+            expected = _without_length(test) if recording.incomplete else test
+            check_expectation(expected, recording)
+        except BaseException:
+            recording.source.close()
+            raise
     return recording
 
 
