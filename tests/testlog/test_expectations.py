@@ -9,6 +9,7 @@ import pytest
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import LogError
+from shakerproc.recordings import WatchedFile
 from shakerproc.testlog import Expectation, Test, check_expectation, nominal_duration
 
 CHANNELS = (
@@ -73,11 +74,15 @@ def test_a_channel_without_a_unit_is_told():
 def test_a_recording_that_changed_is_told(tmp_path):
     path = tmp_path / "a.bin"
     path.write_bytes(b"samples")
-    found = replace(recording(), path=path)
-    check(found, sha256=hashlib.sha256(b"samples").hexdigest())
+    expected = hashlib.sha256(b"samples").hexdigest()
+    with WatchedFile(path, "run", hashed=True) as file:
+        check(replace(recording(), file=file), sha256=expected)
     path.write_bytes(b"Samples")
-    with pytest.raises(LogError, match=r"the log expects SHA-256 [0-9a-f]{12}"):
-        check(found, sha256=hashlib.sha256(b"samples").hexdigest())
+    with (
+        WatchedFile(path, "run", hashed=True) as file,
+        pytest.raises(LogError, match=r"the log expects SHA-256 [0-9a-f]{12}"),
+    ):
+        check(replace(recording(), file=file), sha256=expected)
 
 
 def test_a_sweep_lasts_as_long_as_its_rate_says():
