@@ -20,6 +20,9 @@ STANDARD_GRAVITY: Final = 9.80665
 
 Role: TypeAlias = Literal["control", "response", "force", "displacement", "velocity", "ignore"]
 
+BadRows: TypeAlias = Literal["refuse", "skip"]
+"""What is done with lines of a text file that are no rows of numbers."""
+
 
 @dataclass(frozen=True, slots=True)
 class ChannelUse:
@@ -145,6 +148,30 @@ class ArraySource(SampleSource):
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class SkippedRows:
+    """Lines of a text file that are no rows of numbers and were left out on request.
+
+    Attributes
+    ----------
+    count : int
+        Lines that were left out.
+    bridged : int
+        Samples that were missing there and are straight lines now.
+    first, last : int
+        Samples between which all of it lies.
+    message : str
+        What was left out, a sentence.
+    """
+
+    count: int
+    bridged: int
+    first: int
+    last: int
+    message: str
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """Samples of every channel during one run, read when they are asked for.
@@ -175,6 +202,8 @@ class Recording:
         How many channels of numbers the file holds, those included that are not used.
     file : SourceFile, optional
         The file, watched; leaving the ``with`` statement is an error where it has changed.
+    skipped : SkippedRows, optional
+        What was left out of a text file, on request.
     """
 
     run: str
@@ -189,6 +218,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     in_file: int | None = None
     file: SourceFile | None = None
+    skipped: SkippedRows | None = None
 
     def __post_init__(self) -> None:
         checks.positive("sample_rate", self.sample_rate, "Hz")

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.shared
 
 LVM = "no sample rate .* the file contradicts itself: .*1706.48 Hz .*165[23].* Hz"
 NO_RATE = "the file does not say the sample rate"
-MOVELLA = ("no sample rate for channel 'PacketCounter'", {"sample_rate": 120.0}, (11, 120.0))
+MOVELLA = ("no sample rate for channel 'PacketCounter'", {"sample_rate": 120.0}, (10, 120.0))
 GROUPS = "groups hold data"
 LENGTHS = "Use only channels of one length"
 MOVELLA_FILES = (

@@ -8,11 +8,11 @@ from scipy import io as scipy_io
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import (
-    csv,
     mat5,
     matlab,
     open_recording,
     parquet,
+    text_format,
     write_parquet,
     write_uff,
 )
@@ -137,8 +137,11 @@ def test_a_rounded_time_column_gives_the_rate(write, rate, digits):
         (b"", "empty"),
         (b"hello world\nthis is no table\n", "no table of numbers"),
         (b"\x1b[31m\xff\xfe\x00", "no table of numbers"),
-        (b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"oops,4\n", "reading the table"),
-        (b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"2,3,4,5\n", "reading the table"),
+        (b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"oops,4\n", "line 30004: 'oops'"),
+        (
+            b"t [s],a [g]\n0,1\n1,2\n" + b"2,3\n" * 30_000 + b"2,3,4,5\n",
+            "line 30004: it has 4 cells",
+        ),
     ],
 )
 def test_text_that_is_no_table_is_refused(write, content, match):
@@ -204,7 +207,7 @@ def test_lvm_whose_last_number_is_cut_loses_that_row(write):
         (lvm().replace("LabVIEW", "Labview"), "line 1 does not say"),
         (lvm().replace("***End_of_Header***\t\t\t\n", ""), "the second .* is missing"),
         (lvm().replace("Decimal_Separator\t.", "Decimal_Separator\t;"), "decimal sign ';'"),
-        (lvm().replace("-2.25", "oops"), "reading the table"),
+        (lvm().replace("-2.25", "oops"), "line 20: 'oops' in column 3 is no number"),
     ],
 )
 def test_lvm_that_cannot_be_used(write, content, match):
@@ -374,7 +377,7 @@ def test_uff_records_that_are_not_what_they_say(tmp_path, old, new, match):
 
 
 def test_files_that_are_too_long_to_hold_are_refused(tmp_path, write, monkeypatch):
-    monkeypatch.setattr(csv, "LARGEST", 10)
+    monkeypatch.setattr(text_format, "LARGEST", 10)
     refused(write(table(",", ".", ["t,a,b"])), "too many to hold in memory")
     path = uff(tmp_path)
     monkeypatch.setattr("shakerproc.recordings.uff.LARGEST", 10)

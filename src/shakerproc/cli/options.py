@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 if TYPE_CHECKING:
+    from shakerproc.data import BadRows
     from shakerproc.testlog import Test
 
 LogArgument: TypeAlias = Annotated[
@@ -39,6 +40,15 @@ PdfOption: TypeAlias = Annotated[
         "--pdf", help="Print the report to report.pdf too, by a browser that is installed."
     ),
 ]
+BadRowsOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--bad-rows",
+        metavar="refuse|skip",
+        help="What to do with lines of a text file that are no rows of numbers.",
+        show_default="refuse",
+    ),
+]
 StitchOption: TypeAlias = Annotated[
     bool,
     typer.Option("--stitch", help="Join the sweeps of one direction to one response."),
@@ -69,6 +79,21 @@ RecordingsOption: TypeAlias = Annotated[
 ExportOption: TypeAlias = Annotated[
     str, typer.Option("--export", metavar="mat,uff,parquet", help="Further formats of spectra.")
 ]
+
+
+def bad_rows_of(text: str | None) -> "BadRows":
+    """Return what is done with rows that are no numbers.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not known.
+    """
+    if text in {None, "refuse"}:
+        return "refuse"
+    if text == "skip":
+        return "skip"
+    raise typer.BadParameter(f"{text!r} is not refuse or skip", param_hint="--bad-rows")
 
 
 def exports_of(text: str) -> tuple[str, ...]:

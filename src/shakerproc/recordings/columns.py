@@ -9,15 +9,37 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray
+from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
 
 _TIME: Final = re.compile(
-    r"(?:x[_ ]?value|time ?stamp|time|t|zeit|seconds?|elapsed(?: time)?)(?:[_ ]?(?:s|sec|ms))?",
+    r"(?:x[_ ]?values?|time ?stamp|times?|t|zeit|seconds?|elapsed(?: time)?)"
+    r"(?:[_ ]?(?:s|sec|ms))?(?:[._ ]?\d{1,3})?",
     re.IGNORECASE,
 )
-SECONDS: Final = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "second": 1.0, "ms": 1e-3}
+_LIKE_TIME: Final = re.compile(r"time|zeit|clock|elapsed", re.IGNORECASE)
+_UNNAMED: Final = re.compile(r"column \d+")
+SECONDS: Final = {
+    "": 1.0,
+    "s": 1.0,
+    "sec": 1.0,
+    "secs": 1.0,
+    "seconds": 1.0,
+    "second": 1.0,
+    "ms": 1e-3,
+    "msec": 1e-3,
+    "us": 1e-6,
+    "\u00b5s": 1e-6,  # the micro sign
+    "\u03bcs": 1e-6,  # the Greek letter
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
 """Seconds in the units of a time column."""
+
+FEWEST: Final = 8
+"""Samples from which on an even advance is no accident."""
 
 
 @final
@@ -48,8 +70,20 @@ def is_time(header: str, unit: str = "") -> float:
     return SECONDS.get((unit or in_header).strip().casefold(), 0.0)
 
 
+def time_column(headers: Sequence[str], units: Sequence[str] = ()) -> tuple[int, float] | None:
+    """Return which column is the time, and the seconds in its unit; None where none is."""
+    for row, header in enumerate(headers):
+        seconds = is_time(header, units[row] if units else "")
+        if seconds:
+            return row, seconds
+    return None
+
+
 def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
     """Return the sample rate [Hz] of a time axis, or what is wrong with it.
+
+    Every time lies within half a step of its place, and no step is longer or shorter by more
+    than a half unless rounding makes it so: a row that was lost or doubled is seen.
 
     Parameters
     ----------
@@ -58,10 +92,19 @@ def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
     """
     if times.size < 2 or not np.all(np.isfinite(times)):
         return None, "the time column has gaps"
-    span = float(times[-1] - times[0])
+    span = float(times[-1]) - float(times[0])
     if span <= 0.0:
         return None, "the time column does not advance"
     step = span / (times.size - 1)
+    rate = 1.0 / step if step > 0.0 else math.inf
+    if not (math.isfinite(step) and math.isfinite(rate)):
+        return None, f"the time column advances by {step:.3g} s a sample, which is no interval"
+    odd = _odd_step(times, step)
+    if odd is not None:
+        return None, (
+            f"the time column does not advance evenly: from sample {odd} to {odd + 1} it "
+            f"takes {times[odd + 1] - times[odd]:.3g} s instead of {step:.3g} s"
+        )
     off = np.abs(times - times[0] - step * np.arange(times.size))
     worst = int(np.argmax(off))
     if off[worst] > 0.5 * step:
@@ -69,10 +112,60 @@ def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
             f"the time column does not advance evenly: sample {worst} is {off[worst]:.3g} s "
             f"off a step of {step:.3g} s"
         )
-    rate = 1.0 / step
     whole = round(rate)
     doubt = max(2.0 * float(off[worst]) / span, 1e-9)
     return (float(whole) if whole and abs(rate / whole - 1.0) <= doubt else rate), ""
+
+
+def _odd_step(times: FloatArray, step: float) -> int | None:
+    """Return the first step that is off by more than a half and not by rounding, if any is.
+
+    Of an even axis that is rounded to a digit near its step, some steps are one digit longer
+    (or shorter) than most, and they follow each other at equal distances, give or take one.
+
+    References
+    ----------
+    .. [1] R. Klette and A. Rosenfeld, "Digital straightness - a review", Discrete Applied
+       Mathematics 139, 197-230, 2004.
+    """
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    odd = np.flatnonzero(np.abs(steps - usual) > 0.5 * step)
+    if not odd.size:
+        return None
+    off = steps[odd] - usual
+    apart = np.diff(odd)
+    one_digit = np.allclose(off, _digit(step) * np.sign(off[0]), rtol=1e-3)
+    if one_digit and apart.size and np.ptp(apart) <= 1:
+        most = int(apart.max())
+        if odd[0] <= most and steps.size - 1 - odd[-1] <= most:
+            return None
+    return int(odd[0])
+
+
+def _digit(step: float) -> float:
+    """Return the largest power of ten that is no longer than a step [s]."""
+    return float(10.0 ** math.floor(math.log10(step) + 1e-3))
+
+
+def like_time(header: str, unit: str, values: FloatArray) -> str:
+    """Return why a column is taken for a time rather than a channel, or an empty text.
+
+    A column that nothing names, or whose name speaks of time, and that advances evenly.
+    """
+    name, in_header = split_header(header)
+    said = (unit or in_header).strip()
+    if _TIME.fullmatch(name.strip()) and len(name.strip()) > 1 and not is_time(header, unit):
+        return f"it is a time in {shown(said, 20)}, not in s, ms, us, ns, min or h"
+    if values.size < FEWEST or not (_UNNAMED.fullmatch(name) or _LIKE_TIME.search(name)):
+        return ""
+    rate, _ = rate_of_times(values)
+    if rate is None:
+        return ""
+    return (
+        f"it advances evenly by {1.0 / rate:.6g}, as a time does; if it is one in seconds, "
+        'call it "time [s]"'
+    )
 
 
 def file_of_columns(
@@ -92,34 +185,48 @@ def file_of_columns(
         How the file stops short; empty where it is whole.
     """
     units = list(table.units) or [""] * len(table.headers)
-    seconds = [is_time(h, u) for h, u in zip(table.headers, units, strict=True)]
-    axis = next((i for i, value in enumerate(seconds) if value), None)
+    axis = time_column(table.headers, units)
     lengths = [length_of(row) for row in table.values]
     if axis is not None and sample_rate is None and not rate_problem:
-        times = table.values[axis, : lengths[axis]] * seconds[axis]
+        times = table.values[axis[0], : lengths[axis[0]]] * axis[1]
         sample_rate, rate_problem = rate_of_times(times)
+    notes = [f"The file is not whole: {cut}."] if cut else []
     channels = []
     for row, (header, unit) in enumerate(zip(table.headers, units, strict=True)):
-        if row == axis:
+        if axis is not None and row == axis[0]:
             continue
         name, in_header = split_header(header)
-        if unit:
-            name = header.strip()
+        name = (header.strip() if unit else name) or f"column {row + 1}"
+        values = table.values[row, : lengths[row]]
+        problem = _problem(header or name, unit, values, axis is not None)
+        until = lengths[axis[0]] if axis is not None else lengths[row]
+        if problem and lengths[row]:
+            notes.append(f"{shown(name)} is no channel: {problem}.")
+        elif 0 < lengths[row] < until:
+            notes.append(f"{shown(name)} ends after {lengths[row]} of {until} rows.")
         channels.append(
             RawChannel(
-                name=name or f"column {row + 1}",
+                name=name,
                 row=row,
                 n_samples=lengths[row],
-                promised=lengths[row] + bool(cut),
+                promised=max(lengths[row], until if lengths[row] else 0) + bool(cut),
                 unit=unit.strip() or in_header,
                 sample_rate=sample_rate,
                 rate_problem=rate_problem or "the file does not say the sample rate",
-                problem="" if lengths[row] else "it holds no numbers",
+                problem=problem,
                 alias=header,
             )
         )
-    notes = (f"The file is not whole: {cut}.",) if cut else ()
-    return RawFile((RawGroup("", tuple(channels)),), ArraySource(table.values), notes)
+    return RawFile((RawGroup("", tuple(channels)),), ArraySource(table.values), tuple(notes))
+
+
+def _problem(header: str, unit: str, values: FloatArray, timed: bool) -> str:  # noqa: FBT001
+    """Return why a column is no channel, or an empty text."""
+    if not values.size:
+        return "it holds no numbers"
+    if timed and is_time(header, unit):
+        return "it is a second time column; save what has a rate of its own in its own file"
+    return like_time(header, unit, values)
 
 
 def length_of(values: FloatArray) -> int:

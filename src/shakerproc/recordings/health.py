@@ -27,7 +27,7 @@ def health(recording: Recording, *, block: int = 2**17) -> tuple[Flag, ...]:
         finite = gaps.add(number * block, samples)
         for watcher in watchers:
             watcher.add(number * block, finite)
-    found = [*_incomplete(recording), *gaps.flags()]
+    found = [*_incomplete(recording), *_skipped(recording), *gaps.flags()]
     for watcher in watchers:
         found += watcher.flags()
     return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
@@ -42,6 +42,14 @@ def _incomplete(recording: Recording) -> list[Flag]:
         "What is there is used; copy the file again if there is more."
     )
     return [Flag("incomplete", "", message, recording.duration, expected)]
+
+
+def _skipped(recording: Recording) -> list[Flag]:
+    skipped = recording.skipped
+    if skipped is None:
+        return []
+    start, stop = (at / recording.sample_rate for at in (skipped.first, skipped.last))
+    return [Flag("bad rows", "", skipped.message, start, stop)]
 
 
 LARGEST: Final = 1e50

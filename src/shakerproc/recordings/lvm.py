@@ -12,12 +12,15 @@ from shakerproc.data import ArraySource, FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import CONTRADICTION
 from shakerproc.recordings.columns import is_time, length_of, rate_of_times
-from shakerproc.recordings.csv import TextFormat, read_numbers, start_of, unended
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.skipped import refusal, without_bad_rows
+from shakerproc.recordings.text_format import TextFormat, open_text
+from shakerproc.recordings.text_rows import read_table
 
 _END: Final = "***End_of_Header***"
 _LINE: Final = re.compile(r"(?P<name>[A-Za-z_ ]+)[,;\t](?P<value>.*)")
+_SIGNS: Final = re.compile(r"[,;\t]")
 _SEPARATORS: Final = {"tab": "\t", "comma": ",", "semicolon": ";"}
 
 
@@ -27,26 +30,38 @@ def read_lvm(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If its headers are not those of the format.
+        If its headers are not those of the format, or a channel is longer than they say.
     """
-    head = _Head(start_of(path, run), run)
-    found = TextFormat(head.encoding, head.separator, head.decimal, head.first, head.titles, ())
-    values = read_numbers(path, found, run, strings=("Comment",))
+    file, encoding, lines = open_text(path, run)
+    with file:
+        head = _Head(lines, run)
+        found = TextFormat(
+            encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
+        )
+        table = read_table(file, found, run)
+    axis = next((i for i, title in enumerate(head.titles) if is_time(title)), None)
+    timed = axis is not None and length_of(table.values[axis]) == table.values.shape[1] > 0
+    times = table.values[axis] if timed and axis is not None else None
+    values, skipped = without_bad_rows(table.values, table.bad, times)
     lengths = [length_of(row) for row in values]
-    lines = unended(path, found)
-    short = any(head.number("Samples", row, 0) > lengths[row] for row in head.rows)
-    if lines and (short or len(lines[-1].split(head.separator)) < len(head.titles)):
+    promised = [head.number("Samples", row, lengths[row]) for row in range(len(head.titles))]
+    if table.unended and any(promised[row] > lengths[row] for row in head.rows):
         values = values[:, :-1]  # its last number may be cut
         lengths = [length_of(row) for row in values]
     rates = _Rates(head, values, lengths)
     channels = []
     for row in head.rows:
+        if lengths[row] > promised[row] and skipped is None:
+            raise RecordingError(
+                f"{run}: {shown(head.titles[row])} holds {lengths[row]} values but Samples "
+                f"says {promised[row]}. {AGAIN}"
+            )
         channels.append(
             RawChannel(
                 name=head.titles[row],
                 row=row,
                 n_samples=lengths[row],
-                promised=max(head.number("Samples", row, lengths[row]), lengths[row]),
+                promised=max(promised[row], lengths[row] + bool(table.torn)),
                 unit=head.text("Y_Unit_Label", row),
                 sample_rate=rates.agreed,
                 rate_problem=rates.problem,
@@ -56,10 +71,16 @@ def read_lvm(path: Path, run: str) -> RawFile:
             )
         )
     less = [c.name for c in channels if c.n_samples < c.promised]
-    notes = (
-        (f"The file is not whole: {shown(less[0])} is shorter than it says.",) if less else ()
+    notes = [] if skipped is None else [skipped.message]
+    if less:
+        notes.append(f"The file is not whole: {shown(less[0])} is shorter than it says.")
+    return RawFile(
+        (RawGroup("", tuple(channels)),),
+        ArraySource(values),
+        tuple(notes),
+        skipped,
+        refusal(table.bad, len(head.titles)) if skipped else "",
     )
-    return RawFile((RawGroup("", tuple(channels)),), ArraySource(values), notes)
 
 
 class _Head:
@@ -71,11 +92,10 @@ class _Head:
         If they are not those of the format.
     """
 
-    def __init__(self, start: tuple[str, list[str]], run: str) -> None:
-        self.encoding, lines = start
+    def __init__(self, lines: Sequence[str], run: str) -> None:
         if not lines or not lines[0].startswith("LabVIEW Measurement"):
             raise RecordingError(f"{run}: line 1 does not say LabVIEW Measurement. {AGAIN}")
-        named = [line.partition(",")[0].partition("\t")[0].strip() for line in lines]
+        named = [_SIGNS.split(line, maxsplit=1)[0].strip() for line in lines]
         ends = [i for i, name in enumerate(named) if name == _END]
         if len(ends) < 2 or ends[1] + 1 >= len(lines):
             raise RecordingError(f"{run}: the second {_END} of an LVM file is missing. {AGAIN}")
@@ -85,12 +105,15 @@ class _Head:
         if self.decimal not in {".", ","}:
             raise RecordingError(f"{run}: the decimal sign {shown(self.decimal)} is unknown.")
         self.first = ends[1] + 2
-        self.titles = tuple(c.strip() for c in lines[ends[1] + 1].split(self.separator))
+        titles = [c.strip() for c in lines[ends[1] + 1].split(self.separator)]
+        while titles and titles[-1] in {"Comment", ""}:
+            titles.pop()
+        self.titles = tuple(titles)
         middle = [line.split(self.separator) for line in lines[ends[0] + 1 : ends[1]]]
         self._cells = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in middle}
         self.rows = [
             row for row, title in enumerate(self.titles)
-            if title not in {"X_Value", "Comment", ""} and not is_time(title)
+            if title not in {"X_Value", ""} and not is_time(title)
         ]  # fmt: skip
         if not self.rows:
             raise RecordingError(f"{run}: line {self.first} names no channels. {AGAIN}")

@@ -11,6 +11,7 @@ import numpy as np
 
 from shakerproc import units
 from shakerproc.data import (
+    BadRows,
     Channel,
     ChannelUse,
     FloatArray,
@@ -85,6 +86,7 @@ def open_recording(
     group: str | None = None,
     run: str | None = None,
     hashed: bool = False,
+    bad_rows: BadRows = "refuse",
 ) -> Recording:
     """Return the recording in a file; its samples are read when they are asked for, in SI.
 
@@ -104,6 +106,8 @@ def open_recording(
     hashed : bool
         Whether to hash the file before anything of it is read, so that what is made of it can
         be filed under `Recording.sha256`.
+    bad_rows : str
+        ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
 
     Raises
     ------
@@ -121,10 +125,12 @@ def open_recording(
         file.close()
         raise
     try:
+        if raw.skipped is not None and bad_rows != "skip":
+            raise RecordingError(f"{name}: {raw.refusal}")
         among = choose_group(raw, group, uses, name)
         chosen = choose_channels(among, uses, name)
         found = _recording(path, name, raw, file, chosen, sample_rate)
-        return replace(found, in_file=len(with_numbers(among)))
+        return replace(found, in_file=len(with_numbers(among)), skipped=raw.skipped)
     except BaseException:
         raw.source.close()
         file.close()

@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TypeAlias, final
 
-from shakerproc.data import SampleSource
+from shakerproc.data import SampleSource, SkippedRows
 
 
 @final
@@ -86,11 +86,17 @@ class RawFile:
         Numbers in the units of the file.
     notes : tuple of str
         What the reader had to decide or found odd, a sentence each.
+    skipped : SkippedRows, optional
+        Lines that are no rows of numbers; left out here, for who asks for it.
+    refusal : str
+        Why the file is refused for them otherwise.
     """
 
     groups: tuple[RawGroup, ...]
     source: SampleSource
     notes: tuple[str, ...] = ()
+    skipped: SkippedRows | None = None
+    refusal: str = ""
 
 
 Reader: TypeAlias = Callable[[Path, str], RawFile]

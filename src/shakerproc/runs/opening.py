@@ -76,16 +76,23 @@ def open_path(
     """
     run = path.name if test.recording is None else f"test {test.id} ({path.name})"
     rate = test.processing.sample_rate
+    bad_rows = test.processing.bad_rows
     uses = test.channels
     with ExitStack() as closing:
         if not uses or unit is not None:
             found = closing.enter_context(
-                open_recording(path, sample_rate=rate, group=group, run=run)
+                open_recording(path, sample_rate=rate, group=group, run=run, bad_rows=bad_rows)
             )
             uses = uses or _roles(run, found.channels, controls)
             uses = _with_unit(uses, found.channels, unit)
         recording = open_recording(
-            path, uses=uses, sample_rate=rate, group=group, run=run, hashed=True
+            path,
+            uses=uses,
+            sample_rate=rate,
+            group=group,
+            run=run,
+            bad_rows=bad_rows,
+            hashed=True,
         )
         try:
             closing.close()  # an error where the file changed since it was looked at

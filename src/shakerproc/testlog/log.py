@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
-from shakerproc.data import STANDARD_GRAVITY, ChannelUse
+from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
 from shakerproc.testlog.paths import is_inside
@@ -151,6 +151,8 @@ class Processing:
         Where the run begins and ends; None takes the whole recording.
     sample_rate : float, optional
         Only where the recording does not say it [Hz].
+    bad_rows : str
+        ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
     welch : Welch
         Averaging of the spectra.
     detrend : str
@@ -169,6 +171,7 @@ class Processing:
 
     crop: Crop | None = ThresholdCrop()
     sample_rate: float | None = None
+    bad_rows: BadRows = "refuse"
     welch: Welch = Welch()
     detrend: Literal["none", "mean", "segment mean"] = "none"
     band: tuple[float, float] | None = None

@@ -102,6 +102,7 @@ def merged_processing(
     return Processing(
         crop=_crop(base.crop, section, channels),
         sample_rate=given.get("sample_rate", base.sample_rate),
+        bad_rows=given.get("bad_rows", base.bad_rows),
         welch=_welch(base.welch, section.welch),
         detrend=given.get("detrend", base.detrend),
         stitch=given.get("stitch", base.stitch),

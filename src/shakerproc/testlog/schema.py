@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from shakerproc.data import Role
+from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.log import Excitation
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
@@ -189,6 +189,7 @@ class ProcessingSection(Section):
 
     crop: CropSection | None = None
     sample_rate: Hertz = None
+    bad_rows: BadRows | None = None
     welch: WelchSection = WelchSection()
     detrend: Literal["none", "mean", "segment mean"] | None = None
     band: BandSection | None = None

@@ -22,6 +22,7 @@ def convert(
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
     ] = None,
+    bad_rows: options.BadRowsOption = None,
 ) -> None:
     """Write a recording in another format, in the units that it has."""
     from shakerproc.recordings import WRITERS, open_recording
@@ -34,7 +35,12 @@ def convert(
         )
     if out.exists() and out.samefile(recording):
         raise typer.BadParameter("this is the recording itself", param_hint="OUT")
-    with open_recording(recording, group=group, sample_rate=sample_rate_hz) as opened:
+    with open_recording(
+        recording,
+        group=group,
+        sample_rate=sample_rate_hz,
+        bad_rows=options.bad_rows_of(bad_rows),
+    ) as opened:
         write(out, opened)
         for note in opened.notes:
             output.message(f"note: {note}")

@@ -33,6 +33,7 @@ def inspect(
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
     ] = None,
+    bad_rows: options.BadRowsOption = None,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
     json: output.JsonOption = None,
 ) -> None:
@@ -43,9 +44,12 @@ def inspect(
     from shakerproc.errors import RecordingError
     from shakerproc.recordings import contents, open_recording
 
+    skip = options.bad_rows_of(bad_rows)
     groups, notes = contents(recording)
     try:
-        with open_recording(recording, group=group, sample_rate=sample_rate_hz) as opened:
+        with open_recording(
+            recording, group=group, sample_rate=sample_rate_hz, bad_rows=skip
+        ) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:
         output.write_json(

@@ -67,6 +67,7 @@ def process(
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
     ] = None,
+    bad_rows: options.BadRowsOption = None,
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
@@ -108,6 +109,9 @@ def process(
         chosen = replace(
             chosen, processing=replace(chosen.processing, sample_rate=sample_rate_hz)
         )
+    if bad_rows is not None:
+        skip = options.bad_rows_of(bad_rows)
+        chosen = replace(chosen, processing=replace(chosen.processing, bad_rows=skip))
     folder = output.out_folder(out, f"{recording.stem}_results")
     products = Products(figures, options.exports_of(export), thesis)
     summary = _worked_through(recording, chosen, reading, folder, products)

@@ -1,0 +1,277 @@
+"""How a text file holds its table: encoding, delimiter, decimal sign, headers, first row."""
+
+import csv
+import io
+import os
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Final, final
+
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.columns import SECONDS, is_number
+from shakerproc.recordings.guard import shown
+from shakerproc.recordings.si import parse_unit
+
+LOOK: Final = 1 << 16
+"""Bytes at the start from which the format is judged."""
+
+LARGEST: Final = 1 << 31
+"""Bytes of text that are read at most; its numbers are held in memory whole."""
+
+_FORMULAS: Final = {"'=", "'+", "'-", "'@"}
+"""How text begins that was kept from being run by a spreadsheet."""
+
+_FORMATS: Final = ((",", "."), (";", ","), (";", "."), ("\t", "."), ("\t", ","), (" ", "."))
+_WHOLE: Final = re.compile(r"\d{1,6}")
+_COMMENT: Final = ("#", "%", "//")
+_LABEL: Final = re.compile(
+    r"(?:channel|signal)?[ _]?(?:names?|labels?)|channels?", re.IGNORECASE
+)
+_UNIT_LABEL: Final = re.compile(r"units?|einheit(?:en)?", re.IGNORECASE)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TextFormat:
+    """How a text file holds its table.
+
+    Attributes
+    ----------
+    encoding : str
+        Of the text.
+    delimiter, decimal : str
+        Between cells; between whole and fraction.
+    first : int
+        Line of the first row of numbers, from 0.
+    headers, units : tuple of str
+        What stands over the columns; units are empty where they have no row of their own.
+    remark : bool
+        Whether a cell of text may follow the numbers of a row.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    first: int
+    headers: tuple[str, ...]
+    units: tuple[str, ...]
+    remark: bool = False
+
+
+def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
+    """Return a text file, open, with its encoding and the lines that it begins with.
+
+    The file comes with one byte for each digit: UTF-16 is held in memory as UTF-8.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened, is empty, or is too long.
+    """
+    try:
+        file: BinaryIO = path.open("rb")
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    try:
+        size = os.fstat(file.fileno()).st_size
+        if size > LARGEST:
+            raise RecordingError(
+                f"{run}: {size >> 20} MB of text are too many to hold in memory. Export the "
+                "recording as TDMS instead."
+            )
+        start = file.read(LOOK)
+        if not start:
+            raise RecordingError(f"{run}: the file is empty (0 bytes).")
+        encoding = encoding_of(start)
+        if encoding == "utf-16":
+            text = (start + file.read()).decode(encoding, errors="replace")
+            file.close()
+            file, encoding = io.BytesIO(text.encode("utf-8", errors="replace")), "utf-8-sig"
+            start = file.read(LOOK)
+        lines = [line.decode(encoding, errors="replace") for line in start.splitlines()]
+        if len(start) == LOOK and len(lines) > 1:
+            lines.pop()  # the look ends inside it
+    except OSError as error:
+        file.close()
+        raise RecordingError(f"{run}: cannot be read: {error.strerror}.") from error
+    except BaseException:
+        file.close()
+        raise
+    return file, encoding, lines
+
+
+def encoding_of(start: bytes) -> str:
+    """Return the encoding of a text by how it starts."""
+    if start[:2] in {b"\xff\xfe", b"\xfe\xff"}:
+        return "utf-16"
+    for cut in range(4):  # the look may end inside a letter
+        try:
+            start[: len(start) - cut].decode("utf-8-sig")
+        except UnicodeDecodeError:
+            continue
+        return "utf-8-sig"
+    return "cp1252"
+
+
+def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
+    """Return how a text holds its table, judged by its first lines.
+
+    Raises
+    ------
+    RecordingError
+        If no table of numbers is found.
+    """
+    best: tuple[int, TextFormat] | None = None
+    for delimiter, decimal in _FORMATS:
+        found = _try_format(lines, encoding, delimiter, decimal)
+        if found is not None and (best is None or found[0] > best[0]):
+            best = found
+    if best is None:
+        middle = len(lines) // 2
+        raise RecordingError(
+            f"{run}: no table of numbers in the first {len(lines)} lines; line {middle + 1} is "
+            f"{shown(lines[middle] if lines else '', 60)}. Columns separated by comma, "
+            "semicolon or tab with one line of headers are read, times in seconds."
+        )
+    _check_labels(best[1], run)
+    return best[1]
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line."""
+    if delimiter == " ":
+        return line.split()
+    cells = (
+        next(csv.reader([line], delimiter=delimiter), [])
+        if '"' in line
+        else line.split(delimiter)
+    )
+    plain = [cell.strip() for cell in cells]
+    return [cell[1:] if cell[:2] in _FORMULAS else cell for cell in plain]
+
+
+def _try_format(
+    lines: Sequence[str], encoding: str, delimiter: str, decimal: str
+) -> tuple[int, TextFormat] | None:
+    """Return the table that one pair of signs makes, with the number of its cells.
+
+    It is as wide as most rows of numbers are, and begins below its headers: a row that is
+    not as the others is part of it, to be judged when it is read.
+    """
+    rows = [split(line, delimiter) for line in lines]
+    filled = [sum(bool(cell) for cell in row) for row in rows]
+    numbers = [sum(is_number(cell, decimal) for cell in row) for row in rows]
+    widths = [
+        len(row) if n and n == there else 0
+        for row, n, there in zip(rows, numbers, filled, strict=True)
+    ]
+    counts = Counter(width for width in widths if width)
+    if not counts:
+        return None
+    width = max(counts, key=lambda w: (counts[w], w))
+    first = widths.index(width)
+    if (delimiter != "," and width < 2) or 2 * counts[width] <= sum(map(bool, filled[first:])):
+        return None
+    titles = _title_rows(rows[:first], numbers, width)
+    headers, units = _headers(rows, titles, width)
+    start = _start(rows[:first], numbers, titles, decimal)
+    found = TextFormat(encoding, delimiter, decimal, start, headers, units)
+    return counts[width] * width, found
+
+
+def _title_rows(above: Sequence[list[str]], numbers: Sequence[int], width: int) -> list[int]:
+    """Return which lines are headers: the last that fits, and one before it."""
+    titles = [
+        i
+        for i, row in enumerate(above)
+        if len(row) == width and any(row) and _may_be_title(row, numbers[i])
+    ]
+    if not titles:
+        return []
+    last = titles[-1]
+    if numbers[last] and last - 1 in titles and not numbers[last - 1]:
+        last -= 1  # a row that holds numbers, below names: the first of the table
+    return [last - 1, last] if last - 1 in titles else [last]
+
+
+def _may_be_title(row: Sequence[str], numbers: int) -> bool:
+    """Return whether a row may hold names: numbers among them are short and whole."""
+    whole = sum(_WHOLE.fullmatch(cell) is not None for cell in row)
+    if numbers and row[0].startswith(_COMMENT):
+        return False
+    return numbers == whole and numbers < sum(map(bool, row))
+
+
+def _headers(
+    rows: Sequence[list[str]], titles: Sequence[int], width: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names and units from the lines above the numbers."""
+    if not titles:
+        return tuple(f"column {i + 1}" for i in range(width)), ()
+    if len(titles) == 2 and _are_units(rows[titles[1]]):
+        return _names(rows[titles[0]]), tuple(rows[titles[1]])
+    return _names(rows[titles[-1]]), ()
+
+
+def _names(row: Sequence[str]) -> tuple[str, ...]:
+    """Return the names in a row, which may be written as a comment."""
+    return (row[0].lstrip("#%/ "), *row[1:])
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Return whether a row holds units rather than names: most of its words are units."""
+    words = [cell for cell in cells if cell]
+    known = sum(word.casefold() in SECONDS or parse_unit(word) is not None for word in words)
+    return 2 * known > len(words)
+
+
+def _start(
+    above: Sequence[list[str]], numbers: Sequence[int], titles: Sequence[int], decimal: str
+) -> int:
+    """Return the line with which the table begins: its first row, whatever became of it.
+
+    Below headers that is the next line that is neither blank nor a comment. Without headers
+    it is the first of the lines above the numbers that hold a number themselves.
+    """
+    first = len(above)
+    if titles:
+        below = range(titles[-1] + 1, first)
+        return next((i for i in below if not _is_aside(above[i])), first)
+    while first and _is_row(above[first - 1], numbers[first - 1], decimal):
+        first -= 1
+    return first
+
+
+def _is_aside(row: Sequence[str]) -> bool:
+    return not any(row) or row[0].startswith(_COMMENT)
+
+
+def _is_row(row: Sequence[str], numbers: int, decimal: str) -> bool:
+    """Return whether a line without headers above it was meant as a row of numbers."""
+    broken = any(is_number(cell, decimal) and not _WHOLE.fullmatch(cell) for cell in row)
+    return not _is_aside(row) and (broken or numbers > 1)
+
+
+def _check_labels(found: TextFormat, run: str) -> None:
+    """Pass a table whose first column is one of numbers, not of what the lines above say.
+
+    Raises
+    ------
+    RecordingError
+        If names and units have a label of their own in front.
+    """
+    if (
+        len(found.headers) > 1
+        and found.units
+        and _LABEL.fullmatch(found.headers[0])
+        and _UNIT_LABEL.fullmatch(found.units[0])
+    ):
+        raise RecordingError(
+            f"{run}: the lines above line {found.first + 1} begin with the labels "
+            f"{shown(found.headers[0])} and {shown(found.units[0])}, so that what the first "
+            "column holds is not said. Replace them by one line of headers, such as "
+            f'"time [s]{found.delimiter}{found.headers[1]} [{found.units[1] or "g"}]".'
+        )
