@@ -298,3 +298,19 @@ def test_every_text_stands_out_from_its_ground(browser, page):
     for colour in found:
         red, green, blue = map(int, re.findall(r"\d+", colour)[:3])
         assert contrast(f"#{red:02x}{green:02x}{blue:02x}", "#f5f6f7") >= 4.5, colour
+
+
+def test_printed_limits_are_thinner_than_the_curves(page, browser):
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    browser.open(page)
+    ink = """[...document.querySelectorAll("svg.plot path[class^=c]")].map(path => {
+        const look = getComputedStyle(path);
+        return [path.classList.contains("thin"),
+                parseFloat(look.strokeWidth) * parseFloat(look.strokeOpacity)];
+    })"""
+    drawn = browser.run(ink)
+    browser.ask("Emulation.setEmulatedMedia", media="")
+    limits = [width for thin, width in drawn if thin]
+    curves = [width for thin, width in drawn if not thin]
+    assert limits
+    assert max(limits) < 0.25 * min(curves)

@@ -10,6 +10,8 @@ from tests.small_campaign import RATE, samples
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.runs import process_recording, trends
+from shakerproc.runs.tracking import Tracking
+from shakerproc.spectra import Sweep
 
 
 @pytest.mark.slow
@@ -41,3 +43,33 @@ def test_the_phase_is_broken_where_it_wraps():
     assert phase[0] == pytest.approx(80.0)
     assert np.isnan(phase[1])
     assert phase[3:] == pytest.approx([-181.0, -179.0])
+
+
+def noisy():
+    """A run whose responses hold noise: the root of the PSD ratio lies far above |H1|."""
+    rows = samples(250.0, damping=0.2)
+    rows[2:] += 100.0 * np.random.default_rng(3).standard_normal(rows[2:].shape)
+    result = process_recording(with_roles(rows), RANDOM)
+    n = 200
+    gain = np.ones((4, n), dtype=complex)
+    gain[2, 50] = 0.0
+    harmonics = np.ones((4, 5, n), dtype=complex)
+    harmonics[:, 1:] *= 1e-3
+    harmonics[2, 0, 100], harmonics[2, 0, 101] = 1e-7, 0.0
+    one = Sweep(
+        "up", np.arange(float(n)), np.linspace(10.0, 500.0, n), np.full(n, 4.0), np.ones(n),
+        gain, harmonics,
+    )  # fmt: skip
+    return replace(result, tracking=Tracking(sweeps=(one,)), loudest=2)
+
+
+@pytest.mark.parametrize("name", ["psd", "response", "coherence", "psd_and_response", "sweep"])
+def test_no_figure_cuts_a_curve_off_or_draws_what_is_no_number(name):
+    figure = FIGURES[name](noisy(), "Test 1")
+    for axes in figure.axes:
+        top = axes.get_ylim()[1]
+        for line in axes.get_lines():
+            y = np.asarray(line.get_ydata(), dtype=float)
+            inside = y[np.isfinite(y)]
+            assert inside.size == 0 or inside.max() <= top
+            assert axes.get_yscale() != "log" or (inside > 0.0).all()

@@ -190,10 +190,10 @@ def test_a_report_of_nothing_is_still_a_page():
 
 def test_the_control_is_judged_in_words(summary):
     (told,) = [f.caption for f in figures(summary) if f.kind == "psd"]
-    assert "within ±3 dB of the demanded level (thin lines): kept" in told
+    assert "within ±3 dB of the demanded level: kept" in told
     off = replace(summary.control, kept=False, beyond_alarm=0.3, worst_db=-7.0, worst_hz=50.0)
     (told,) = [f.caption for f in figures(replace(summary, control=off)) if f.kind == "psd"]
-    assert "NOT KEPT in 30% of the way, at worst -7.0 dB at 50 Hz" in told
+    assert "in 30.0 % of the band, where 5 % may be: NOT KEPT, at worst -7.0 dB at 50" in told
 
 
 def test_a_sweep_shows_its_control_between_its_limits(summary):

@@ -86,3 +86,95 @@ def test_every_line_differs_in_grey_too():
     assert len({(d, c) for d, c in zip(dashes, style.COLOURS, strict=True)}) == len(dashes)
     assert len(set(dashes[:6])) == 6
     assert style.styles(["control", "control", "response", "force"]) == [6, 7, 0, 1]
+
+
+LOG = svg.Axis("y", 1e-3, 1.0, logarithmic=True)
+
+
+def below(y, x=None, *, y_axis=LOG, css="c0", **how):
+    """The drawn pieces of a curve, as values of the axes."""
+    places = np.arange(float(len(y))) if x is None else np.array(x)
+    x_axis = svg.Axis("x", 0.0, max(1.0, float(places.max())))
+    curve = svg.Curve("a", places, np.array(y), 0, **how)
+    pieces = points_of(path_of(svg.plot([curve], x_axis, y_axis, title="t"), css))
+    wide, high = WIDTH - 58 - 18, HEIGHT - 8 - 34
+    return [
+        ((piece[:, 0] - 58) / wide * x_axis.high, 1.0 - (piece[:, 1] - 8) / high)
+        for piece in pieces
+    ]
+
+
+def test_a_line_that_leaves_the_axis_ends_where_it_crosses_it():
+    """From 1e-2 down to 1e-5 over 30: below 1e-3 from 10 on, straight on a logarithmic axis."""
+    (down, up) = below([1e-2, 1e-5, 1e-5, 1e-2], [0.0, 30.0, 60.0, 90.0])
+    assert_allclose(down[0], [0.0, 10.0], atol=0.1)
+    assert_allclose(down[1], [1.0 / 3.0, 0.0], atol=0.01)
+    assert_allclose(up[0], [80.0, 90.0], atol=0.1)
+
+
+def test_a_line_over_the_whole_axis_is_cut_at_both_ends():
+    ((x, share),) = below([1e-6, 1e3], [0.0, 90.0])
+    assert_allclose(x, [30.0, 60.0], atol=0.1)
+    assert_allclose(share, [0.0, 1.0], atol=0.01)
+
+
+@given(
+    st.lists(
+        st.sampled_from([0.0, -1.0, np.nan, 1e-300, 1e300]) | st.floats(1e-7, 1e4),
+        min_size=2,
+        max_size=40,
+    )
+)
+def test_no_drawn_point_lies_where_the_data_are_not(values):
+    """Each drawn point lies on the straight line between two neighbours that are numbers."""
+    y = np.array(values)
+    with np.errstate(all="ignore"):
+        wanted = (np.log10(np.where(y > 0.0, y, np.nan)) + 3.0) / 3.0
+    step = 1.0 / (svg.UNIT * (HEIGHT - 8 - 34))
+    for x, share in below(values) if path_of_or_empty(values) else ():
+        assert np.all((share > -step) & (share < 1.0 + step))
+        for at, value in zip(x, share, strict=True):
+            left = min(int(at), y.size - 2)
+            near = range(max(0, left - 1), min(y.size - 1, left + 2))
+            gaps = [off_line(at, value, k, wanted) for k in near]
+            assert min(gaps) < 2.0 * step
+
+
+def path_of_or_empty(values):
+    curve = svg.Curve("a", np.arange(float(len(values))), np.array(values), 0)
+    x_axis = svg.Axis("x", 0.0, max(1.0, len(values) - 1.0))
+    return path_of(svg.plot([curve], x_axis, LOG, title="t"))
+
+
+def off_line(x, share, k, wanted):
+    """How far a point lies from the line between rows k and k + 1 [shares of the height]."""
+    ends = wanted[k : k + 2]
+    if not np.isfinite(ends).all():  # a single number beside none is a point of its own
+        return min((abs(share - e) for e in ends if np.isfinite(e)), default=np.inf)
+    x_step = (wanted.size - 1.0) / (svg.UNIT * (WIDTH - 58 - 18))
+    slope = abs(ends[1] - ends[0])
+    on = ends[0] + (x - k) * (ends[1] - ends[0])
+    return max(0.0, abs(share - on) - slope * x_step)
+
+
+def test_marks_and_dots_beyond_an_axis_are_not_drawn_at_its_end():
+    for css, how in (("p0", {"points": True}), ("d0", {"dots": True})):
+        curve = svg.Curve("a", np.arange(3.0), np.array([1e-5, 1e-2, 10.0]), 0, **how)
+        drawing = svg.plot([curve], svg.Axis("x", 0.0, 2.0), LOG, title="t")
+        assert path_of(drawing, css).count("M") == 1
+    marked = [svg.Mark(200.0, "far"), svg.Mark(50.0, "here")]
+    text = str(drawn([0.0, 1.0], [0.0, 1.0], marks=marked))
+    shown = text.split("<data", maxsplit=1)[0]
+    assert "here" in shown
+    assert "far" not in shown
+
+
+def test_an_area_beyond_the_axis_is_cut_and_one_outside_is_not_drawn():
+    x = np.arange(4.0)
+    area = svg.Filling("a", x, np.array([-5.0, -0.5, 2.0, 2.0]), np.array([0.5, 0.5, 3, 3]), 0)
+    text = str(svg.plot([area], svg.Axis("x", 0.0, 3.0), Y, title="t"))
+    (run,) = points_of(path_of(text, "f0").replace("z", ""))
+    top, bottom = 8.0, 8.0 + HEIGHT - 8 - 34
+    assert run[:, 1].min() >= top
+    assert run[:, 1].max() <= bottom
+    assert run[:, 0].max() == pytest.approx(58 + 1.6 / 3.0 * (WIDTH - 58 - 18), abs=40.0)

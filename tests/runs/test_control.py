@@ -1,13 +1,19 @@
 """Whether the control kept its limits, on controls whose departure is known."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from tests.small_campaign import write_campaign
 
 from shakerproc.runs import process_test
 from shakerproc.runs.flags import EDGE_OF_SWEEP, control_density, control_sweep
+from shakerproc.runs.levels import mismatch
+from shakerproc.runs.summary import ControlSummary
+from shakerproc.runs.telling import BEYOND_ALARM, control_told
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
 from shakerproc.testlog import read_testlog
@@ -69,3 +75,49 @@ def test_random_runs_and_runs_without_a_level_are_no_sweeps(run):
     silent = swept(run, np.zeros(9))
     nothing = replace(silent, test=replace(silent.test, level=None))
     assert control_sweep(nothing) is None
+
+
+NUMBER = r"([+-]\d+\.\d+) dB at"
+finite = st.floats(-9.0, 9.0)
+
+
+@given(
+    worst=finite | st.floats(2.9, 3.1) | st.floats(5.9, 6.1),
+    beyond=st.floats(0.0, 1.0) | st.floats(0.049, 0.051) | st.just(0.0),
+    chance=st.floats(0.0, 2.0),
+    limits=st.sampled_from([(3.0, 6.0), (1.5, 3.0), (2.95, 6.0)]),
+)
+def test_no_rounding_lets_the_sentence_contradict_the_verdict(worst, beyond, chance, limits):
+    alarm, abort = limits
+    sure = max(abs(worst) - chance, 0.0)
+    share = beyond if sure > alarm else 0.0
+    kept = sure <= abort and share <= BEYOND_ALARM
+    told = control_told(ControlSummary(1.0, alarm, abort, share, worst, 50.0, kept), "band")
+    shown = abs(float(re.search(NUMBER, told).group(1)))
+    limit = float(re.search(r"±([\d.]+) dB", told).group(1))
+    assert ("NOT KEPT" in told) is not kept
+    assert told.startswith("within") is (shown <= limit)
+    assert "within" not in told or kept
+    part = re.search(r"in ([\d.]+) % of the band, where ([\d.]+) %", told)
+    if part:
+        assert (float(part.group(1)) <= float(part.group(2))) is kept
+    if not kept and not part:
+        assert "abort limit" in told
+
+
+def test_a_departure_within_chance_is_told_as_that():
+    seen = ControlSummary(1.0, 3.0, 6.0, 0.0, -3.2, 148.0, kept=True)
+    assert control_told(seen, "band") == (
+        "beyond ±3 dB of the demanded level by no more than chance: kept, "
+        "at worst -3.2 dB at 148 Hz"
+    )
+
+
+@pytest.mark.parametrize("factor", [1.0001, 1.004, 0.996, 1.5])
+def test_a_level_outside_its_tolerance_is_not_printed_inside(run, factor):
+    off = 10.0 ** (3.0 / 10.0) * factor
+    level = replace(run.measured_level, value=run.test.level * off)
+    told = mismatch(run.test, level)
+    assert bool(told) is (factor > 1.0)
+    if told:
+        assert float(re.search(r"([+-][\d.]+) dB from", told).group(1)) > 3.0

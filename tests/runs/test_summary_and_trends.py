@@ -149,6 +149,19 @@ def test_thinning_keeps_the_extremes(n):
     assert (np.diff(few_x) > 0).all()
 
 
+@pytest.mark.parametrize(
+    "gap", [slice(500, 501), slice(100, 900), slice(0, 3), slice(990, None)]
+)
+def test_thinning_keeps_a_broken_line_broken(gap):
+    x, y = np.arange(1000.0), np.random.default_rng(1).standard_normal(1000)
+    y[gap] = np.nan
+    few_x, few_y = thinned(x, y, 100)
+    assert few_x.size <= 100
+    inside = (few_x >= x[gap][0]) & (few_x <= x[gap][-1])
+    assert inside.any()
+    assert np.isnan(few_y[inside]).all()
+
+
 def test_names_of_trend_files_are_harmless_and_those_of_the_thesis_carry_their_number():
     runs = [run("1", 300.0, 0.0, joint="../../x"), run("2", 290.0, 5e-5, joint="slot")]
     names = [request.name for request in trends.standard_trends(runs)]

@@ -132,12 +132,17 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
         key=lambda i: float(np.mean(comparison.tests[i].prediction.input ** 2)),
     )
     bands = comparison.bands
-    error = np.clip(bands.error[tests, sensor], 1e-3, 10.0)
+    error = bands.error[tests, sensor]
     height = min(7.0, 1.3 + 0.42 * len(tests))
     figure, (axis,) = style.figure(8.6, height)
     rows = np.arange(len(tests) + 1)
     mesh = axis.pcolormesh(
-        bands.edges, rows, error, norm=LogNorm(1e-3, 2.0), cmap="cividis", shading="flat"
+        bands.edges,
+        rows,
+        np.maximum(error, 1e-3),
+        norm=LogNorm(1e-3, 2.0),
+        cmap="cividis",
+        shading="flat",
     )
     if len(tests) <= 12:
         _write_cells(axis, bands.edges, error, bands.share[tests, sensor])
@@ -151,7 +156,7 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
     axis.set_title(
         f"{name}: unexplained over measured rms by third octave [%] (bold: most of it)"
     )
-    figure.colorbar(mesh, ax=axis, pad=0.02, label="error [-]")
+    figure.colorbar(mesh, ax=axis, pad=0.02, label="error [-]", extend="both")
     return figure
 
 
@@ -170,6 +175,8 @@ def _write_cells(axis: "Axes", edges: FloatArray, error: FloatArray, share: Floa
 
 
 def _per_cent(value: float) -> str:
+    if value < 5e-4:
+        return "<0.1"
     return f"{100.0 * value:.1f}" if value < 0.0095 else f"{100.0 * value:.0f}"
 
 
@@ -252,7 +259,8 @@ def harmonics(comparison: Comparison) -> "Figure":
         _bars(axis, [h.measured, h.predicted, h.error])
         axis.set_ylabel(f"{name} [-]")
         axis.set_yscale("log")
-        axis.set_ylim(1e-4, 2.0)
+        tallest = max(float(np.nanmax(row)) for row in (h.measured, h.predicted, h.error))
+        axis.set_ylim(1e-4, 2.0 * max(1.0, tallest))
     axes[0].set_title(f"{label(test)}: amplitude over the measured fundamental")
     axes[0].legend(loc="upper right")
     axes[-1].set_xlabel("harmonic order")

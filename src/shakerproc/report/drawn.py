@@ -32,12 +32,16 @@ class Axis:
     degrees: bool = False
 
     def share(self, values: FloatArray) -> FloatArray:
-        """Return where values lie on the axis, from 0 at the low end to 1 at the high end."""
+        """Return where values lie on the axis, from 0 at the low end to 1 at the high end.
+
+        What lies beyond an end is below 0 or above 1; what has no place on a logarithmic axis
+        is not a number.
+        """
         low, high = self.low, self.high
         if self.logarithmic:
-            values = np.log10(np.maximum(values, 1e-300))
+            values = np.log10(np.where(values > 0.0, values, np.nan))
             low, high = math.log10(low), math.log10(high)
-        return np.asarray(np.clip((values - low) / (high - low), -0.02, 1.02), dtype=float)
+        return np.asarray((values - low) / (high - low), dtype=float)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

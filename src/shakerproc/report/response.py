@@ -166,7 +166,7 @@ def _draw_harmonics(axis: "Axes", response: Response, branch: Branch, sensor: Se
         if np.any(found[:, column] > 0.0):
             axis.semilogy(
                 branch.frequency,
-                np.maximum(found[:, column], 1e-300),
+                np.where(found[:, column] > 0.0, found[:, column], np.nan),
                 label=f"{orders[column]:g}",
                 **style.line(style_number),
             )

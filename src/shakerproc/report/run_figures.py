@@ -226,7 +226,9 @@ def response(result: RunResult, title: str) -> "Figure | None":
         ratio = np.where(against.valid, against.psd_ratio[row], np.nan)[shown]
         gain.plot(x, _positive(np.sqrt(ratio)), color=style.COLOURS[chosen[i]], lw=0.6)
         phase.plot(x, unbroken_phase(h1), **style.line(chosen[i]))
-    _decades(gain, [np.abs(h[shown][against.valid[shown]]) for h in against.h1])
+    excited = against.valid[shown]
+    drawn = (np.abs(against.h1), np.sqrt(against.psd_ratio))
+    _decades(gain, [row[shown][excited] for rows in drawn for row in rows])
     gain.set_ylabel("response over control [-]")
     _head(gain, result, title, "H1; thin: root of the PSD ratio")
     style.legend(gain)
@@ -365,19 +367,21 @@ def sweep(result: RunResult, title: str) -> "Figure | None":
     if not sweeps or loudest not in result.responses:
         return None
     figure, (gain, phase, below) = style.figure(7.0, 6.6, 3, sharex=True, left=LEFT)
-    chosen = _styles(result)
+    chosen, ratios = _styles(result), []
     for number, one in enumerate(sweeps):
         for i in result.responses:
             label = f"{result.channels[i].name} {one.direction}"
             how = style.line(chosen[i] if len(sweeps) == 1 else number)
-            gain.plot(one.frequency, np.abs(one.gain[i]), label=label, **how)
+            gain.plot(one.frequency, _positive(np.abs(one.gain[i])), label=label, **how)
             phase.plot(one.frequency, unbroken_phase(one.gain[i]), **how)
+        fundamental = _positive(np.abs(one.harmonics[loudest, 0]))
         for k in range(1, one.harmonics.shape[1]):
-            ratio = np.abs(one.harmonics[loudest, k]) / np.abs(one.harmonics[loudest, 0])
+            ratio = _positive(np.abs(one.harmonics[loudest, k]) / fundamental)
+            ratios.append(ratio)
             label = f"harmonic {k + 1}" if number == 0 else "_"  # hidden from the legend
             below.plot(one.frequency, ratio, label=label, **style.line(k - 1))
     _decades(gain, [np.abs(s.gain[i]) for s in sweeps for i in result.responses], 5)
-    style.logarithmic(below, 1e-4, 1e2)
+    _decades(below, ratios, 6)
     gain.set_ylabel("fundamental over\ncontrol [-]")
     _head(gain, result, title, "swept response" + _spans(result))
     style.legend(gain)

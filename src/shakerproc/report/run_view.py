@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
-from shakerproc.runs import trends
+from shakerproc.runs import telling, trends
 from shakerproc.runs.summary import (
     ChannelSummary,
     ControlSummary,
@@ -286,14 +286,24 @@ def _lines(curves: Sequence[CurveSummary], chosen: Mapping[str, int]) -> list[sv
 def logarithmic_axis(
     label: str, curves: Sequence[svg.Curve], decades: int = DECADES
 ) -> svg.Axis:
-    """Return a logarithmic axis of whole decades around the curves."""
-    values = np.concatenate([c.y for c in curves])
-    values = values[np.isfinite(values) & (values > 0.0)]
+    """Return a logarithmic axis of whole decades around the curves.
+
+    Lines leave it below where they reach further down than so many decades; points do not.
+    """
+    values = _above_zero([c.y for c in curves])
     if not values.size:
         return svg.Axis(label, 0.1, 1.0, logarithmic=True)
     high = np.ceil(np.log10(values.max()) + 1e-9)
     low = max(np.floor(np.log10(values.min()) - 1e-9), high - decades)
+    points = _above_zero([c.y for c in curves if c.points])
+    if points.size:
+        low = min(low, np.floor(np.log10(points.min()) - 1e-9))
     return svg.Axis(label, 10.0**low, 10.0 ** max(high, low + 1.0), logarithmic=True)
+
+
+def _above_zero(rows: Sequence[FloatArray]) -> FloatArray:
+    values = np.concatenate([*rows, np.zeros(0)])
+    return np.asarray(values[np.isfinite(values) & (values > 0.0)])
 
 
 def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
@@ -307,7 +317,7 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
     caption = "The tallest peak of a response inside the excited band is ω_e."
     if run.alarm is not None:
-        caption += _control_told(run)
+        caption += _control_told(run, "band")
     return Drawing(
         "Power spectral density.",
         caption,
@@ -323,16 +333,11 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     )
 
 
-def _control_told(run: RunSummary) -> str:
+def _control_told(run: RunSummary, where: str) -> str:
     """Return whether the controls kept the limits that are drawn."""
-    seen = run.control
-    if seen is None:
+    if run.control is None:
         return " The controls should stay between the thin lines."
-    within = f"Mean control within ±{seen.alarm_db:g} dB of the demanded level (thin lines)"
-    worst = f"at worst {round(seen.worst_db, 1) + 0.0:+.1f} dB at {seen.worst_hz:.4g} Hz"
-    if seen.kept:
-        return f" {within}: kept, {worst}."
-    return f" {within}: NOT KEPT in {seen.beyond_alarm:.0%} of the way, {worst}."
+    return f" Mean control (limits: thin lines) {telling.control_told(run.control, where)}."
 
 
 def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
@@ -389,7 +394,7 @@ def _level(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     top = 1.08 * max(float(np.nanmax(line.y)) for line in (*lines, *limits))
     return Drawing(
         "Level of the control.",
-        f"Fundamental along the sweep.{_control_told(run)}",
+        f"Fundamental along the sweep.{_control_told(run, 'sweep')}",
         svg.plot(
             [*lines, *limits],
             axis,

@@ -10,6 +10,7 @@ from markupsafe import Markup, escape
 
 from shakerproc.data import FloatArray
 from shakerproc.report import live
+from shakerproc.report.clipping import area_inside, line_inside, points_inside
 from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
 from shakerproc.runs.summing_up import thinned
 
@@ -126,7 +127,7 @@ def sparkline(
 ) -> Markup:
     """Return a thumbnail: one line without axes."""
     box = _Box(0, 1, width, height - 2)
-    path = _path(x_axis.share(x), y_axis.share(y), box)
+    path = _path(*line_inside(x_axis.share(x), y_axis.share(y)), box)
     return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(
         width * UNIT, height * UNIT, path
     )
@@ -166,8 +167,8 @@ def _path(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
 
 
 def _dots(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
-    """Return a dot at each point that is a number, in relative whole steps."""
-    good = np.isfinite(share_x) & np.isfinite(share_y)
+    """Return a dot at each point between the axes, in relative whole steps."""
+    good = points_inside(share_x, share_y)
     if not good.any():
         return ""
     x, y = _steps(share_x[good], share_y[good], box)
@@ -195,31 +196,39 @@ def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Mark
     x = x_axis.share(item.x)
     style = item.style % 8
     if isinstance(item, Filling):
-        there = np.concatenate((x, x[::-1]))
-        back = np.concatenate((y_axis.share(item.high), y_axis.share(item.low)[::-1]))
-        return Markup('<path class="f{}" d="{}z"/>').format(style, _path(there, back, box))
+        area = _area(x, y_axis.share(item.low), y_axis.share(item.high), box)
+        return Markup('<path class="f{}" d="{}"/>').format(style, area)
+    y = y_axis.share(item.y)
     if item.dots:
-        return Markup('<path class="d{}" d="{}"/>').format(
-            style, _dots(x, y_axis.share(item.y), box)
-        )
-    line = _path(x, y_axis.share(item.y), box)
+        return Markup('<path class="d{}" d="{}"/>').format(style, _dots(x, y, box))
     if not item.points:
+        line = _path(*line_inside(x, y), box)
         return Markup('<path class="c{}{}" d="{}"/>').format(style, _weight(item), line)
-    steps = list(zip(*_steps(x, y_axis.share(item.y), box), strict=True))
-    hollow = [*item.hollow, *([False] * len(steps))]
-    solid = "".join(
-        f"M{a:.0f} {b:.0f}{marker(style)}"
-        for (a, b), h in zip(steps, hollow, strict=False)
-        if not h
-    )
-    empty = "".join(
-        f"M{a:.0f} {b:.0f}{marker(style)}"
-        for (a, b), h in zip(steps, hollow, strict=False)
-        if h
+    hollow = np.zeros(x.size, dtype=bool)
+    hollow[: len(item.hollow)] = item.hollow
+    drawn = points_inside(x, y)
+    solid, empty = (
+        "".join(
+            f"M{a:.0f} {b:.0f}{marker(style)}"
+            for a, b in zip(*_steps(x[which], y[which], box), strict=True)
+        )
+        for which in (drawn & ~hollow, drawn & hollow)
     )
     return Markup('<path class="p{0}" d="{1}"/><path class="h{0}" d="{2}"/>').format(
         style, solid, empty
     )
+
+
+def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: _Box) -> str:
+    """Return the path around the area between two lines, there and back."""
+    x, low, high = area_inside(share_x, low, high)
+    pieces = []
+    for start, stop in _unbroken(np.isfinite(x) & np.isfinite(low) & np.isfinite(high)):
+        part = slice(start, stop)
+        there = np.concatenate((x[part], x[part][::-1]))
+        back = np.concatenate((high[part], low[part][::-1]))
+        pieces.append(f"{_path(there, back, box)}z")
+    return "".join(pieces)
 
 
 def _span(span: Span, axis: Axis, box: _Box) -> Markup:
@@ -233,7 +242,10 @@ def _span(span: Span, axis: Axis, box: _Box) -> Markup:
 
 
 def _mark(mark: Mark, axis: Axis, box: _Box) -> Markup:
-    x = (box.left + float(axis.share(np.array([mark.x]))[0]) * box.width) * UNIT
+    share = axis.share(np.array([mark.x]))
+    if not points_inside(share, share).all():
+        return Markup("")
+    x = (box.left + float(share[0]) * box.width) * UNIT
     side = "end" if x > (box.left + 0.8 * box.width) * UNIT else "start"
     return Markup(
         '<path class="mark" d="M{:.0f} {}v{}"/>'

@@ -9,6 +9,7 @@ from shakerproc.recordings.health import health
 from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
+from shakerproc.runs.telling import BEYOND_ALARM, control_told
 from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
@@ -26,9 +27,6 @@ EDGE_OF_SWEEP: Final = 0.02
 
 EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
-
-BEYOND_ALARM: Final = 0.05
-"""Share of the band that may lie beyond the alarm limit by chance [-]."""
 
 
 def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
@@ -79,7 +77,7 @@ def _control_density(result: RunResult) -> Flag | None:
     seen = control_density(result)
     if seen is None or seen.kept:
         return None
-    return Flag("control density", "", f"the controls are {_beyond(seen, 'band')}")
+    return Flag("control density", "", f"the controls are {control_told(seen, 'band')}")
 
 
 def control_density(result: RunResult) -> ControlSummary | None:
@@ -102,7 +100,7 @@ def _control_sweep(result: RunResult) -> Flag | None:
     seen = control_sweep(result)
     if seen is None or seen.kept:
         return None
-    return Flag("control level", "", f"the control is {_beyond(seen, 'sweep')}")
+    return Flag("control level", "", f"the control is {control_told(seen, 'sweep')}")
 
 
 def control_sweep(result: RunResult) -> ControlSummary | None:
@@ -141,14 +139,6 @@ def _judged(
         worst_db=float(off[worst]),
         worst_hz=float(frequency[worst]),
         kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
-    )
-
-
-def _beyond(seen: ControlSummary, where: str) -> str:
-    """Say how far a control is beyond its alarm limit."""
-    return (
-        f"beyond the alarm limit of ±{seen.alarm_db:g} dB in {seen.beyond_alarm:.0%} of the "
-        f"{where}, at worst by {seen.worst_db:+.1f} dB at {seen.worst_hz:.4g} Hz"
     )
 
 

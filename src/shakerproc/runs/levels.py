@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.runs.telling import beside
 from shakerproc.spectra import CrossSpectra
 from shakerproc.testlog import Test
 
@@ -122,11 +123,12 @@ def mismatch(test: Test, seen: Level | None) -> str:
         off = 10.0 * math.log10(seen.value / wanted.value)
         alarm = test.processing.tolerance.alarm
         inside = abs(off) <= alarm
-        told, tolerance = f"{off:+.1f} dB", f"{alarm:g} dB"
+        told, tolerance = f"{beside(off, alarm)} dB", f"{alarm:g} dB"
     else:
         off = seen.value / wanted.value - 1.0
         inside = abs(off) <= AMPLITUDE_TOLERANCE
-        told, tolerance = f"{off:+.0%}", f"{AMPLITUDE_TOLERANCE:.0%}"
+        limit = 100.0 * AMPLITUDE_TOLERANCE
+        told, tolerance = f"{beside(100.0 * off, limit, 0)}%", f"{limit:g}%"
     if inside:
         return ""
     return (

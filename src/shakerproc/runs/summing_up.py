@@ -240,21 +240,21 @@ def _curve(
 
 
 def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """Return a curve with at most so many points: the extremes of each slice, in order."""
+    """Return a curve with at most so many points: the extremes of each slice, in order.
+
+    A line that is broken stays so: of the values that are none, one in each slice is kept.
+    """
     if x.size <= most:
         return x, y
-    kept = []
-    for part in np.array_split(np.arange(x.size), most // 2):
-        values = y[part]
-        good = np.flatnonzero(np.isfinite(values))
-        if not good.size:
-            kept.append(int(part[0]))
-            continue
-        ends = {
-            int(part[good[np.argmin(values[good])]]),
-            int(part[good[np.argmax(values[good])]]),
-        }
-        kept.extend(sorted(ends))
+    finite = np.isfinite(y)
+    each = 2 if finite.all() else 3
+    kept: list[int] = []
+    for part in np.array_split(np.arange(x.size), most // each):
+        good, gaps = part[finite[part]], part[~finite[part]]
+        chosen = {int(gap) for gap in gaps[:1]}
+        if good.size:
+            chosen |= {int(good[np.argmin(y[good])]), int(good[np.argmax(y[good])])}
+        kept.extend(sorted(chosen))
     return x[kept], y[kept]
 
 

@@ -1,9 +1,10 @@
-"""What the trends come to, in one sentence."""
+"""What trends and controls come to, in sentences that no rounding contradicts."""
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
-from shakerproc.runs.summary import RunSummary
+from shakerproc.runs.summary import ControlSummary, RunSummary
 from shakerproc.runs.trends import Point, TrendRequest, shown, trend
 
 _ASKED: Final = (
@@ -13,6 +14,52 @@ _ASKED: Final = (
     ("level_g", "sine sweep", ("joint", "clearance_m", "orientation")),
 )
 """What is asked, in this order: quantity, excitation, and what else must be equal."""
+
+
+BEYOND_ALARM: Final = 0.05
+"""Share of the band or the sweep that may lie beyond the alarm limit by chance [-]."""
+
+
+def beside(value: float, limit: float, decimals: int = 1, *, sign: bool = True) -> str:
+    """Return a number rounded so that it stays on its side of a limit.
+
+    More decimals than asked are written where the rounded number would lie on the other side:
+    3.04 beside a limit of 3 is ``+3.04``.
+    """
+    beyond = abs(value) > limit
+    for places in range(decimals, decimals + 12):
+        text = f"{round(value, places) + 0.0:{'+' if sign else ''}.{places}f}"
+        if (abs(float(text)) > limit) == beyond:
+            return text
+    return f"{value:+}" if sign else f"{value}"
+
+
+def control_told(seen: ControlSummary, where: str) -> str:
+    """Return how far a control kept to what is demanded along its band or its sweep.
+
+    Parameters
+    ----------
+    seen : ControlSummary
+        Its departure, limits and verdict.
+    where : str
+        Along what: ``band`` or ``sweep``.
+    """
+    past_abort = not seen.kept and seen.beyond_alarm <= BEYOND_ALARM
+    limit = seen.abort_db if past_abort else seen.alarm_db
+    level = f"±{limit:g} dB of the demanded level"
+    if abs(seen.worst_db) <= limit:
+        place = f"within {level}"
+    elif past_abort:
+        place = f"beyond {level}, the abort limit"
+    elif seen.beyond_alarm == 0.0:
+        place = f"beyond {level} by no more than chance"
+    else:
+        allowed = 100.0 * BEYOND_ALARM
+        share = beside(100.0 * seen.beyond_alarm, allowed, sign=False)
+        place = f"beyond {level} in {share} % of the {where}, where {allowed:g} % may be"
+    verdict = "kept" if seen.kept else "NOT KEPT"
+    worst = beside(seen.worst_db, limit)
+    return f"{place}: {verdict}, at worst {worst} dB at {seen.worst_hz:.4g} Hz"
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
@@ -42,20 +89,27 @@ def _sentence(channel: str, points: Sequence[Point], column: str, where: str) ->
     start, stop = first.frequency_hz, last.frequency_hz
     low, high = (_place(p, column) for p in (first, last))
     width = max(first.bin_width_hz, last.bin_width_hz)
+    places = max(0, -math.floor(math.log10(width))) if width > 0.0 else 0
     word = "clearance" if column == "clearance_m" else "level"
     if abs(stop - start) < width:
         return (
-            f"ω_e of {channel} stays at {start:.0f} Hz from {low} to {high} of {word}, within "
-            f"a bin of {width:.1f} Hz ({where})."
+            f"ω_e of {channel} stays at {start:.{places}f} Hz from {low} to {high} of {word}, "
+            f"within a bin of {width:.3g} Hz ({where})."
         )
     verb = "falls" if stop < start else "rises"
     meaning = "" if word == "clearance" else ": the mark of a nonlinear joint"
     return (
-        f"ω_e of {channel} {verb} from {start:.0f} Hz at {low} to {stop:.0f} Hz at {high} of "
-        f"{word}, by {abs(stop / start - 1.0):.0%} ({where}){meaning}."
+        f"ω_e of {channel} {verb} from {start:.{places}f} Hz at {low} to {stop:.{places}f} Hz "
+        f"at {high} of {word}, by {_per_cent(stop / start - 1.0)} ({where}){meaning}."
     )
 
 
 def _place(point: Point, column: str) -> str:
     assert isinstance(point.x, float)  # noqa: S101 - numeric trends only
     return shown(column, point.x * (1e-3 if column == "clearance_m" else 1.0))
+
+
+def _per_cent(share: float) -> str:
+    """Return the size of a share: whole per cent, two digits below one."""
+    percent = 100.0 * abs(share)
+    return f"{percent:.0f}%" if percent >= 0.995 else f"{percent:.2g}%"

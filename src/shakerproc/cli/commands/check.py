@@ -1,5 +1,6 @@
 """``shakerproc check``."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -144,14 +145,20 @@ def _reason(table: "Table", test: str) -> str:
 
 def _line(off: "Deviation", tolerance: "Tolerance") -> str:
     """Return what a person reads of one deviation."""
+    from shakerproc.runs.telling import beside
+
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""
     found = "missing" if off.found is None else f"found {off.found:.6g}{unit}"
     by = ""
-    if off.found is not None and off.wanted != 0.0:
-        by = f", off by {100.0 * (off.found / off.wanted - 1.0):+.2f} %"
-    elif off.found is not None:
-        by = f", off by {off.found - off.wanted:+.3g}{unit}"
+    if off.found is None or not math.isfinite(off.found):
+        pass
+    elif tolerance.share is not None and off.wanted != 0.0:
+        percent = 100.0 * (off.found - off.wanted) / abs(off.wanted)
+        by = f", off by {beside(percent, 100.0 * tolerance.share, 2)} %"
+    else:
+        decimals = max(0, 2 - math.floor(math.log10(abs(off.found - off.wanted))))
+        by = f", off by {beside(off.found - off.wanted, off.allowed, decimals)}{unit}"
     where = ", ".join(filter(None, place))
     return (
         f"{where}: {off.column}: {found}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"
@@ -164,11 +171,13 @@ def _sum(
     off: int,
     missing: int,
 ) -> str:
+    agree = not off and not missing
     told = ", ".join(
-        f"{n} {'value' if n == 1 else 'values'} of {name} within {wanted[name].text}"
+        f"{n} {'value' if n == 1 else 'values'} of {name} {'within' if agree else 'at'} "
+        f"{wanted[name].text}"
         for name, n in compared.items()
     )
-    if not off and not missing:
+    if agree:
         return f"all hold: {told}"
     parts = [f"{off} {'value is' if off == 1 else 'values are'} off"] if off else []
     parts += (
