@@ -83,6 +83,22 @@ class Channel:
     at: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class UnusedChannel:
+    """A channel that a file holds and nothing is made of.
+
+    Attributes
+    ----------
+    name : str
+        Name in the file, with its group in front where that is another one.
+    why : str
+        Why it is not used, such as ``role: ignore in the log``.
+    """
+
+    name: str
+    why: str
+
+
 class SampleSource(ABC):
     """Where the samples of a recording come from."""
 
@@ -204,6 +220,8 @@ class Recording:
         The file, watched; leaving the ``with`` statement is an error where it has changed.
     skipped : SkippedRows, optional
         What was left out of a text file, on request.
+    unused : tuple of UnusedChannel
+        Every channel of the file that is none of `channels`.
     """
 
     run: str
@@ -219,6 +237,7 @@ class Recording:
     in_file: int | None = None
     file: SourceFile | None = None
     skipped: SkippedRows | None = None
+    unused: tuple[UnusedChannel, ...] = ()
 
     def __post_init__(self) -> None:
         checks.positive("sample_rate", self.sample_rate, "Hz")

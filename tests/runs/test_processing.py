@@ -7,16 +7,17 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.small_campaign import CHANNELS, RATE, samples, write_campaign
 
-from shakerproc.data import STANDARD_GRAVITY, ChannelUse, recording_of_arrays
+from shakerproc.data import STANDARD_GRAVITY, recording_of_arrays
 from shakerproc.errors import LogError, RecordingError, SpectrumError
 from shakerproc.runs import (
+    UnitOption,
     open_path,
     open_test,
     process_recording,
     process_test,
     processing,
     tables,
-    usual_uses,
+    usual_roles,
 )
 from shakerproc.runs.envelope import envelope
 from shakerproc.testlog import Test, ThresholdCrop, TimeCrop, Welch, read_testlog
@@ -129,19 +130,28 @@ def test_what_goes_wrong_names_the_run():
         process_recording(recording, beyond)
 
 
-def test_channels_of_which_nobody_says_anything_get_the_usual_roles():
-    five = usual_uses(["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"])
-    assert [use.role for use in five] == [
-        "control",
-        "control",
-        "response",
-        "response",
-        "response",
-    ]
-    assert [use.name for use in five] == [None, None, "ch3", "ch4", "ch5"]
-    named = usual_uses(["Response X", "Control A"])
-    assert [use.role for use in named] == ["response", "control"]
-    assert usual_uses(["only"]) == (ChannelUse(1, "response"),)
+@pytest.mark.parametrize(
+    ("channels", "roles"),
+    [
+        ("a b c d e f g h", "c c r r r r r r"),
+        ("a b", "c r"),
+        ("only", "r"),
+        ("Response_X Control_A x", "r c r"),
+        ("a:g b:g T:degC c:g", "c c i r"),
+        ("force:N a:g b:g", "f r r"),
+        ("a:g b:g x:mm v:mm/s", "c r d v"),
+        ("Drive:V base:g top:g", "i c r"),
+        ("a:V b:V c:V", "c c r"),
+        ("a:Acceleration b:EU c:EU", "c c r"),
+        ("a:g T:degC b:g", "c c r"),  # refused when its unit is read, never skipped
+    ],
+)
+def test_every_channel_gets_a_role_where_no_log_says_one(channels, roles):
+    pairs = [text.partition(":")[::2] for text in channels.split()]
+    letters = {"c": "control", "r": "response", "i": "ignore", "f": "force"}
+    letters |= {"d": "displacement", "v": "velocity"}
+    found = usual_roles([name for name, _ in pairs], [unit for _, unit in pairs])
+    assert found == tuple(letters[letter] for letter in roles.split())
 
 
 def test_a_test_of_a_log_opens_with_its_roles(tmp_path):
@@ -210,17 +220,13 @@ def test_controls_can_be_named_and_units_given_where_no_log_speaks(tmp_path):
     path.write_text("\n".join(text), encoding="utf-8")
     with pytest.raises(RecordingError, match="has no unit"):
         open_path(path, Test("t"))
-    with open_path(path, Test("t"), controls=["left"], unit="g") as recording:
+    with open_path(path, Test("t"), controls=["left"], unit=UnitOption("g")) as recording:
         assert [c.role for c in recording.channels] == ["response", "control", "response"]
         assert {c.unit for c in recording.channels} == {"m/s^2"}
-    with open_path(path, Test("t"), controls=[], unit="g") as recording:
+    with open_path(path, Test("t"), controls=[], unit=UnitOption("g")) as recording:
         assert {c.role for c in recording.channels} == {"response"}
     with pytest.raises(LogError, match=r"no channel .top. to be a control. It has table, left"):
-        open_path(path, Test("t"), controls=["top"], unit="g")
-
-
-def test_of_two_channels_the_first_is_the_control():
-    assert [use.role for use in usual_uses(["V1", "V2"])] == ["control", "response"]
+        open_path(path, Test("t"), controls=["top"], unit=UnitOption("g"))
 
 
 def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():

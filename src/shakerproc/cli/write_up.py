@@ -15,6 +15,7 @@ from shakerproc.cli.evidence import NONE, Evidence, document, methods_of, sectio
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.runs import RunSummary, telling, trends
+from shakerproc.runs.remarks import by_tests
 from shakerproc.runs.trends import Trend
 
 SCHEMA: Final = "shakerproc-report/1"
@@ -144,6 +145,9 @@ def tell(
     for run in campaign.runs:
         if run.status == "failed":
             output.message(f"test {run.test} failed: {run.error}")
+    runs = [run for run in campaign.runs if run.status == "done"]
+    for line in by_tests((run.test, run.remarks) for run in runs):
+        output.message(line)
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
     whose = f" (omega_e of {channel})" if channel else ""

@@ -65,7 +65,8 @@ def _test(comparison: Comparison, index: int) -> dict[str, Any]:
         "noise_from": test.floor.source,
         "predictable": test.prediction.predictable,
         "growth_of_a_disturbance": test.prediction.simulation.growth,
-        "notes": list(test.measured.notes),
+        "notes": [*test.measured.notes, *test.measured.read],
+        "unused": list(test.measured.unused),
         "sensors": [
             {
                 "sensor": name,

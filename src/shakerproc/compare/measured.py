@@ -1,14 +1,15 @@
 """What a model is held against: the input and every sensor of one test, as arrays in SI."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 from shakerproc.compare.quiet import Quiet, quiet_of
-from shakerproc.data import Channel, FloatArray, Recording
+from shakerproc.data import Channel, FloatArray, Recording, UnusedChannel
 from shakerproc.errors import DiagnosisError, ModelError, SpectrumError
 from shakerproc.models import Model, Sensor
 from shakerproc.runs import find_crop, open_test
+from shakerproc.runs.remarks import unused_lines
 from shakerproc.testlog import Test, TestLog
 
 UNIT_OF: Final = {
@@ -22,6 +23,8 @@ UNIT_OF: Final = {
 
 REACH: Final = 3.0
 """How far above the excited band the response is compared, for its harmonics [-]."""
+
+NO_SENSOR: Final = "neither drives the model nor is a sensor of it"
 
 _DEFAULT_LOW_HZ: Final = 5.0
 _HIGHEST: Final = 0.45  # of the sample rate: above it the recorder's filter rules
@@ -57,6 +60,10 @@ class Measured:
         Noise of every channel, where the recording begins or ends at rest.
     notes : tuple of str
         What had to be decided, a sentence each.
+    read : tuple of str
+        What the reader of the recording had to decide.
+    unused : tuple of UnusedChannel
+        Channels of the file that neither drive the model nor are a sensor of it.
     """
 
     test: Test
@@ -71,6 +78,13 @@ class Measured:
     stop: int
     quiet: Quiet | None
     notes: tuple[str, ...]
+    read: tuple[str, ...] = ()
+    unused: tuple[UnusedChannel, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines for people: what the reader decided, and which channels are not used."""
+        return (*self.read, *unused_lines(self.unused))
 
     @property
     def name(self) -> str:
@@ -124,7 +138,14 @@ def measure(log: TestLog, test: Test, model: Model) -> Measured:
                 f"it. Give it the role response in the log, or take it out of the sensors."
             )
         samples = recording.samples()
-        return _measured(recording, test, samples[inputs], samples[rows], tuple(model.sensors))
+        found = _measured(recording, test, samples[inputs], samples[rows], tuple(model.sensors))
+        return replace(found, read=recording.notes, unused=_unused(recording, {*inputs, *rows}))
+
+
+def _unused(recording: Recording, used: Collection[int]) -> tuple[UnusedChannel, ...]:
+    """Return the channels that the model does not need, and those that nobody uses."""
+    spare = (c.name for i, c in enumerate(recording.channels) if i not in used)
+    return (*(UnusedChannel(name, NO_SENSOR) for name in spare), *recording.unused)
 
 
 def _measured(

@@ -10,13 +10,13 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
-from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, Role, recording_of_arrays
+from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, recording_of_arrays
 from shakerproc.errors import LogError, SimulationError
 from shakerproc.models import BASE, Model
 from shakerproc.planning.acquisition import sample_rate_of_test
 from shakerproc.planning.drive import drive_of_test, length_of_run
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
-from shakerproc.runs import usual_uses
+from shakerproc.runs import usual_roles
 from shakerproc.simulate import Simulation, simulate
 from shakerproc.testlog import Test
 
@@ -159,16 +159,15 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
 def with_usual_roles(recording: Recording) -> Recording:
     """Return a recording of which no log speaks, with the roles that its channels seem to have.
 
-    What is in newtons is a force; of the accelerations, those whose name speaks of control are
-    controls, or else the first two.
+    Channels that have none are left out.
     """
-    uses = usual_uses([channel.source_name for channel in recording.channels])
-    roles: dict[str, Role] = {"N": "force", "m": "displacement", "m/s": "velocity"}
-    channels = tuple(
-        replace(channel, role=roles.get(channel.unit, use.role))
-        for channel, use in zip(recording.channels, uses, strict=False)
+    channels = recording.channels
+    roles = usual_roles([c.source_name for c in channels], [c.source_unit for c in channels])
+    given = replace(
+        recording,
+        channels=tuple(replace(c, role=role) for c, role in zip(channels, roles, strict=True)),
     )
-    return replace(recording.select(range(len(channels))), channels=channels)
+    return given.select([i for i, role in enumerate(roles) if role != "ignore"])
 
 
 def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:

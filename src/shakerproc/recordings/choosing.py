@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc import units
-from shakerproc.data import ChannelUse
+from shakerproc.data import ChannelUse, UnusedChannel
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
@@ -139,6 +139,49 @@ def choose_channels(
 def with_numbers(group: RawGroup) -> tuple[RawChannel, ...]:
     """Return the channels of a group that hold numbers."""
     return tuple(c for c in group.channels if c.promised > 0 and not c.problem)
+
+
+def unused_channels(
+    file: RawFile,
+    group: RawGroup,
+    chosen: Sequence[Chosen],
+    uses: Sequence[ChannelUse] | None,
+    ignored: str,
+) -> tuple[UnusedChannel, ...]:
+    """Return every channel of a file that is not chosen, and why.
+
+    Decimated copies of the channels of another group are left out: they hold nothing else.
+
+    Parameters
+    ----------
+    file : RawFile
+        The file.
+    group : RawGroup
+        The group that was chosen.
+    chosen : sequence of Chosen
+        Its channels that are used.
+    uses : sequence of ChannelUse, optional
+        What is said of its channels.
+    ignored : str
+        Why those with the role ignore are.
+    """
+    used = {id(channel) for channel, _ in chosen}
+    keys = {use.key for use in uses or () if use.role == "ignore"}
+    found = []
+    for number, channel in enumerate(group.channels, 1):
+        if id(channel) in used:
+            continue
+        why = channel.problem or ("" if channel.promised else "it holds no samples")
+        if {channel.name, channel.alias, number} & keys:
+            why = why or ignored
+        found.append(UnusedChannel(channel.name, why or "not named in the log"))
+    others = [g for g in file.groups if g is not group and not g.reduced]
+    return tuple(found) + tuple(
+        UnusedChannel(f"{other.name}/{channel.name}", "in another group")
+        for other in others
+        for channel in other.channels
+        if channel.promised > 0
+    )
 
 
 def _find(group: RawGroup, key: str | int, run: str) -> RawChannel:

@@ -1,11 +1,11 @@
 """Open a recording, whatever its format."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
-from typing import final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from shakerproc.recordings.choosing import (
     choose_group,
     common_length,
     common_rate,
+    unused_channels,
     with_numbers,
 )
 from shakerproc.recordings.csv import read_csv
@@ -53,6 +54,12 @@ READERS: Mapping[str, Reader] = MappingProxyType({
     ".parquet": read_parquet,
 })
 """What opens a file, by its ending in small letters."""
+
+NO_ROLE: Final = "no role fits its unit; a log can give it one"
+IGNORED: Final = "role: ignore in the log"
+
+Decision: TypeAlias = Callable[[RawGroup, Sequence[ChannelUse] | None], Sequence[ChannelUse]]
+"""From a group and what the log says to what its channels are used as."""
 
 
 @final
@@ -82,6 +89,7 @@ def open_recording(
     path: Path | str,
     *,
     uses: Sequence[ChannelUse] | None = None,
+    decide: Decision | None = None,
     sample_rate: float | None = None,
     group: str | None = None,
     run: str | None = None,
@@ -97,6 +105,9 @@ def open_recording(
     uses : sequence of ChannelUse, optional
         What the log says of the channels; by default all channels of the group that hold
         numbers are served, unknown units as they stand in the file.
+    decide : callable, optional
+        From the group and `uses` to what its channels are used as, where the log does not say
+        it all.
     sample_rate : float, optional
         What the log says [Hz]; counts where the file does not say it.
     group : str, optional
@@ -128,9 +139,13 @@ def open_recording(
         if raw.skipped is not None and bad_rows != "skip":
             raise RecordingError(f"{name}: {raw.refusal}")
         among = choose_group(raw, group, uses, name)
-        chosen = choose_channels(among, uses, name)
+        said = uses if decide is None else decide(among, uses)
+        chosen = choose_channels(among, said, name)
         found = _recording(path, name, raw, file, chosen, sample_rate)
-        return replace(found, in_file=len(with_numbers(among)), skipped=raw.skipped)
+        unused = unused_channels(raw, among, chosen, said, NO_ROLE if uses is None else IGNORED)
+        return replace(
+            found, in_file=len(with_numbers(among)), skipped=raw.skipped, unused=unused
+        )
     except BaseException:
         raw.source.close()
         file.close()

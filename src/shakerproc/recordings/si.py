@@ -96,6 +96,22 @@ def parse_unit(text: str) -> tuple[str, float] | None:
     return None
 
 
+def quantity_of(text: str) -> str:
+    """Return the SI unit of what stands for a unit in a file.
+
+    Empty where it says nothing, `UNKNOWN` where it says what is not known here.
+
+    Examples
+    --------
+    >>> quantity_of("g"), quantity_of("Acceleration"), quantity_of("EU"), quantity_of("Pa")
+    ('m/s^2', 'm/s^2', '', '?')
+    """
+    word, known = text.strip().casefold(), parse_unit(text)
+    if not word or word in _NO_UNIT:
+        return ""
+    return _NAMES.get(word, UNKNOWN) if known is None else known[0]
+
+
 def contradicts(file: str, unit: str) -> bool:
     """Return whether numbers cannot be in a unit if the file is right about theirs.
 
@@ -108,13 +124,10 @@ def contradicts(file: str, unit: str) -> bool:
     >>> contradicts("g", "m/s^2"), contradicts("Pa", "g"), contradicts("Deg C", "g")
     (True, True, True)
     """
-    word, other = file.strip().casefold(), parse_unit(unit)
-    if not word or word in _NO_UNIT or other is None:
+    own, other, quantity = parse_unit(file), parse_unit(unit), quantity_of(file)
+    if not quantity or other is None:
         return False
-    if word in _NAMES:
-        return _NAMES[word] != other[0]
-    own = parse_unit(file)
-    return own is None or own[0] != other[0] or abs(own[1] / other[1] - 1.0) > 1e-9
+    return quantity != other[0] or (own is not None and abs(own[1] / other[1] - 1.0) > 1e-9)
 
 
 def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:

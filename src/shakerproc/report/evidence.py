@@ -16,6 +16,7 @@ from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.page import Section, Table
 from shakerproc.report.rivals import laws
 from shakerproc.report.run_view import Drawing
+from shakerproc.runs.remarks import by_tests
 
 TWO_METHODS: Final = (
     "The two kinds of error in this report are not the same: a comparison lets the model run "
@@ -54,6 +55,8 @@ def model_section(models: Models) -> Section:
     paragraphs = [_opened(models.old, sentence(models.before))]
     if after is not None:
         paragraphs.append(_opened(models.new, sentence(after)))
+    told = by_tests((t.measured.name, t.measured.remarks) for t in models.before.tests)
+    paragraphs += [f"{line[0].upper()}{line[1:]}." for line in told]
     forces = figures.restoring_force(models)
     drift = figures.error_in_time(models)
     parts = [

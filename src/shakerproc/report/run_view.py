@@ -66,6 +66,7 @@ class RunView:
     channels: Sequence[Sequence[str]]
     spectrum: str
     withheld: str
+    remarks: Sequence[str]
     recording: str
     sha256: str
 
@@ -92,6 +93,7 @@ def run_view(run: RunSummary, number: int) -> RunView:
         channels=[_channel_row(c, run) for c in run.channels],
         spectrum=_spectrum_note(run),
         withheld=_withheld(run),
+        remarks=run.remarks,
         recording=run.recording,
         sha256=run.sha256,
     )

@@ -1,8 +1,9 @@
 """One test of a log, worked through: recording, crop, spectra, peaks, flags."""
 
-from shakerproc.runs.opening import open_path, open_test, usual_uses
+from shakerproc.runs.opening import open_path, open_test
 from shakerproc.runs.processing import find_crop, process_recording, process_test, welch
 from shakerproc.runs.result import Flag, ResonancePeak, Responses, RunResult
+from shakerproc.runs.roles import UnitOption, usual_roles
 from shakerproc.runs.summary import RunSummary, read_summary, write_summary
 from shakerproc.runs.summing_up import summary_of
 
@@ -12,6 +13,7 @@ __all__ = [
     "Responses",
     "RunResult",
     "RunSummary",
+    "UnitOption",
     "find_crop",
     "open_path",
     "open_test",
@@ -19,7 +21,7 @@ __all__ = [
     "process_test",
     "read_summary",
     "summary_of",
-    "usual_uses",
+    "usual_roles",
     "welch",
     "write_summary",
 ]

@@ -131,7 +131,8 @@ def _process(recording: Recording, test: Test) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=recording.notes,
+        notes=(*recording.notes, *_why_no_response(channels, controls)),
+        unused=recording.unused,
         crop=crop,
         crop_channel=_crop_channel(recording, test),
         band=band,
@@ -154,6 +155,23 @@ def _process(recording: Recording, test: Test) -> RunResult:
         flags=(),
     )
     return replace(result, flags=flagging.flags_of(recording, result))
+
+
+def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
+    """Return why there is no response function, where there is none."""
+    if controls or len(channels) < 2:
+        return []
+    forces = [channel.name for channel in channels if channel.role == "force"]
+    if not forces:
+        return [
+            "No response function: no channel has the role control. Give it to the channel "
+            "that measures the input."
+        ]
+    return [
+        f"No response function: no channel has the role control, and none is computed against "
+        f"a force ({', '.join(forces)}); spectra and peaks are those of each channel alone. "
+        "compare and diagnose take the force as the input (excitation: {force on: ...})."
+    ]
 
 
 def _unit(channels: Sequence[Channel], controls: Sequence[int]) -> str:

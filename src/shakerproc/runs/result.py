@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray
+from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray, UnusedChannel
 from shakerproc.runs.envelope import Envelope
 from shakerproc.runs.levels import Level
 from shakerproc.runs.tracking import Tracking
@@ -149,7 +149,9 @@ class RunResult:
     start_time : datetime, optional
         Of the first sample.
     notes : tuple of str
-        What the reader had to decide.
+        What the reader had to decide, and what cannot be computed, a sentence each.
+    unused : tuple of UnusedChannel
+        Channels of the file that nothing is made of.
     crop : Crop
         The part that was worked through.
     crop_channel : int, optional
@@ -200,6 +202,7 @@ class RunResult:
     expected_samples: int | None
     start_time: datetime | None
     notes: tuple[str, ...]
+    unused: tuple[UnusedChannel, ...]
     crop: Crop
     crop_channel: int | None
     band: tuple[float, float]

@@ -8,6 +8,8 @@ from typing import Final, Literal, TypeAlias
 from pydantic import TypeAdapter
 
 from shakerproc import files
+from shakerproc.data import UnusedChannel
+from shakerproc.runs.remarks import unused_lines
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
 Value: TypeAlias = str | float | int | bool | None
@@ -240,6 +242,10 @@ class RunSummary:
         Limits that the density of the control should keep, in that unit.
     control : ControlSummary or None
         How well the control kept its limits; None where none are demanded, or nothing is seen.
+    notes : tuple of str
+        What the reader had to decide, and what cannot be computed, a sentence each.
+    unused : tuple of UnusedChannel
+        Channels of the file that nothing is made of.
     """
 
     test: str
@@ -262,11 +268,18 @@ class RunSummary:
     channels: tuple[ChannelSummary, ...] = ()
     flags: tuple[FlagSummary, ...] = ()
     curves: tuple[CurveSummary, ...] = ()
+    notes: tuple[str, ...] = ()
+    unused: tuple[UnusedChannel, ...] = ()
 
     @property
     def incomplete(self) -> bool:
         """Whether the recording was cut short."""
         return self.promised_s is not None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines for people: the notes, and which channels are not used."""
+        return (*self.notes, *unused_lines(self.unused))
 
     @property
     def told_status(self) -> str:

@@ -58,6 +58,8 @@ def summary_of(
         channels=tuple(_channel(result, i) for i in range(len(result.channels))),
         flags=tuple(FlagSummary(f.kind, f.channel, f.message) for f in result.flags),
         curves=curves_of(result),
+        notes=result.notes,
+        unused=result.unused,
     )
 
 

@@ -113,6 +113,8 @@ def _provenance(model: Path, log: Path) -> dict[str, object]:
 
 
 def _print(found: "Comparison", json: str | None) -> None:
+    from shakerproc.runs.remarks import by_tests
+
     rows = []
     for test in found.tests:
         for i, (name, e) in enumerate(zip(test.measured.sensors, test.errors, strict=True)):
@@ -127,6 +129,8 @@ def _print(found: "Comparison", json: str | None) -> None:
     )
     if found.refit is not None:
         _print_fit(found.refit, json)
+    for line in by_tests((test.measured.name, test.measured.remarks) for test in found.tests):
+        output.message(line)
     for test in found.tests:
         for note in test.measured.notes:
             output.warning(note)

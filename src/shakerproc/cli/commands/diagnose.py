@@ -33,6 +33,7 @@ def diagnose(
     from shakerproc.cli.machines import LONG, MUCH, Machines
     from shakerproc.compare import measured_tests
     from shakerproc.model_files import read_model
+    from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
 
     announce()
@@ -44,9 +45,12 @@ def diagnose(
     ):
         given = seen if scheduler is None else log
         result = judged(known, given, machines, seed=seed, progress=advance)
-        models = evidence.judged(known, result, measured_tests(seen, known), advance)
+        measured = measured_tests(seen, known)
+        models = evidence.judged(known, result, measured, advance)
         inputs = evidence.inputs_of(seen, testlog, [model])
     show(result, json)
+    for line in by_tests((test.name, test.remarks) for test in measured):
+        output.message(line)
     output.write_json(result.as_json(), json)
     folder = output.out_folder(out, f"{model.stem}_diagnosis")
     files.write_json(folder / "diagnosis.json", result.as_json())

@@ -67,6 +67,7 @@ def _show(
 ) -> None:
     from shakerproc.recordings import health as find_flags
     from shakerproc.recordings import sha256
+    from shakerproc.runs.remarks import unused_lines
 
     path = recording.path or Path(recording.run)
     flags = find_flags(recording) if health else ()
@@ -85,6 +86,7 @@ def _show(
             "duration_s": recording.duration,
             "start_time": recording.start_time,
             "channels": recording.channels,
+            "unused": recording.unused,
             "levels": levels,
             "groups": groups,
             "flags": flags if health else None,
@@ -97,7 +99,7 @@ def _show(
     _channels(recording, levels, json)
     for found in groups if len(groups) > 1 else ():
         output.data(f"group {_described(found)}", json_target=json)
-    for note in recording.notes:
+    for note in (*recording.notes, *unused_lines(recording.unused)):
         output.data(f"note: {note}", json_target=json)
     _health(flags, json, looked=health)
 

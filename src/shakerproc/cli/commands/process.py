@@ -10,7 +10,7 @@ from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from shakerproc.batch.campaign import Products
-    from shakerproc.runs import RunSummary
+    from shakerproc.runs import RunSummary, UnitOption
     from shakerproc.testlog import Test
 
 
@@ -56,13 +56,16 @@ def process(
             metavar="CHANNEL",
             help="Control channel, name or number, or none; all others are responses. May be "
             "repeated.",
-            show_default="first two of five",
+            show_default="by name, or the first two",
         ),
     ] = None,
     unit: Annotated[
         str | None,
         typer.Option(help="Unit of channels that say none, such as g.", show_default="error"),
     ] = None,
+    override_unit: Annotated[
+        bool, typer.Option("--override-unit", help="Take --unit where the file says another.")
+    ] = False,
     no_crop: Annotated[bool, typer.Option("--no-crop", help="Take it all.")] = False,
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
@@ -84,12 +87,15 @@ def process(
 ) -> None:
     """Work one recording through: crop, spectra, peaks, tables and figures.
 
-    Without a log, channels whose name speaks of control are controls; otherwise the first two
-    of the first five, as in the thesis (MATLAB's columns 3 to 7).
+    Without a log, channels in N, m and m/s are forces, displacements and velocities. Of the
+    others, those whose name speaks of control are controls, otherwise the first two, as in the
+    thesis (of two channels the first; none where a force drives the test); all others are
+    responses. What measures something else is not used, and named.
     """
     from shakerproc.batch.campaign import Products
 
-    reading = Reading(group, _controls(control, log), unit)
+    said = _unit(unit, override=override_unit)
+    reading = Reading(group, _controls(control, log), said)
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     chosen = _with_excitation(chosen, excitation, level, from_hz, to_hz, notch_hz)
     chosen = _with_crop(
@@ -218,7 +224,30 @@ class Reading:
 
     group: str | None
     controls: tuple[str, ...] | None
-    unit: str | None
+    unit: "UnitOption | None"
+
+
+def _unit(unit: str | None, *, override: bool) -> "UnitOption | None":
+    """Return what the options say of units.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is no unit of a channel, or there is none to override with.
+    """
+    from shakerproc.recordings.si import parse_unit
+    from shakerproc.runs import UnitOption
+
+    if unit is None:
+        if override:
+            raise typer.BadParameter("goes with --unit", param_hint="--override-unit")
+        return None
+    if parse_unit(unit) is None:
+        raise typer.BadParameter(
+            f"expected the unit of a channel such as g, m/s^2 or N, got {unit!r}",
+            param_hint="--unit",
+        )
+    return UnitOption(unit, override)
 
 
 def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | None:
@@ -250,8 +279,8 @@ def _worked_through(
     files.write_csv(folder / "peaks.csv", tables.peak_columns([summary]))
     files.write_csv(folder / "statistics.csv", tables.statistics_columns([summary]))
     write_summary(folder / "summary.json", summary)
-    for note in result.notes:
-        output.message(f"note: {note}")
+    for remark in summary.remarks:
+        output.message(f"note: {remark}")
     for flag in summary.flags:
         where = f" ({flag.channel})" if flag.channel else ""
         output.warning(f"{flag.kind}{where}: {flag.message}")

@@ -1,0 +1,213 @@
+"""What channels are used as where no log says it, and the unit that an option gives them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final, final
+
+from shakerproc.data import ChannelUse, Role
+from shakerproc.errors import LogError
+from shakerproc.recordings.choosing import with_numbers
+from shakerproc.recordings.guard import shown
+from shakerproc.recordings.raw import RawChannel, RawGroup
+from shakerproc.recordings.si import contradicts, parse_unit, quantity_of
+
+_CONTROL_WORDS: Final = ("control", "ctrl", "drive", "table", "base", "shaker")
+_BY_UNIT: Mapping[str, Role] = MappingProxyType({
+    "N": "force",
+    "m": "displacement",
+    "m/s": "velocity",
+})
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class UnitOption:
+    """A unit for the channels of a recording.
+
+    Attributes
+    ----------
+    unit : str
+        Such as ``g``.
+    override : bool
+        Whether it counts where the file says another.
+    """
+
+    unit: str
+    override: bool = False
+
+
+def usual_roles(
+    names: Sequence[str], units: Sequence[str], controls: Sequence[int] | None = None
+) -> tuple[Role, ...]:
+    """Return the roles of channels of which no log speaks.
+
+    What is in newtons, metres or metres per second is a force, a displacement or a velocity.
+    Of the others those whose name speaks of control are controls. Where no name does, the first
+    two are (of two channels the first, of one none), unless a force drives the test. All others
+    are responses, but for those that measure something else, which are ignored.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the channels in the file.
+    units : sequence of str
+        Their units as they stand there; empty where it says none.
+    controls : sequence of int, optional
+        Which are the controls, from 0, where somebody says it.
+
+    Examples
+    --------
+    >>> usual_roles(["a", "b", "c", "d"], ["g", "g", "g", "Deg C"])
+    ('control', 'control', 'response', 'ignore')
+    """
+    quantities = [quantity_of(unit) for unit in units]
+    rest = [i for i, quantity in enumerate(quantities) if quantity not in _BY_UNIT]
+    fit = [i for i in rest if quantities[i] in {"", "m/s^2"}] or rest
+    if controls is None:
+        controls = _controls(names, rest, fit, forced="N" in quantities)
+    return tuple(
+        "control"
+        if i in controls
+        else _BY_UNIT.get(quantity, "response" if i in fit else "ignore")
+        for i, quantity in enumerate(quantities)
+    )
+
+
+def _controls(
+    names: Sequence[str], rest: Sequence[int], fit: Sequence[int], *, forced: bool
+) -> Sequence[int]:
+    spoken = [i for i in rest if _speaks_of_control(names[i])]
+    if spoken:
+        return [i for i in spoken if i in fit] or spoken
+    return () if forced else rest[: 2 if len(rest) > 2 else len(rest) // 2]
+
+
+def _speaks_of_control(name: str) -> bool:
+    return any(word in name.lower() for word in _CONTROL_WORDS)
+
+
+def usual_uses(
+    group: RawGroup, run: str, controls: Sequence[str] | None, said: UnitOption | None
+) -> tuple[ChannelUse, ...]:
+    """Return what the channels of a group are used as where no log says it.
+
+    Responses keep the numbers ch3, ch4, ... of the thesis where only their place tells which
+    channels are controls.
+
+    Parameters
+    ----------
+    group : RawGroup
+        The group.
+    run : str
+        Opens every message.
+    controls : sequence of str, optional
+        Names or numbers of the controls, where somebody says them.
+    said : UnitOption, optional
+        Unit of the channels that say none.
+
+    Raises
+    ------
+    LogError
+        If there is no such control, or the unit contradicts the file.
+    """
+    held = with_numbers(group)
+    names = [channel.name for channel in held]
+    units = [_unit(channel, said) for channel in held]
+    roles = usual_roles(names, units, _named(run, names, controls))
+    guessed = controls is None and not any(map(_speaks_of_control, names))
+    numbered = guessed and "control" in roles
+    uses = tuple(
+        ChannelUse(
+            group.channels.index(channel) + 1,
+            role,
+            name=f"ch{i}" if numbered and role == "response" else None,
+        )
+        for i, (channel, role) in enumerate(zip(held, roles, strict=True), 1)
+    )
+    return uses if said is None else with_unit(uses, group, said, run)
+
+
+def _named(
+    run: str, names: Sequence[str], controls: Sequence[str] | None
+) -> tuple[int, ...] | None:
+    """Return which channels are controls, given by name or number.
+
+    Raises
+    ------
+    LogError
+        If there is no such channel.
+    """
+    if controls is None:
+        return None
+    for wanted in controls:
+        if wanted not in names and not (wanted.isdigit() and 1 <= int(wanted) <= len(names)):
+            there = ", ".join(names)
+            raise LogError(f"{run}: no channel {wanted!r} to be a control. It has {there}.")
+    return tuple(i for i, name in enumerate(names) if {name, str(i + 1)} & set(controls))
+
+
+def _unit(channel: RawChannel, said: UnitOption | None) -> str:
+    """Return the unit that decides the role of a channel: the file's, or the option's."""
+    own = quantity_of(channel.unit)
+    if said is None or own in _BY_UNIT:
+        return channel.unit
+    return said.unit if said.override or not own else channel.unit
+
+
+def with_unit(
+    uses: Sequence[ChannelUse], group: RawGroup, said: UnitOption, run: str
+) -> tuple[ChannelUse, ...]:
+    """Return uses with a unit where neither the file nor the log says one.
+
+    Raises
+    ------
+    LogError
+        If the unit contradicts the log, or the file and does not override it.
+    """
+    by_key = {channel.name: channel for channel in group.channels} | dict(
+        enumerate(group.channels, 1)
+    )
+    found, against = [], []
+    for use in uses:
+        channel = by_key.get(use.key)
+        if use.role == "ignore" or channel is None:
+            found.append(use)
+            continue
+        _check_log(use, said, run)
+        own = quantity_of(channel.unit)
+        foreign = own in _BY_UNIT and own != quantity_of(said.unit)
+        if contradicts(channel.unit, said.unit) and not foreign:
+            against.append(channel)
+            found.append(replace(use, unit=said.unit, override=True))
+        else:
+            silent = parse_unit(channel.unit) is None
+            found.append(replace(use, unit=said.unit) if silent else use)
+    if against and not said.override:
+        raise LogError(_against(run, against, said.unit))
+    return tuple(found)
+
+
+def _check_log(use: ChannelUse, said: UnitOption, run: str) -> None:
+    """Pass a channel of which the log says no other unit.
+
+    Raises
+    ------
+    LogError
+        If it does.
+    """
+    other = f"sensitivity: {use.sensitivity}" if use.sensitivity else f"unit: {use.unit}"
+    if use.sensitivity or (use.unit is not None and contradicts(use.unit, said.unit)):
+        raise LogError(
+            f"{run}: the log says {other} for channel {use.key}, --unit says {said.unit}. Take "
+            "one of them out."
+        )
+
+
+def _against(run: str, channels: Sequence[RawChannel], unit: str) -> str:
+    told = ", ".join(f"{shown(c.name)} in {shown(c.unit, 30)}" for c in channels[:8])
+    more = f" and {len(channels) - 8} more" if len(channels) > 8 else ""
+    return (
+        f"{run}: --unit says {unit}, the file says {told}{more}. Take --unit out or, where the "
+        "file is wrong, add --override-unit."
+    )
