@@ -128,10 +128,12 @@ def test_an_index_file_itself_is_refused(write):
 def test_a_file_that_changes_while_open_is_refused(write, change, match):
     content = two_channels().content
     path = write(content)
-    with open_recording(path) as recording:
-        path.write_bytes(content[:change] if change < 0 else content + b"\0" * change)
-        with pytest.raises(RecordingError, match=match):
-            recording.samples()
+    recording = open_recording(path)
+    path.write_bytes(content[:change] if change < 0 else content + b"\0" * change)
+    with pytest.raises(RecordingError, match=match):
+        recording.samples()
+    with pytest.raises(RecordingError, match="changed"):
+        recording.__exit__(None)
 
 
 def test_a_closed_recording_says_so(write):

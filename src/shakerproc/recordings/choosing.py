@@ -247,7 +247,12 @@ def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
         )
     n_samples = min(channel.n_samples for channel, _ in chosen)
     if not n_samples:
-        raise RecordingError(f"{run}: there is not one complete row of samples.")
+        none = next(channel for channel, _ in chosen if not channel.n_samples)
+        raise RecordingError(
+            f"{run}: there is not one complete row of samples: channel {shown(none.name)} "
+            f"holds none of its {none.promised}. Copy the file again, or leave the channel out "
+            "of the log."
+        )
     promised = next(iter(by_length))
     return n_samples, promised if promised > n_samples else None
 

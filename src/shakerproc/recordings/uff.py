@@ -1,19 +1,21 @@
-"""Read UFF: the time records (dataset 58, text or binary) through pyuff."""
+"""Read UFF: the time records (dataset 58, text or binary)."""
 
 import math
 import re
-from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from shakerproc.data import ArraySource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.uff_records import Record, UffError, data_sets, record_of
 
 LARGEST: Final = 1 << 30
+KIND: Final = 58
 TIME_RESPONSE: Final = 1
 _EXACT: Final = re.compile(r"sample rate ([0-9.eE+-]{1,30}) Hz")
 
@@ -32,86 +34,81 @@ def read_uff(path: Path, run: str) -> RawFile:
                 f"{run}: more than {LARGEST >> 20} MB are too many to hold in memory. "
                 "Export the recording as TDMS instead."
             )
+        content = path.read_bytes()
     except OSError as error:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    records, others = _records(path, run)
+    try:
+        records, others = _records(content)
+    except UffError as error:
+        raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     if not records:
         raise RecordingError(
             f"{run}: no time record (dataset 58, function type 1) among {others} datasets. "
             "Export the time histories, not the spectra."
         )
-    names = _names(records)
-    channels = []
-    for row, (record, name) in enumerate(zip(records, names, strict=True)):
-        promised = int(record["num_pts"])
-        if record["data"].size > promised:
-            raise RecordingError(
-                f"{run}: record {shown(name)} holds {record['data'].size} values but says "
-                f"{promised}. {AGAIN}"
-            )
-        rate, problem = _rate(record)
-        channels.append(
-            RawChannel(
-                name=name,
-                row=row,
-                n_samples=record["data"].size,
-                promised=promised,
-                unit=_unit(record),
-                sample_rate=rate,
-                rate_problem=problem,
-            )
-        )
-    longest = max(record["data"].size for record in records)
-    values = np.full((len(records), longest), np.nan)
+    longest = max(record.promised for record in records)
+    channels = tuple(
+        _channel(record, name, row, longest)
+        for row, (record, name) in enumerate(zip(records, _names(records), strict=True))
+    )
+    most = max(record.values.size for record in records)
+    values = np.full((len(records), most), np.nan)
     for row, record in enumerate(records):
-        values[row, : record["data"].size] = record["data"]
-    notes = []
+        values[row, : record.values.size] = record.values
+    notes = [
+        f"The file is not whole: it ends inside {shown(c.name)}, {c.n_samples} of "
+        f"{c.promised} values."
+        for c, record in zip(channels, records, strict=True)
+        if record.cut
+    ]
     if others:
         notes.append(f"{others} datasets that are no time records are left out.")
-    if any(c.n_samples < c.promised for c in channels):
-        notes.append("The file is not whole: a record is shorter than it says.")
-    return RawFile((RawGroup("", tuple(channels)),), ArraySource(values), tuple(notes))
+    return RawFile((RawGroup("", channels),), ArraySource(values), tuple(notes))
 
 
-def _records(path: Path, run: str) -> tuple[list[dict[str, Any]], int]:
+def _records(content: bytes) -> tuple[list[Record], int]:
     """Return the time records and how many other datasets there are."""
-    import pyuff
-
-    with foreign(run, "reading the datasets"):
-        file = pyuff.UFF(str(path))
-        kinds = [int(kind) for kind in file.get_set_types()]
-        records = []
-        for number, kind in enumerate(kinds):
-            if kind != 58:
-                continue
-            record = file.read_sets(number)
-            if record["func_type"] == TIME_RESPONSE and not np.iscomplexobj(record["data"]):
-                records.append(record)
-    return records, len(kinds) - len(records)
+    found = list(data_sets(content))
+    every = [record_of(content, one) for one in found if one.kind == KIND]
+    times = [r for r in every if r.function == TIME_RESPONSE and not r.is_complex]
+    return times, len(found) - len(times)
 
 
-def _names(records: list[dict[str, Any]]) -> list[str]:
+def _channel(record: Record, name: str, row: int, longest: int) -> RawChannel:
+    """Return a record as a channel; where it does not say its length it is as the others."""
+    rate, problem = _rate(record, name)
+    return RawChannel(
+        name=name,
+        row=row,
+        n_samples=record.values.size,
+        promised=record.promised if record.promised >= 0 else max(longest, 1),
+        unit="" if record.unit in {"NONE", "None"} else record.unit,
+        sample_rate=rate,
+        rate_problem=problem,
+    )
+
+
+def _names(records: Sequence[Record]) -> list[str]:
     """Return the first description that tells the records apart."""
-    for field in ("id1", "rsp_ent_name", "id4"):
-        names = [str(record.get(field, "")).strip() for record in records]
-        if all(name and name != "NONE" for name in names) and max(Counter(names).values()) == 1:
-            return names
+    told = [r for r in records if r.texts]
+    for kind in ("id1", "place", "id4"):
+        names = [{"id1": r.texts[0], "place": r.place, "id4": r.texts[3]}[kind] for r in told]
+        if names and all(n and n != "NONE" for n in names) and len(set(names)) == len(names):
+            rest = [f"record {number + 1}" for number in range(len(told), len(records))]
+            return names + rest
     return [f"record {number + 1}" for number in range(len(records))]
 
 
-def _unit(record: dict[str, Any]) -> str:
-    text = str(record.get("ordinate_axis_units_lab", "")).strip()
-    return "" if text in {"NONE", "None"} else text
-
-
-def _rate(record: dict[str, Any]) -> tuple[float | None, str]:
+def _rate(record: Record, name: str) -> tuple[float | None, str]:
     """Return the rate of an evenly spaced record; the format rounds its step to six digits."""
-    step = float(record["abscissa_inc"])
-    if record["abscissa_spacing"] != 1 or not math.isfinite(step) or step <= 0.0:
-        return None, f"the step of record {shown(record['id1'], 30)} is {step:g} s"
-    rate = 1.0 / step
+    if not record.texts:
+        return None, "the file ends inside its header"
+    step = record.step
+    rate = 1.0 / step if step else math.inf
+    if not (math.isfinite(step) and step > 0.0 and math.isfinite(rate)):
+        return None, f"the step of record {shown(name, 30)} is {step:g} s"
     doubt = 0.5e-5 / (step / 10.0 ** math.floor(math.log10(step))) + 1e-12
-    exact = _EXACT.search(str(record.get("id5", "")))
+    exact = _EXACT.search(record.texts[4])
     candidates = [float(exact[1])] if exact and _is_float(exact[1]) else []
     candidates.append(float(round(rate)))
     for candidate in candidates:
