@@ -64,6 +64,10 @@ class PrintingError(ShakerprocError):
     """A report cannot be printed."""
 
 
+class OutputError(ShakerprocError):
+    """A place for results cannot be written to."""
+
+
 class ClusterError(ShakerprocError):
     """The cluster that was asked for cannot be used, or is lost."""
 

@@ -2,15 +2,17 @@
 
 import csv
 import dataclasses
+import errno
 import io
 import json
 import math
 import os
 import secrets
 import shutil
+import stat
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -35,6 +37,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
     OSError
         If it cannot be written, with the name that it should have had.
     """
+    if is_special(path):
+        raise OSError(errno.EINVAL, "is no regular file, and cannot become one", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}{path.suffix}")
     try:
@@ -52,20 +56,29 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def staged(folder: Path) -> Iterator[Path]:
-    """Yield a temporary folder whose files move into `folder` once the block has succeeded.
+    """Yield a temporary folder in another one, which goes with the block.
 
-    So that results of one run stand beside each other, or none of them.
+    What is written there moves to its place with `move_into` once all of it is there, so that
+    results of one run stand beside each other, or none of them.
     """
-    temporary = folder.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}")
+    temporary = folder / f"{TEMPORARY_PREFIX}{secrets.token_hex(6)}"
     temporary.mkdir(parents=True)
     try:
         yield temporary
-        for path in sorted(p for p in temporary.rglob("*") if p.is_file()):
-            target = folder / path.relative_to(temporary)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            _replace(path, target)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+        with suppress(OSError):  # others are in it
+            folder.rmdir()
+
+
+def move_into(folder: Path, temporary: Path) -> list[Path]:
+    """Move every file of a temporary folder to its place in another one; return the files."""
+    moved = []
+    for path in sorted(p for p in temporary.rglob("*") if p.is_file()):
+        moved.append(folder / path.relative_to(temporary))
+        moved[-1].parent.mkdir(parents=True, exist_ok=True)
+        _replace(path, moved[-1])
+    return moved
 
 
 def _replace(source: Path, target: Path) -> None:
@@ -80,8 +93,35 @@ def _replace(source: Path, target: Path) -> None:
     source.replace(target)
 
 
+def is_special(path: Path) -> bool:
+    """Return whether a path is written into and never replaced: a device, a pipe, a handle.
+
+    What stands below ``/dev`` or ``/proc`` is a handle even where it leads to a regular file,
+    which somebody else has open.
+    """
+    if Path(os.path.abspath(path)).parts[1:2] in {("dev",), ("proc",)}:  # noqa: PTH100 no links
+        return True
+    try:
+        return not stat.S_ISREG(path.stat().st_mode)
+    except OSError:
+        return False
+
+
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
+    """Write a file whole or not at all; into what is no file, straight.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    if is_special(path):
+        try:
+            with path.open("ab") as file:
+                file.write(content)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        return
     with atomic_path(path) as temporary:
         temporary.write_bytes(content)
 

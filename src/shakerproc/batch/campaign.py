@@ -12,6 +12,7 @@ from typing import Final, TypeAlias
 from shakerproc import files
 from shakerproc.batch.manifest import (
     NOTHING,
+    SINGLE,
     Entry,
     Manifest,
     key_of,
@@ -207,7 +208,7 @@ def _ready(
         if problem is None and before and before.recording_sha256 and not accept_changed:
             problem = _changed(test, before.recording_sha256, digest)
             digest = before.recording_sha256
-        key = key_of(digest, [_input_of(test), asdict(products)])
+        key = key_of(digest, [input_of(test), asdict(products)])
         if problem is not None:
             left = {} if before is None else before.outputs
             entries[name] = Entry("failed", key, digest, left, "input", str(problem))
@@ -258,7 +259,7 @@ def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
     )
 
 
-def _input_of(test: Test) -> dict[str, object]:
+def input_of(test: Test) -> dict[str, object]:
     """Return what the log says of a test, without where it says so."""
     return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
 
@@ -266,8 +267,19 @@ def _input_of(test: Test) -> dict[str, object]:
 def _known(
     root: Path, names: Collection[str], on_outdated: Callable[[int], None] | None
 ) -> Manifest:
-    """Return what is known of a folder; of results that are not relied on, only their files."""
+    """Return what is known of a folder; of results that are not relied on, only their files.
+
+    Raises
+    ------
+    ShakerprocError
+        If it holds results that are not those of a batch.
+    """
     known = read_manifest(root)
+    if SINGLE in known.runs:
+        raise ShakerprocError(
+            f"{root}: holds the results of a single recording; choose another folder with "
+            "--out, or move this one away."
+        )
     if not known.outdated:
         return known
     done = [n for n, entry in known.runs.items() if entry.status == "done" and n in names]

@@ -18,6 +18,9 @@ NAME: Final = "manifest.json"
 SCHEMA: Final = "shakerproc-manifest/2"
 """In 1, the hash of a recording was taken before the recording was read, at another time."""
 
+SINGLE: Final = "process"
+"""Name of the only entry where a folder holds the results of a single recording."""
+
 Status: TypeAlias = Literal["done", "failed"]
 
 

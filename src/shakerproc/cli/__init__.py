@@ -4,6 +4,7 @@ import errno
 import gc
 import os
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -65,6 +66,7 @@ def build_app() -> typer.Typer:
 def main() -> None:
     """Run the command line and exit with the status that docs/cli.md lists."""
     gc.set_threshold(_LEFT_LYING)
+    _fill_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # an old Windows code page has no omega
@@ -83,6 +85,16 @@ def main() -> None:
     except KeyboardInterrupt:
         output.message("interrupted")
         sys.exit(130)
+
+
+def _fill_closed_streams() -> None:
+    """Let what is printed to a stream that the caller closed vanish.
+
+    Its number would go to the next file that is opened, which others would then print into.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
 
 
 def _fail(text: str, status: int) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias
 import typer
 
 from shakerproc import files
+from shakerproc.errors import OutputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,16 +22,87 @@ _BETWEEN: Final = 3
 _BARS: Final[list["Console"]] = []
 """Where a bar is being drawn: what is said meanwhile must not run into it."""
 
+STDOUT: Final = "-"
+"""The target of JSON that is stdout."""
+
+
+def checked_json(target: str | None) -> str | None:
+    """Return where JSON is to go, looked at before the long work.
+
+    Raises
+    ------
+    OutputError
+        If nothing can be written there.
+    """
+    if target is None:
+        return None
+    if target == STDOUT or _is_stdout(Path(target)):
+        if stdout_is_closed():
+            raise OutputError("--json -: stdout is closed. Name a file instead.")
+        return STDOUT
+    path = Path(target)
+    if path.is_dir():
+        raise OutputError(f"--json {target}: this is a folder. Name a file in it.")
+    if not path.parent.is_dir():
+        raise OutputError(
+            f"--json {target}: there is no folder {path.parent}. Make it first, or name a file "
+            "in one that is there."
+        )
+    if not os.access(path if files.is_special(path) else path.resolve().parent, os.W_OK):
+        raise OutputError(f"--json {target}: may not be written. Name another file.")
+    return target
+
+
+def checked_folder(folder: Path | None) -> Path | None:
+    """Return a folder for results, looked at before the long work; it need not be there yet.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made, or nothing can be written there.
+    """
+    if folder is None:
+        return None
+    there = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise OutputError(f"{folder}: {there} is no folder. Choose another folder for results.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise OutputError(f"{folder}: {there} may not be written. Choose another folder.")
+    return folder
+
+
+def _is_stdout(path: Path) -> bool:
+    """Return whether a path is another name of this program's stdout."""
+    if stdout_is_closed() or not files.is_special(path):
+        return False
+    try:
+        return os.path.samestat(path.stat(), os.fstat(1))
+    except OSError:
+        return False
+
+
+def stdout_is_closed() -> bool:
+    """Return whether whoever called the program gave it no stdout."""
+    return sys.__stdout__ is None
+
+
 JsonOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        "--json", metavar="FILE", help="Write the result as JSON to FILE, or to stdout with -."
+        "--json",
+        metavar="FILE",
+        help="Write the result as JSON to FILE, or to stdout with -.",
+        callback=checked_json,
     ),
 ]
 OutOption: TypeAlias = Annotated[
     Path | None,
     typer.Option(
-        "--out", metavar="FOLDER", file_okay=False, help="Folder for tables and figures."
+        "--out",
+        metavar="FOLDER",
+        file_okay=False,
+        help="Folder for tables and figures.",
+        callback=checked_folder,
     ),
 ]
 
@@ -39,15 +111,17 @@ def write_json(document: object, target: str | Path | None) -> None:
     """Write a document to a file, to stdout where the target is "-", or nowhere."""
     if target is None:
         return
-    if str(target) == "-":
+    if str(target) == STDOUT:
         typer.echo(files.json_text(document), nl=False)
     else:
-        files.write_json(Path(target), document)
+        path = Path(target)
+        files.write_json(path if files.is_special(path) else path.resolve(), document)
 
 
 def out_folder(folder: Path | None, default: str) -> Path:
     """Return the folder for results, made if need be."""
     chosen = Path(default) if folder is None else folder
+    checked_folder(chosen)
     chosen.mkdir(parents=True, exist_ok=True)
     return chosen
 

@@ -30,37 +30,32 @@ def work_through(job: Job) -> dict[str, Any]:
             if recording.file is not None:
                 check_recording(job, recording.file)
             result = process_recording(recording, test)
-            written = write_products(result, recording, folder, job.products)
+            write_products(result, recording, folder, job.products)
             digest = recording.sha256()
         summary = summary_of(result, str(test.id), facts_of(test), job.recording, digest)
         write_summary(folder / SUMMARY, summary)
-        names = [path.relative_to(folder) for path in (*written, folder / SUMMARY)]
-    outputs = hashes(job.root, [job.folder / name for name in names])
+        outputs = hashes(job.root, files.move_into(job.folder, folder))
     return {"outputs": outputs, "sha256": digest}
 
 
 def write_products(
     result: RunResult, recording: Recording, folder: Path, products: Products
-) -> list[Path]:
-    """Write tables, figures and exports of a run, and return the files."""
-    written = [folder / "spectra.csv"]
-    files.write_csv(written[0], tables.spectra_columns(result))
+) -> None:
+    """Write tables, figures and exports of a run."""
+    files.write_csv(folder / "spectra.csv", tables.spectra_columns(result))
     for name, columns in (
         ("notch.csv", tables.notch_columns(result)),
         ("sweep.csv", tables.sweep_columns(result)),
         ("tones.csv", tables.tone_columns(result)),
     ):
         if columns:
-            written.append(folder / name)
-            files.write_csv(written[-1], columns)
+            files.write_csv(folder / name, columns)
     for kind in products.exports:
-        written.append(folder / f"spectra.{kind}")
-        EXPORTS[kind](result, written[-1])
+        EXPORTS[kind](result, folder / f"spectra.{kind}")
     if products.thesis:
-        written += write_thesis_tables(result, recording, folder / "thesis")
+        write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
-        written += draw_run(result, title_of(result.test, result.run), folder)
-    return written
+        draw_run(result, title_of(result.test, result.run), folder)
 
 
 def title_of(test: Test, run: str) -> str:

@@ -40,6 +40,7 @@ def add(
     announce()
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
+    output.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model).model
     places = None if between is None else [part.strip() for part in between.split(",")]
     with output.progress("add", 3) as advance:

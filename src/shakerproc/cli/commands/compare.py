@@ -61,6 +61,8 @@ def compare(
     from shakerproc.testlog import read_testlog
 
     announce()
+    folder = Path(f"{model.stem}_compare") if out is None else out
+    output.checked_folder(folder)
     campaign, shaken = read_testlog(log), read_model(model)
     older = shaken if before is None else read_model(before)
     with output.progress("compare", len(campaign.tests)) as advance:
@@ -72,7 +74,6 @@ def compare(
         if before is not None or fit:
             old = compare_tests(older, measured, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
-    folder = output.out_folder(out, f"{model.stem}_compare")
     document = {**_provenance(model, log), **document_of(found)}
     files.write_json(folder / "compare.json", document)
     rows = rows_of(found)

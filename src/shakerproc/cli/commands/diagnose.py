@@ -37,6 +37,8 @@ def diagnose(
     from shakerproc.testlog import read_testlog
 
     announce()
+    folder = Path(f"{model.stem}_diagnosis") if out is None else out
+    output.checked_folder(folder)
     log, known = read_testlog(testlog), read_model(model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
     with (
@@ -52,7 +54,6 @@ def diagnose(
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
     output.write_json(result.as_json(), json)
-    folder = output.out_folder(out, f"{model.stem}_diagnosis")
     files.write_json(folder / "diagnosis.json", result.as_json())
     found = evidence.Evidence(models, result, inputs)
     page = evidence.write_evidence(folder, log.title, result.sentence, found)

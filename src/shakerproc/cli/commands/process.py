@@ -93,6 +93,7 @@ def process(
     responses. What measures something else is not used, and named.
     """
     from shakerproc.batch.campaign import Products
+    from shakerproc.batch.single import folder_name
 
     said = _unit(unit, override=override_unit)
     reading = Reading(group, _controls(control, log), said)
@@ -118,7 +119,7 @@ def process(
     if bad_rows is not None:
         skip = options.bad_rows_of(bad_rows)
         chosen = replace(chosen, processing=replace(chosen.processing, bad_rows=skip))
-    folder = output.out_folder(out, f"{recording.stem}_results")
+    folder = output.out_folder(out, folder_name(recording, chosen))
     products = Products(figures, options.exports_of(export), thesis)
     summary = _worked_through(recording, chosen, reading, folder, products)
     output.write_json(summary, json)
@@ -264,21 +265,30 @@ def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | N
 def _worked_through(
     path: Path, test: "Test", reading: Reading, folder: Path, products: "Products"
 ) -> "RunSummary":
+    from dataclasses import asdict
+
     from shakerproc import files
+    from shakerproc.batch.campaign import SUMMARY, input_of
+    from shakerproc.batch.lock import locked
+    from shakerproc.batch.single import check_folder, put_in_place
     from shakerproc.cli.work import write_products
-    from shakerproc.recordings import sha256
     from shakerproc.runs import open_path, process_recording, summary_of, tables, write_summary
     from shakerproc.testlog import facts_of
 
-    with open_path(
-        path, test, group=reading.group, controls=reading.controls, unit=reading.unit
-    ) as opened:
-        result = process_recording(opened, test)
-        write_products(result, opened, folder, products)
-    summary = summary_of(result, str(test.id), facts_of(test), path.name, sha256(path))
-    files.write_csv(folder / "peaks.csv", tables.peak_columns([summary]))
-    files.write_csv(folder / "statistics.csv", tables.statistics_columns([summary]))
-    write_summary(folder / "summary.json", summary)
+    with locked(folder), files.staged(folder) as staged:
+        with open_path(
+            path, test, group=reading.group, controls=reading.controls, unit=reading.unit
+        ) as opened:
+            if opened.file is not None:
+                check_folder(folder, opened.file.first_sha256())
+            result = process_recording(opened, test)
+            write_products(result, opened, staged, products)
+            digest = opened.sha256()
+        summary = summary_of(result, str(test.id), facts_of(test), path.name, digest)
+        files.write_csv(staged / "peaks.csv", tables.peak_columns([summary]))
+        files.write_csv(staged / "statistics.csv", tables.statistics_columns([summary]))
+        write_summary(staged / SUMMARY, summary)
+        put_in_place(folder, staged, digest, [input_of(test), asdict(products)])
     for remark in summary.remarks:
         output.message(f"note: {remark}")
     for flag in summary.flags:

@@ -1,0 +1,75 @@
+"""The folder of one recording's results: of that recording alone, all of one run."""
+
+from pathlib import Path
+from typing import Final
+
+from shakerproc import files
+from shakerproc.batch.campaign import SUMMARY, folder_names
+from shakerproc.batch.manifest import (
+    SINGLE,
+    Entry,
+    Manifest,
+    hashes,
+    key_of,
+    read_manifest,
+    remove_outputs,
+    write_manifest,
+)
+from shakerproc.errors import ShakerprocError
+from shakerproc.testlog import Test
+
+_ALWAYS: Final = (SUMMARY, "spectra.csv", "peaks.csv", "statistics.csv")
+"""What betrays results, of whatever they are."""
+
+_REMEDY: Final = "choose another folder with --out, or move this one away"
+
+
+def folder_name(recording: Path, test: Test) -> str:
+    """Return how the folder of one recording's results is called.
+
+    After the test of the log; without one after the recording and the folder that it lies in,
+    because some programs give every recording the same name.
+    """
+    if test.recording is not None:
+        return f"{folder_names([test])[test.id]}_results"
+    return "_".join([*recording.absolute().parent.parts[1:][-1:], recording.stem, "results"])
+
+
+def check_folder(folder: Path, sha256: str) -> None:
+    """Pass a folder that holds no results, or those of this very recording.
+
+    Raises
+    ------
+    ShakerprocError
+        If it holds those of another recording, or of a batch.
+    """
+    runs = read_manifest(folder).runs
+    entry = runs.get(SINGLE)
+    if set(runs) - {SINGLE}:
+        raise ShakerprocError(f"{folder}: holds the results of a batch; {_REMEDY}.")
+    if entry is not None and entry.recording_sha256 != sha256:
+        raise ShakerprocError(
+            f"{folder}: holds the results of another recording (SHA-256 "
+            f"{entry.recording_sha256[:12]}..., this one has {sha256[:12]}...); {_REMEDY}."
+        )
+    there = [name for name in _ALWAYS if (folder / name).exists()]
+    if entry is None and there:
+        raise ShakerprocError(
+            f"{folder}: holds {there[0]}, and nothing says of which recording; {_REMEDY}."
+        )
+
+
+def put_in_place(folder: Path, staged: Path, sha256: str, described: object) -> None:
+    """Move the results of a recording into their folder, in place of those of an earlier run.
+
+    At any moment the manifest lists whatever of them is there.
+    """
+    before = read_manifest(folder).runs.get(SINGLE)
+    old = {} if before is None else before.outputs
+    new = hashes(staged, [path for path in staged.rglob("*") if path.is_file()])
+    key = key_of(sha256, described)
+    underway = Entry("failed", key, sha256, {**old, **new}, "killed", "not finished")
+    write_manifest(folder, Manifest({SINGLE: underway}))
+    remove_outputs(folder, set(old) - set(new))
+    files.move_into(folder, staged)
+    write_manifest(folder, Manifest({SINGLE: Entry("done", key, sha256, new)}))
