@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test quick check docs lint benchmark fuzz blind chaos clean
+.PHONY: demo test quick check docs lint benchmark verdicts fuzz blind chaos clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -33,6 +33,9 @@ docs: $(READY)  ## the manual, to read: build/site/index.html
 
 benchmark: $(READY)  ## ratios of speed and memory, each within one run
 	$(BIN)/python -m benchmarks
+
+verdicts: $(READY)  ## every study and statement of the thesis, judged in both places
+	$(BIN)/python -m benchmarks.verdicts
 
 chaos: $(READY)  ## kill a batch 500 times at random moments, resume, compare every output
 	$(BIN)/python -m tests.batch.chaos 500

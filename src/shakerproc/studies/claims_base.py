@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, final
+from functools import cache
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.studies.estimators import omega_e, spectrum
-from shakerproc.studies.simulated import ensemble, simulated
+from shakerproc.studies.checks import Checked, Trend, Verdict, trends, verdict_of
+from shakerproc.studies.kinds.grid import PeakOfRun, peak_of_run
 from shakerproc.studies.study import Measure, Run
 
 PERIODOGRAM: Final = Measure()
@@ -17,17 +18,28 @@ WELCH: Final = Measure(estimator="welch", segment=2048)
 SWEEP: Final = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
 STIFFNESS: Final = 1000.0
 DAMPING_RATIO: Final = 0.01
-NEIGHBOURS: Final = 24
-"""Neighbouring runs of one that is chaotic."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Our number, and whether the statement held."""
+    """Our number, and the checks that the statement must pass.
+
+    Attributes
+    ----------
+    number : str
+        What we find, for people.
+    checks : tuple of Checked
+        What was checked, and how it came out.
+    """
 
     number: str
-    held: Literal["held", "held in part", "did not hold"]
+    checks: tuple[Checked, ...]
+
+    @property
+    def held(self) -> Verdict:
+        """Whether the statement held: what the checks come to."""
+        return verdict_of(self.checks)
 
 
 def model(*effects: AbstractEffect) -> Model:
@@ -67,20 +79,54 @@ def power_law(
     )
 
 
-def peak(shaken: Model, run: Run, measure: Measure = PERIODOGRAM) -> float:
-    """Return omega_e of one run [Hz]; where it is chaotic, the median of neighbouring runs."""
-    motion = simulated(shaken, run)
-    runs = [motion, *(ensemble(shaken, run, NEIGHBOURS) if motion.chaotic else ())]
-    peaks = [omega_e(spectrum(m.of(measure.of), m.sample_rate, measure), measure) for m in runs]
-    return float(np.median(peaks))
+def peak(shaken: Model, run: Run, measure: Measure = PERIODOGRAM) -> PeakOfRun:
+    """Return omega_e of one run, as a study of kind grid reads it."""
+    return peak_of_run(shaken, run, measure)
 
 
-def falls(values: Sequence[float], slack: float = 1.0 / 30.0) -> bool:
-    """Return whether values never rise by more than a bin, and fall in all."""
-    change = np.diff(values)
-    return bool(np.all(change <= slack) and np.sum(change) < -slack)
+@cache
+def gap_peak(
+    clearance: float, level: float = 5.0, *, down: bool = False, **changed: float
+) -> PeakOfRun:
+    """Return omega_e of a sweep over free play; several statements ask for the same."""
+    run = Run("sine sweep", level=level, from_hz=0.0, to_hz=30.0, duration=30.0, down=down)
+    return peak(gap(clearance, **changed), run)
+
+
+def peaks(
+    quantity: str,
+    along: str,
+    wanted: Trend,
+    *rows: tuple[Sequence[float], Sequence[PeakOfRun]],
+    scales: Sequence[float] = (),
+) -> Checked:
+    """Return whether omega_e falls, rises or changes with a parameter in every row.
+
+    Parameters
+    ----------
+    quantity, along : str
+        Names of what is read, with its unit, and of the parameter.
+    wanted : str
+        The trend.
+    rows : pairs of (n,) sequences
+        Parameter and peaks.
+    scales : (n,) sequence
+        What each peak, and its resolution, is divided by; by default 1.
+    """
+    groups = []
+    for x, found in rows:
+        by = np.array(scales or [1.0] * len(found))
+        values = np.array([one.value for one in found]) / by
+        finest = np.array([one.resolution for one in found]) / by
+        groups.append((np.array(x, np.float64), values, finest))
+    return trends(quantity, groups, wanted, along)
 
 
 def series(values: Sequence[float], digits: int = 3) -> str:
     """Return values as text: ``5.03, 4.97, 4.93``."""
     return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
+def values_of(found: Sequence[PeakOfRun]) -> list[float]:
+    """Return omega_e of several runs [Hz]."""
+    return [one.value for one in found]

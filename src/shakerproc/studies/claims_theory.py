@@ -6,31 +6,41 @@ from typing import Final
 import numpy as np
 
 from shakerproc.simulate import closed_forms
+from shakerproc.studies.checks import above, below, equals
 from shakerproc.studies.claims_base import Found
 
 
 def _damping_beyond_root_two() -> Found:
+    ratio = np.linspace(np.sqrt(2.0), 3.0, 101)[1:]
+    gains = [closed_forms.magnification(ratio, zeta) for zeta in (0.1, 0.5)]
     low, high = (float(closed_forms.magnification(np.array(2.0), zeta)) for zeta in (0.1, 0.5))
+    most = float(np.max(gains[1] - gains[0]))
     return Found(
         f"at r = 2 eq. 3.10 falls from {low:.4f} (zeta 0.1) to {high:.4f} (0.5): damping "
         f"lowers it at every r; the sentence is true of motion of the base",
-        "did not hold",
+        (above("largest change of the gain from zeta 0.1 to 0.5, r 1.41 to 3 [-]", most, 0.0),),
     )
 
 
 def _phase() -> Found:
     lag = float(np.degrees(closed_forms.phase_lag(np.array(1.5), 0.1)))
-    printed = float(np.degrees(np.arctan(2.0 * 0.1 * 1.5 / (1.0 - 1.5**2))))
+    ratios = np.array([0.5, 1.5])
+    both = np.degrees(np.arctan(2.0 * 0.1 * ratios / (1.0 - ratios**2)))
+    printed = float(both[1])
+    apart = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
     return Found(
         f"at r = 1.5, zeta = 0.1 it prints {printed:.1f} deg, the lag is {lag:.1f} deg: the "
         f"arctangent needs its quadrant beyond resonance",
-        "held in part",
+        (below("error at r = 0.5 and 1.5 [deg]", apart, 1e-9),),
     )
 
 
 def _damped_frequency() -> Found:
     ratio = closed_forms.damped_frequency(1.0, 0.1)
-    return Found(f"{ratio:.4f} at zeta = 0.1", "held")
+    return Found(
+        f"{ratio:.4f} at zeta = 0.1",
+        (equals("omega_d over omega_n [-]", ratio, 0.995, 0.0005),),
+    )
 
 
 def _equivalent_damping() -> Found:
@@ -40,7 +50,10 @@ def _equivalent_damping() -> Found:
         f"against Den Hartog's exact motion, r from 0.5 to 2 where the mass never sticks: "
         f"{low:+.1f} to {high:+.1f} % up to F_c / F_0 = 0.3, {lowest:+.0f} to {highest:+.0f} % "
         f"up to 0.6",
-        "held in part",
+        (
+            below("largest error up to F_c / F_0 = 0.3 [%]", max(abs(low), abs(high)), 10.0),
+            below("largest error up to 0.6 [%]", max(abs(lowest), abs(highest)), 10.0),
+        ),
     )
 
 
@@ -67,7 +80,7 @@ def _amplitude_raises_frequency() -> Found:
     return Found(
         f"eq. 3.42 and 3.49 are high by {errors} % at mu A²/omega_n² = 0.1, 1, 10 and without "
         f"end",
-        "held",
+        (above("rise of the exact frequency from each to the next [Hz]", np.diff(exact), 0.0),),
     )
 
 
@@ -81,7 +94,7 @@ def _missing_mu() -> Found:
     return Found(
         f"at mu = 0.01 the printed motion errs by {errors[0]:.3f} of the amplitude, with the "
         f"mu it lacks by {errors[1]:.0e}",
-        "did not hold",
+        (below("error of the printed motion, first order in mu [-]", errors[0], cubic**2),),
     )
 
 

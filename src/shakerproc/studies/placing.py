@@ -16,6 +16,7 @@ RUN_UNITS: Final[Mapping[str, str]] = {
     "from": "Hz",
     "to": "Hz",
     "frequency": "Hz",
+    "phase": "rad",
     "duration": "s",
     "sample rate": "Hz",
     "initial displacement": "m",

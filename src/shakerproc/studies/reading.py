@@ -6,11 +6,12 @@ from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
+from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
 from shakerproc.studies.schema import StudySection
-from shakerproc.studies.study import Claim, Measure, Run, Study, Trend, Variation, Warmth
+from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
 from shakerproc.units import near_miss, to_si
 
 
@@ -39,7 +40,7 @@ def read_study(path: Path) -> Study:
         run=_run(document, model),
         measure=_measure(document),
         vary=tuple(_variation(document, model, warmth, i) for i in range(len(section.vary))),
-        claim=_claim(document),
+        claim=read_claim(document),
         options=_options(document),
         formula=section.formula,
         warmth=warmth,
@@ -118,6 +119,7 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
         sample_rate=section.sample_rate,
         down=section.direction == "down",
         octaves=section.spacing == "octaves",
+        phase=section.phase,
         initial_displacement=section.initial_displacement,
         initial_velocity=section.initial_velocity,
         settle=float(section.settle),
@@ -218,35 +220,6 @@ def _value(written: object, unit: str) -> float:
     if unit == "1" and isinstance(written, int | float) and not isinstance(written, bool):
         return float(written)
     return to_si(written, unit)
-
-
-def _claim(document: Document[StudySection]) -> Claim | None:
-    """Return the claim of a study.
-
-    Raises
-    ------
-    DocumentError
-        If it names no variation of the study, or two trends.
-    """
-    section = document.value.claim
-    if section is None:
-        return None
-    trends: list[tuple[Trend, str]] = []
-    if section.falls_with is not None:
-        trends.append(("falls", section.falls_with))
-    if section.rises_with is not None:
-        trends.append(("rises", section.rises_with))
-    if len(trends) > 1:
-        raise document.error(("claim",), "claim: either falls with or rises with, not both")
-    names = [variation.name for variation in document.value.vary]
-    for said, name in trends:
-        if name not in names:
-            raise document.error(
-                ("claim", f"{said} with"),
-                f"claim: {said} with: expected one of {', '.join(names)}, got {name!r}",
-            )
-    trend, along = trends[0] if trends else (None, "")
-    return Claim(section.statement, section.quantity, trend, along, section.comment)
 
 
 def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.studies.checks import Checked, Verdict, sentence_of, verdict_of
 
 Columns: TypeAlias = Mapping[str, NDArray[np.generic]]
 
@@ -104,8 +105,14 @@ class StudyResult:
         The figure.
     method : str
         How the numbers came about: estimator, bin width, direction, severity.
-    statement, verdict : str
-        What was stated, and whether it held; empty without a claim.
+    quantities : mapping of str to (n,) array
+        What checks are made of, a row for each combination, units in the names.
+    statement : str
+        What was stated; empty without a claim.
+    checks : tuple of Checked
+        The outcome of every check of the statement.
+    comment : str
+        What the study file says beside its checks: a caption, never a verdict.
     notes : tuple of str
         What is to be known of single numbers.
     """
@@ -115,6 +122,18 @@ class StudyResult:
     columns: Columns
     panels: tuple[Panel, ...]
     method: str
+    quantities: Columns = field(default_factory=dict)
     statement: str = ""
-    verdict: str = ""
-    notes: tuple[str, ...] = field(default=())
+    checks: tuple[Checked, ...] = ()
+    comment: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> Verdict:
+        """What the checks come to; ``not checked`` where there are none."""
+        return verdict_of(self.checks)
+
+    @property
+    def verdict(self) -> str:
+        """The outcome with every check behind it, for people."""
+        return sentence_of(self.checks)

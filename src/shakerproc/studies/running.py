@@ -6,6 +6,7 @@ import io
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +14,12 @@ from shakerproc import __version__, files
 from shakerproc.errors import SimulationError
 from shakerproc.executors import AbstractExecutor, Task, ThreadExecutor
 from shakerproc.studies.kinds import KINDS
-from shakerproc.studies.kinds.base import Job, jobs_of
-from shakerproc.studies.results import Columns, StudyResult
+from shakerproc.studies.kinds.base import Finding, Job, jobs_of
+from shakerproc.studies.results import StudyResult
 from shakerproc.studies.study import Study
+
+LAYOUT = 2
+"""Of the files that keep what a job found: columns, quantities and resolutions."""
 
 
 def run_study(
@@ -58,7 +62,7 @@ def run_study(
         content = base64.b64decode(outcome.value["columns"])
         if folder is not None:
             files.write_bytes(folder / f"{_key(study, job)}.npz", content)
-        found[int(outcome.name)] = _columns(content)
+        found[int(outcome.name)] = _finding(content)
         _tell(progress, job)
     return kind.result(study, jobs, [found[i] for i in range(len(jobs))])
 
@@ -67,19 +71,30 @@ def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
     """Return what a job finds, its columns bit by bit as text."""
     study, job = given
     buffer = io.BytesIO()
-    np.savez(buffer, **KINDS[study.kind].compute(study, job))  # type: ignore[arg-type]
+    found = KINDS[study.kind].compute(study, job)
+    parts: dict[str, Any] = {
+        **{f"column {name}": values for name, values in found.columns.items()},
+        **{f"quantity {name}": value for name, value in found.quantities.items()},
+        **{f"resolution {name}": value for name, value in found.resolutions.items()},
+    }
+    np.savez(buffer, **parts)
     return {"columns": base64.b64encode(buffer.getvalue()).decode("ascii")}
 
 
-def _kept(study: Study, job: Job, folder: Path | None) -> Columns | None:
+def _kept(study: Study, job: Job, folder: Path | None) -> Finding | None:
     """Return what an earlier run found, if it left a file."""
     path = None if folder is None else folder / f"{_key(study, job)}.npz"
-    return _columns(path.read_bytes()) if path is not None and path.is_file() else None
+    return _finding(path.read_bytes()) if path is not None and path.is_file() else None
 
 
-def _columns(content: bytes) -> Columns:
+def _finding(content: bytes) -> Finding:
     with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-        return {name: kept[name] for name in kept.files}
+        parts = [(*name.split(" ", 1), kept[name]) for name in kept.files]
+    return Finding(
+        {name: values for part, name, values in parts if part == "column"},
+        {name: float(value) for part, name, value in parts if part == "quantity"},
+        {name: float(value) for part, name, value in parts if part == "resolution"},
+    )
 
 
 def _tell(progress: Callable[[str], None] | None, job: Job) -> None:
@@ -88,9 +103,10 @@ def _tell(progress: Callable[[str], None] | None, job: Job) -> None:
 
 
 def _key(study: Study, job: Job) -> str:
-    """Return a hash of all that the result of a job depends on."""
+    """Return a hash of all that the result of a job depends on, its layout included."""
     everything = [
         __version__,
+        LAYOUT,
         study.kind,
         study.formula,
         repr(job.model),

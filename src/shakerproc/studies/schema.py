@@ -20,6 +20,7 @@ class RunSection(Section):
     start: FromZero = Field(0.0, alias="from")
     stop: FromZero = Field(0.0, alias="to")
     frequency: FromZero = 0.0
+    phase: Annotated[float, in_unit("rad")] = 0.0
     duration: Seconds = 30.0
     sample_rate: Hertz = Field(500.0, alias="sample rate")
     direction: Literal["up", "down"] = "up"
@@ -54,13 +55,27 @@ class VariationSection(Section):
     values: Annotated[tuple[Any, ...], FromList, Field(min_length=1)]
 
 
-class ClaimSection(Section):
-    """What somebody stated."""
+class CheckSection(Section):
+    """One check: a quantity, one thing that is wanted of it, a tolerance."""
 
-    statement: str
-    quantity: str = "omega_e_hz"
+    quantity: str | None = None
+    equals: Any = None
+    above: Any = None
+    below: Any = None
     falls_with: str | None = Field(None, alias="falls with")
     rises_with: str | None = Field(None, alias="rises with")
+    changes_with: str | None = Field(None, alias="changes with")
+    within: Any = None
+
+
+class ClaimSection(Section):
+    """What somebody stated, and the checks that it must pass."""
+
+    statement: str
+    quantity: str | None = None
+    falls_with: str | None = Field(None, alias="falls with")
+    rises_with: str | None = Field(None, alias="rises with")
+    checks: Annotated[tuple[CheckSection, ...], FromList] = ()
     comment: str = ""
 
 

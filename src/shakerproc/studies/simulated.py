@@ -64,7 +64,7 @@ def signal_of(run: Run) -> Callable[[FloatArray], FloatArray]:
     if run.excitation == "free":
         return np.zeros_like
     if run.excitation == "sine":
-        return lambda t: run.level * np.sin(2.0 * np.pi * run.frequency * t)
+        return lambda t: run.level * np.sin(2.0 * np.pi * run.frequency * t + run.phase)
     if run.excitation == "sine sweep":
         first, last = (run.to_hz, run.from_hz) if run.down else (run.from_hz, run.to_hz)
         if run.octaves:
@@ -184,7 +184,7 @@ def ensemble(model: Model, run: Run, count: int) -> list[Motion]:
 
 def strobe(
     model: Model, run: Run, *, periods: int, settle: int, phases: int
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, float]:
     """Return displacement and velocity once a period, at each of several phases.
 
     Parameters
@@ -202,8 +202,8 @@ def strobe(
 
     Returns
     -------
-    two (phases, periods) arrays
-        Displacement [m] and velocity [m/s].
+    two (phases, periods) arrays, float
+        Displacement [m] and velocity [m/s]; how much a small disturbance grew on the way [-].
 
     Raises
     ------
@@ -219,13 +219,12 @@ def strobe(
         per_period * run.frequency,
         duration=(settle + periods) / run.frequency,
         start={next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)},
-        growth=False,
     )
     first, step = settle * per_period, per_period // phases
     shape = (periods, phases)
     x = found.displacement[0, first : first + periods * per_period : step].reshape(shape)
     v = found.velocity[0, first : first + periods * per_period : step].reshape(shape)
-    return x.T, v.T
+    return x.T, v.T, float("nan") if found.growth is None else found.growth
 
 
 def _motion(found: Simulation, run: Run) -> Motion:

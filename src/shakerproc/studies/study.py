@@ -5,11 +5,11 @@ from typing import Literal, TypeAlias, final
 
 from shakerproc.finite_elements.thermal import Fit
 from shakerproc.models import Model
+from shakerproc.studies.checks import Check
 
 Excitation: TypeAlias = Literal["free", "sine", "sine sweep", "random"]
 Quantity: TypeAlias = Literal["acceleration", "velocity", "displacement"]
 Method: TypeAlias = Literal["exact", "Newmark", "RK45", "BDF"]
-Trend: TypeAlias = Literal["falls", "rises"]
 
 
 @final
@@ -35,6 +35,8 @@ class Run:
         Whether a sweep runs downwards.
     octaves : bool
         Whether a sweep takes as long for every octave, not for every hertz.
+    phase : float
+        Phase of a sine at the start: 0 begins as a sine, pi / 2 as a cosine [rad].
     initial_displacement, initial_velocity : float
         State of the first mass at the start, relative to the base [m] and [m/s].
     settle : float
@@ -57,6 +59,7 @@ class Run:
     sample_rate: float = 500.0
     down: bool = False
     octaves: bool = False
+    phase: float = 0.0
     initial_displacement: float = 0.0
     initial_velocity: float = 0.0
     settle: float = 0.0
@@ -141,26 +144,20 @@ class Warmth:
 @final
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What somebody stated, and what a grid can say to it.
+    """What somebody stated, and how it is put to the test.
 
     Attributes
     ----------
     statement : str
         The statement.
-    quantity : str
-        Column of the table.
-    trend : str
-        How it is said to change.
-    along : str
-        Name of the variation.
+    checks : tuple of Check
+        What must come true for it to hold; without any it is not checked.
     comment : str
-        What else is to be said.
+        A caption.
     """
 
     statement: str
-    quantity: str = "omega_e_hz"
-    trend: Trend | None = None
-    along: str = ""
+    checks: tuple[Check, ...] = ()
     comment: str = ""
 
 

@@ -114,7 +114,10 @@ def _document(path: Path, result: "StudyResult") -> dict[str, object]:
         "figure": result.figure,
         "method": result.method,
         "statement": result.statement,
-        "verdict": result.verdict,
+        "verdict": result.outcome,
+        "checks": result.checks,
+        "comment": result.comment,
+        "quantities": result.quantities,
         "notes": result.notes,
         "table": result.columns,
     }
@@ -137,8 +140,9 @@ def _print(result: "StudyResult", json: str | None) -> None:
         output.data(f"note: {note}", json_target=json)
     if result.statement:
         output.data(f"stated: {result.statement}", json_target=json)
-    if result.verdict:
-        output.data(f"found: {result.verdict}", json_target=json)
+    output.data(f"found: {result.verdict}", json_target=json)
+    if result.comment:
+        output.data(f"comment: {result.comment}", json_target=json)
 
 
 def _thesis(out: Path | None, json: str | None) -> None:
@@ -152,8 +156,8 @@ def _thesis(out: Path | None, json: str | None) -> None:
             advance(claim.where)
     output.write_json({"schema": "shakerproc-thesis-claims/1", "claims": outcomes}, json)
     output.print_table(
-        ("where", "thesis", "our number", "held"),
-        [(o.where, o.says, o.number, o.held) for o in outcomes],
+        ("where", "thesis", "our number", "checked", "held"),
+        [(o.where, o.says, o.number, "; ".join(map(str, o.checks)), o.held) for o in outcomes],
         json_target=json,
     )
     if out is not None:

@@ -1,5 +1,6 @@
 """Periodic motion of a model: response curves, stability, backbones, by harmonic balance."""
 
+from shakerproc.simulate.harmonic_balance.agreement import difference_from_simulation
 from shakerproc.simulate.harmonic_balance.backbone import Backbone, backbone
 from shakerproc.simulate.harmonic_balance.branch import (
     Branch,
@@ -37,6 +38,7 @@ __all__ = [
     "branch_off",
     "branches_off",
     "couplings",
+    "difference_from_simulation",
     "frequency_response",
     "gap_severity",
     "natural_frequencies",

@@ -46,17 +46,31 @@ def polished(model: Model, level: float, branch: Branch) -> Branch:
 
 def _orbit(model: Model, level: float, branch: Branch, point: int) -> Orbit | None:
     balance = branch.balance
+    return periodic_orbit(
+        model,
+        level,
+        float(branch.frequency[point]),
+        state_of(branch, point),
+        order=balance.order,
+        n_samples=4 * int(balance.harmonics[-1]) // balance.order + 4,
+    )
+
+
+def state_of(branch: Branch, point: int) -> FloatArray:
+    """Return displacements and velocities at time 0, (2 n_dofs,) array [m], [m/s].
+
+    Parameters
+    ----------
+    branch : Branch
+        Motions by harmonic balance.
+    point : int
+        Which of them.
+    """
+    balance = branch.balance
     omega = 2.0 * np.pi * branch.frequency[point] / balance.order
     start: list[FloatArray] = [
         np.array(fourier.value(row, balance.harmonics, 0.0)[:2])
         for row in balance.coefficients(branch.unknowns[point])
     ]
     states = np.array(start)
-    return periodic_orbit(
-        model,
-        level,
-        float(branch.frequency[point]),
-        np.concatenate([states[:, 0], omega * states[:, 1]]),
-        order=balance.order,
-        n_samples=4 * int(balance.harmonics[-1]) // balance.order + 4,
-    )
+    return np.concatenate([states[:, 0], omega * states[:, 1]])

@@ -91,6 +91,36 @@ def periodic_orbit(
     return None
 
 
+def one_round(
+    model: Model,
+    level: float,
+    frequency: float,
+    state: FloatArray,
+    *,
+    order: int = 1,
+    n_samples: int = PER_PERIOD,
+) -> Simulation:
+    """Return one round of a motion from a state, by the stepper that suits the model.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken, by a cosine.
+    level : float
+        Amplitude of the excitation [m/s²] or [N].
+    frequency : float
+        Frequency of the excitation [Hz].
+    state : (2 n_dofs,) array
+        Displacements and velocities at time 0.
+    order : int
+        Periods of the excitation in one round.
+    n_samples : int
+        Samples of the motion in one period of the excitation.
+    """
+    given = _one_round(level, frequency, order, n_samples)
+    return simulate(model, given, start=_start(model, state), growth=False)
+
+
 def _one_round(level: float, frequency: float, order: int, n_samples: int) -> Input:
     omega = 2.0 * np.pi * frequency
     return prepare(
@@ -102,10 +132,14 @@ def _one_round(level: float, frequency: float, order: int, n_samples: int) -> In
 
 def _around(model: Model, given: Input, state: FloatArray) -> Simulation:
     """Return one round from a state."""
+    return simulate(model, given, start=_start(model, state), growth=False, solver="taylor")
+
+
+def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
+    """Return a state as displacement and velocity of every mass, attached ones last."""
     names = [*model.masses, *(f"attached {i}" for i in range(1, state.size))][: state.size // 2]
     n = state.size // 2
-    start = {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
-    return simulate(model, given, start=start, growth=False, solver="taylor")
+    return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
 def _end(found: Simulation) -> FloatArray:

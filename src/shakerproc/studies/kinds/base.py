@@ -2,15 +2,25 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from types import MappingProxyType
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
 from shakerproc.models import Model
+from shakerproc.studies.checks import Check, Checked, above, below, equals, trends
 from shakerproc.studies.placing import placed
-from shakerproc.studies.results import Columns, StudyResult
-from shakerproc.studies.study import Claim, Run, Study
+from shakerproc.studies.results import Columns, Panel, StudyResult
+from shakerproc.studies.study import Run, Study
+
+EXACT: Final = 1e-9
+"""Resolution of a quantity that is computed without bins, as a share of the largest [-]."""
+
+_NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
 
 
 @final
@@ -48,6 +58,48 @@ class Job:
         return self.model, self.run
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Finding:
+    """What one job finds.
+
+    Attributes
+    ----------
+    columns : mapping of str to (n,) array
+        Its part of the table.
+    quantities : mapping of str to float
+        What checks may be made of, by the names that the kind declares; NaN where the job has
+        no such value.
+    resolutions : mapping of str to float
+        What a difference of a quantity between two jobs must exceed to count, in its unit;
+        1e-9 of the largest value where nothing is said.
+    """
+
+    columns: Columns
+    quantities: Mapping[str, float]
+    resolutions: Mapping[str, float] = field(default_factory=lambda: _NOTHING)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawing:
+    """Table, panels and method of a study, without its verdict.
+
+    Attributes
+    ----------
+    columns : mapping of str to (n,) array
+        The table.
+    panels : tuple of Panel
+        The figure.
+    method : str
+        How the numbers came about.
+    """
+
+    columns: Columns
+    panels: tuple[Panel, ...]
+    method: str
+
+
 class AbstractKind(ABC):
     """A kind of study.
 
@@ -57,20 +109,45 @@ class AbstractKind(ABC):
         Options it knows and their SI units.
     needs : tuple of str
         What it cannot do without: ``model``, ``run``, ``vary``.
+    averages : bool
+        Whether what is read of a chaotic run is a mean over neighbouring runs.
+    quantities : mapping of str to str
+        What checks may be made of, and their SI units. A kind that runs a model in time has
+        ``growth`` and ``chaotic`` among them.
     """
 
     options: ClassVar[Mapping[str, str]] = MappingProxyType({})
     needs: ClassVar[tuple[str, ...]] = ("model",)
+    averages: ClassVar[bool] = False
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @abstractmethod
-    def compute(self, study: Study, job: Job) -> Columns:
-        """Return what one job finds, as columns of one length; jobs run side by side."""
+    def compute(self, study: Study, job: Job) -> Finding:
+        """Return what one job finds; jobs run side by side."""
 
     @abstractmethod
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+        """Return table and panels of what all jobs found, in their order."""
+
+    @final
     def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[Job], found: Sequence[Finding]
     ) -> StudyResult:
-        """Return tables and panels of what all jobs found, in their order."""
+        """Return tables and panels of what all jobs found, with the outcome of every check."""
+        drawn = self.drawing(study, jobs, [one.columns for one in found])
+        claim = study.claim
+        return StudyResult(
+            title=study.title,
+            figure=study.figure,
+            columns=drawn.columns,
+            panels=drawn.panels,
+            method=drawn.method,
+            quantities=_table(study, jobs, found),
+            statement="" if claim is None else claim.statement,
+            checks=() if claim is None else checked(study, jobs, found),
+            comment="" if claim is None else claim.comment,
+            notes=_chaos(found, study.measure.ensemble if self.averages else 0),
+        )
 
     @final
     def check(self, study: Study) -> None:
@@ -111,8 +188,74 @@ def label_of(study: Study, job: Job, leave_out: int = -1) -> str:
     )
 
 
-def said(claim: Claim | None, verdict: str = "") -> tuple[str, str]:
-    """Return statement and verdict of a claim."""
-    if claim is None:
-        return "", ""
-    return claim.statement, "; ".join(part for part in (verdict, claim.comment) if part)
+def column_of(name: str, unit: str) -> str:
+    """Return the header of a column: the name, its unit at the end."""
+    words = {"N/m": "n_per_m", "m/s^2": "m_per_s2", "N s/m": "ns_per_m", "m/s": "m_per_s"}
+    end = words.get(unit, unit.lower().replace("/", "_per_").replace("^", "").replace(" ", "_"))
+    return name if unit == "1" else f"{name}_{end}"
+
+
+def groups_of(jobs: Sequence[Job], along: int) -> list[NDArray[np.intp]]:
+    """Return the jobs that differ in one variation alone, group by group."""
+    keys = [tuple(v for i, v in enumerate(job.values) if i != along) for job in jobs]
+    return [np.flatnonzero([key == wanted for key in keys]) for wanted in dict.fromkeys(keys)]
+
+
+def checked(study: Study, jobs: Sequence[Job], found: Sequence[Finding]) -> tuple[Checked, ...]:
+    """Return the outcome of every check of a study."""
+    checks = () if study.claim is None else study.claim.checks
+    return tuple(_outcome(study, check, jobs, found) for check in checks)
+
+
+def _outcome(
+    study: Study, check: Check, jobs: Sequence[Job], found: Sequence[Finding]
+) -> Checked:
+    values = np.array([one.quantities[check.quantity] for one in found])
+    if check.relation == "equals":
+        within = 0.0 if check.within is None else check.within
+        return equals(check.quantity, values, check.bound, within, relative=check.relative)
+    if check.relation == "above":
+        return above(check.quantity, values, check.bound)
+    if check.relation == "below":
+        return below(check.quantity, values, check.bound)
+    slack = _resolution(check, values, found)
+    along = next(i for i, v in enumerate(study.vary) if v.name == check.along)
+    x = np.array([job.values[along] for job in jobs])
+    groups = [(x[rows], values[rows], slack[rows]) for rows in groups_of(jobs, along)]
+    return trends(check.quantity, groups, check.relation, check.along)
+
+
+def _resolution(check: Check, values: FloatArray, found: Sequence[Finding]) -> FloatArray:
+    """Return what a difference must exceed to count, for each value."""
+    known = values[np.isfinite(values)]
+    largest = float(np.max(np.abs(known), initial=0.0))
+    if check.within is not None:
+        return np.full(values.size, check.within * (largest if check.relative else 1.0))
+    return np.array([one.resolutions.get(check.quantity, EXACT * largest) for one in found])
+
+
+def _table(study: Study, jobs: Sequence[Job], found: Sequence[Finding]) -> Columns:
+    """Return the quantities of every job beside the values that it had."""
+    columns: dict[str, NDArray[np.generic]] = {
+        column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
+        for i, variation in enumerate(study.vary)
+    }
+    names = found[0].quantities if found else ()
+    return columns | {name: np.array([f.quantities[name] for f in found]) for name in names}
+
+
+def _chaos(found: Sequence[Finding], several: int) -> tuple[str, ...]:
+    """Return a sentence on the runs that are chaotic, whatever the kind of study."""
+    chaotic = [one.quantities for one in found if one.quantities.get("chaotic", 0.0) > 0.0]
+    if not chaotic:
+        return ()
+    largest = max(one["growth"] for one in chaotic)
+    told = (
+        f"what is read of them is the mean of {several} neighbouring runs"
+        if several >= 2
+        else "what is read of them is of a single run, and another run differs"
+    )
+    return (
+        f"{len(chaotic)} of {len(found)} runs are chaotic: ensemble only (a disturbance of "
+        f"1e-10 grows up to {largest:.1e} times); {told}",
+    )

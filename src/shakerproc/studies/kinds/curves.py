@@ -1,25 +1,31 @@
 """Curves that need no run: force laws, response curves, backbones."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
-from typing import ClassVar, final
+from typing import ClassVar, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.models import AbstractMemorylessEffect
+from shakerproc.models import AbstractMemorylessEffect, Model
 from shakerproc.models.surroundings import resolved
 from shakerproc.simulate.harmonic_balance import (
     backbone,
+    difference_from_simulation,
     frequency_response,
     gap_severity,
     samples_of_branch,
 )
-from shakerproc.studies.kinds.base import AbstractKind, Job, label_of, said
-from shakerproc.studies.results import Columns, Line, Panel, StudyResult
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
+from shakerproc.studies.results import Columns, Line, Panel
 from shakerproc.studies.study import Study
+
+HALVINGS: Final = 40
+"""Of the interval in which a jump is sought."""
+
+Force: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 @final
@@ -31,21 +37,34 @@ class ForceLaw(AbstractKind):
         "points": "1",
         "load": "N",
     })
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "inner_stiffness_n_per_m": "N/m",
+        "outer_stiffness_n_per_m": "N/m",
+        "jump_n": "N",
+        "nonlinearity": "1",
+        "displacement_at_load_m": "m",
+    })
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    def compute(self, study: Study, job: Job) -> Finding:
         if job.model is None:
             raise ValueError("a force law needs a model")
-        reach = study.option("to", 1e-3)
+        model, reach = job.model, study.option("to", 1e-3)
         z = np.linspace(-reach, reach, int(study.option("points", 1001)))
-        force = np.zeros_like(z)
-        for element in resolved(job.model):
-            if isinstance(element.effect, AbstractMemorylessEffect):
-                force += element.effect.force_at(z, np.zeros_like(z))
-        return {"displacement_m": z, "force_n": force}
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+        def force_at(at: FloatArray) -> FloatArray:
+            return _static_force(model, at)
+
+        force = force_at(z)
+        quantities = {
+            "inner_stiffness_n_per_m": _slope(force_at, 0.0, 1e-3 * reach),
+            "outer_stiffness_n_per_m": _slope(force_at, reach, 1e-3 * reach),
+            "jump_n": _jump(force_at, z, force),
+            "nonlinearity": _off_a_line(z, force),
+            "displacement_at_load_m": _reached(z, force, study.option("load", 0.0)),
+        }
+        return Finding({"displacement_m": z, "force_n": force}, quantities)
+
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         lines = tuple(
             Line(
                 one["displacement_m"].astype(np.float64),
@@ -63,15 +82,10 @@ class ForceLaw(AbstractKind):
             for side in (1.0, -1.0)
             if load > 0.0
         )
-        statement, verdict = said(study.claim)
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
+        return Drawing(
             columns=_numbered(found),
             panels=(Panel("displacement [m]", "force [N]", lines + levels),),
             method="the force law itself",
-            statement=statement,
-            verdict=verdict,
         )
 
 
@@ -85,8 +99,14 @@ class ResponseKind(AbstractKind):
         "to": "Hz",
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "peak_hz": "Hz",
+        "peak_m": "m",
+        "folds": "1",
+        "difference_from_simulation": "1",
+    })
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
         found = frequency_response(
             model,
@@ -107,29 +127,33 @@ class ResponseKind(AbstractKind):
                 "stable": branch.stable,
                 "force_over_ka": np.full(size, severity),
             })
-        return {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+        columns = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+        steady = np.where(columns["stable"], columns["amplitude_m"], 0.0)
+        tallest = int(np.argmax(steady))
+        return Finding(
+            columns,
+            {
+                "peak_hz": float(columns["frequency_hz"][tallest]),
+                "peak_m": float(steady[tallest]),
+                "folds": float(sum(len(branch.folds) for branch in found.branches)),
+                "difference_from_simulation": difference_from_simulation(found),
+            },
+        )
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         lines: list[Line] = []
         for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
             lines += _response_lines(one, label_of(study, job), i)
-        statement, verdict = said(study.claim)
         severities = [float(one["force_over_ka"][0]) for one in found]
         method = f"harmonic balance, {study.option('harmonics', 31):g} harmonics"
         if np.isfinite(severities).any():
             method += f"; F / (k a) = {', '.join(f'{s:.4g}' for s in severities)}"
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
+        return Drawing(
             columns=_numbered(found),
             panels=(
                 Panel("frequency [Hz]", "largest displacement [m]", tuple(lines), log_y=True),
             ),
             method=f"{method}; solid stable, dashed unstable",
-            statement=statement,
-            verdict=verdict,
         )
 
 
@@ -142,8 +166,14 @@ class BackboneKind(AbstractKind):
         "from": "m",
         "to": "m",
     })
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "first_hz": "Hz",
+        "last_hz": "Hz",
+        "rise_hz": "Hz",
+        "least_step_hz": "Hz",
+    })
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    def compute(self, study: Study, job: Job) -> Finding:
         if job.model is None:
             raise ValueError("a backbone needs a model")
         found = backbone(
@@ -151,15 +181,22 @@ class BackboneKind(AbstractKind):
             (study.option("from", 1e-4), study.option("to", 1e-2)),
             harmonics=int(study.option("harmonics", 31)),
         )
-        return {
-            "frequency_hz": found.frequency,
-            "amplitude_m": found.amplitude,
-            "damping_ratio": found.damping_ratio,
-        }
+        rising = found.frequency[np.argsort(found.amplitude, kind="stable")]
+        return Finding(
+            {
+                "frequency_hz": found.frequency,
+                "amplitude_m": found.amplitude,
+                "damping_ratio": found.damping_ratio,
+            },
+            {
+                "first_hz": float(rising[0]),
+                "last_hz": float(rising[-1]),
+                "rise_hz": float(rising[-1] - rising[0]),
+                "least_step_hz": float(np.min(np.diff(rising))) if rising.size > 1 else np.nan,
+            },
+        )
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         lines = tuple(
             Line(
                 one["amplitude_m"].astype(np.float64),
@@ -170,16 +207,61 @@ class BackboneKind(AbstractKind):
             )
             for i, (job, one) in enumerate(zip(jobs, found, strict=True))
         )
-        statement, verdict = said(study.claim)
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
+        return Drawing(
             columns=_numbered(found),
             panels=(Panel("amplitude [m]", "frequency of free motion [Hz]", lines),),
             method=f"harmonic balance, {study.option('harmonics', 31):g} harmonics",
-            statement=statement,
-            verdict=verdict,
         )
+
+
+def _static_force(model: Model, at: FloatArray) -> FloatArray:
+    """Return the static force of all elements between base and first mass, (n,) array [N]."""
+    force = np.zeros_like(at)
+    for element in resolved(model):
+        if isinstance(element.effect, AbstractMemorylessEffect):
+            force += element.effect.force_at(at, np.zeros_like(at))
+    return force
+
+
+def _slope(force_at: Force, at: float, step: float) -> float:
+    """Return the mean slope of a force over a step to either side [N/m]."""
+    ends = force_at(np.array([at - step, at + step]))
+    return float((ends[1] - ends[0]) / (2.0 * step))
+
+
+def _jump(force_at: Force, z: FloatArray, force: FloatArray) -> float:
+    """Return the height of the largest jump of a force [N].
+
+    The steepest step is halved again and again, each time the half with the larger rise: of
+    a force without a jump nothing is left.
+    """
+    steepest = int(np.argmax(np.abs(np.diff(force))))
+    low, high = float(z[steepest]), float(z[steepest + 1])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        ends = force_at(np.array([low, middle, high]))
+        first, second = np.abs(np.diff(ends))
+        low, high = (low, middle) if first > second else (middle, high)
+    ends = force_at(np.array([low, high]))
+    return float(abs(ends[1] - ends[0]))
+
+
+def _off_a_line(z: FloatArray, force: FloatArray) -> float:
+    """Return how far a force is from its best straight line, rms over rms [-]."""
+    line = np.polyval(np.polyfit(z, force, 1), z)
+    size = float(np.sqrt(np.mean(force**2)))
+    return float(np.sqrt(np.mean((force - line) ** 2))) / size if size > 0.0 else float("nan")
+
+
+def _reached(z: FloatArray, force: FloatArray, load: float) -> float:
+    """Return the first displacement above 0 at which a force reaches a load [m], or NaN."""
+    right = z >= 0.0
+    beyond = np.flatnonzero(force[right] >= load)
+    if load <= 0.0 or beyond.size == 0 or beyond[0] == 0:
+        return float("nan")
+    i = int(beyond[0])
+    x, y = z[right][i - 1 : i + 1], force[right][i - 1 : i + 1]
+    return float(x[0] + (x[1] - x[0]) * (load - y[0]) / (y[1] - y[0]))
 
 
 def _numbered(found: Sequence[Columns]) -> Columns:

@@ -1,6 +1,7 @@
 """Closed forms as curves: figures 3.1, 3.9, 3.10 and 5.14."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar, Final, final
 
@@ -8,8 +9,8 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.simulate import closed_forms
-from shakerproc.studies.kinds.base import AbstractKind, Job, said
-from shakerproc.studies.results import Columns, Line, Panel, StudyResult
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job
+from shakerproc.studies.results import Columns, Line, Panel
 from shakerproc.studies.study import Study
 
 
@@ -96,12 +97,94 @@ def _power_law() -> tuple[Panel, ...]:
     return (Panel("x / a [-]", "F / κ [-]", lines),)
 
 
-FORMULAS: Final[Mapping[str, Callable[[], tuple[Panel, ...]]]] = MappingProxyType({
-    "magnification": _magnification,
-    "duffing response": _duffing_response,
-    "duffing backbone": _duffing_backbone,
-    "shaker displacement": _displacement,
-    "power law": _power_law,
+def _beyond_root_two(panels: Sequence[Panel]) -> dict[str, float]:
+    """Return what damping changes at r = 2, from the least to the most damped curve."""
+    gains = [np.interp(2.0, line.x, line.y) for line in panels[0].lines]
+    return {"gain_change_at_r_2": float(gains[-1] - gains[0])}
+
+
+def _peaks_over_linear(panels: Sequence[Panel]) -> dict[str, float]:
+    """Return where the softening and the most hardening curve are tallest, over the linear."""
+    softening, linear, hardening = (
+        _tallest([line for line in panels[0].lines if line.style == style])
+        for style in (0, 1, 4)
+    )
+    return {
+        "softening_peak_ratio": softening / linear,
+        "hardening_peak_ratio": hardening / linear,
+    }
+
+
+def _tallest(lines: Sequence[Line]) -> float:
+    x, y = (np.concatenate([getattr(line, name) for line in lines]) for name in ("x", "y"))
+    return float(x[np.argmax(y)])
+
+
+def _rise_of_backbone(panels: Sequence[Panel]) -> dict[str, float]:
+    first, exact = panels[0].lines
+    at_one = np.interp(1.0, first.x, first.y) / np.interp(1.0, exact.x, exact.y) - 1.0
+    return {
+        "least_rise": float(np.min(np.diff(exact.y))),
+        "error_of_eq_3_49_at_amplitude_1": float(at_one),
+    }
+
+
+def _wall_of_power_law(panels: Sequence[Panel]) -> dict[str, float]:
+    """Return the force of the steepest curve half-way to the wall and a twentieth beyond."""
+    steepest = panels[0].lines[-1]
+    return {
+        "force_half_way": float(np.interp(0.5, steepest.x, steepest.y)),
+        "force_a_twentieth_beyond": float(np.interp(1.05, steepest.x, steepest.y)),
+    }
+
+
+def _displacement_at_400_hz(panels: Sequence[Panel]) -> dict[str, float]:
+    """Return how far the table moves at 1 g and 400 Hz, the place that the text names."""
+    line = panels[0].lines[1]
+    at = np.interp(np.log(400.0), np.log(line.x), np.log(line.y))  # a straight line there
+    return {"displacement_at_1_g_400_hz_m": 1e-3 * float(np.exp(at))}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ClosedForm:
+    """A closed form that is drawn.
+
+    Attributes
+    ----------
+    panels : function
+        Returns what is drawn.
+    read : function
+        Returns what checks may be made of, from what is drawn.
+    quantities : mapping of str to str
+        Their names and SI units.
+    """
+
+    panels: Callable[[], tuple[Panel, ...]]
+    read: Callable[[Sequence[Panel]], Mapping[str, float]]
+    quantities: Mapping[str, str]
+
+
+FORMULAS: Final[Mapping[str, ClosedForm]] = MappingProxyType({
+    "magnification": ClosedForm(_magnification, _beyond_root_two, {"gain_change_at_r_2": "1"}),
+    "duffing response": ClosedForm(
+        _duffing_response,
+        _peaks_over_linear,
+        {"softening_peak_ratio": "1", "hardening_peak_ratio": "1"},
+    ),
+    "duffing backbone": ClosedForm(
+        _duffing_backbone,
+        _rise_of_backbone,
+        {"least_rise": "1", "error_of_eq_3_49_at_amplitude_1": "1"},
+    ),
+    "shaker displacement": ClosedForm(
+        _displacement, _displacement_at_400_hz, {"displacement_at_1_g_400_hz_m": "m"}
+    ),
+    "power law": ClosedForm(
+        _power_law,
+        _wall_of_power_law,
+        {"force_half_way": "1", "force_a_twentieth_beyond": "1"},
+    ),
 })
 
 
@@ -110,26 +193,21 @@ class Formula(AbstractKind):
     """One of the closed forms."""
 
     needs: ClassVar[tuple[str, ...]] = ("formula",)
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        name: unit for form in FORMULAS.values() for name, unit in form.quantities.items()
+    })
 
-    def compute(self, study: Study, job: Job) -> Columns:
-        lines = [line for panel in FORMULAS[study.formula]() for line in panel.lines]
+    def compute(self, study: Study, job: Job) -> Finding:
+        form = FORMULAS[study.formula]
+        panels = form.panels()
+        lines = [line for panel in panels for line in panel.lines]
         sizes = [line.x.size for line in lines]
-        return {
+        columns = {
             "line": np.repeat(np.arange(len(lines)), sizes),
             "x": np.concatenate([line.x for line in lines]),
             "y": np.concatenate([line.y for line in lines]),
         }
+        return Finding(columns, {**dict.fromkeys(self.quantities, np.nan), **form.read(panels)})
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
-        statement, verdict = said(study.claim)
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
-            columns=found[0],
-            panels=FORMULAS[study.formula](),
-            method="closed form",
-            statement=statement,
-            verdict=verdict,
-        )
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+        return Drawing(found[0], FORMULAS[study.formula].panels(), "closed form")

@@ -1,15 +1,22 @@
 """Densities of runs side by side: the thesis' PSD figures."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import ClassVar, final
 
 import numpy as np
 
 from shakerproc.studies.estimators import Spectrum, in_words, omega_e, spectrum
-from shakerproc.studies.kinds.base import AbstractKind, Job, label_of, said
-from shakerproc.studies.kinds.grid import driven
-from shakerproc.studies.results import Columns, Line, Panel, StudyResult
-from shakerproc.studies.simulated import simulated
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
+from shakerproc.studies.kinds.driving import driven
+from shakerproc.studies.motion_readings import (
+    half_cycle_scatter,
+    half_energy_bins,
+    read_run,
+    share_at,
+)
+from shakerproc.studies.results import Columns, Line, Panel
+from shakerproc.studies.simulated import Motion
 from shakerproc.studies.study import Study
 
 UNITS = {"acceleration": "(m/s²)²/Hz", "velocity": "(m/s)²/Hz", "displacement": "m²/Hz"}
@@ -20,45 +27,62 @@ class Spectra(AbstractKind):
     """The density of every combination."""
 
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
+    averages: ClassVar[bool] = True
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "omega_e_hz": "Hz",
+        "peak_over_forcing": "1",
+        "share_at_forcing": "1",
+        "half_energy_bins": "1",
+        "half_cycle_scatter": "1",
+        "growth": "1",
+        "chaotic": "1",
+    })
 
-    def compute(self, study: Study, job: Job) -> Columns:
-        motion = simulated(*job.require())
+    def compute(self, study: Study, job: Job) -> Finding:
+        model, run = job.require()
+        forcing = run.frequency if run.excitation == "sine" else float("nan")
+
+        def read(motion: Motion) -> dict[str, float]:
+            whole = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
+            peak = omega_e(whole, study.measure)
+            return {
+                "omega_e_hz": peak,
+                "peak_over_forcing": peak / forcing if forcing > 0.0 else float("nan"),
+                "share_at_forcing": share_at(whole, forcing),
+                "half_energy_bins": half_energy_bins(whole),
+                "half_cycle_scatter": half_cycle_scatter(motion),
+            }
+
+        motion, values, errors = read_run(model, run, study.measure.ensemble, read)
         found = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
         shown = found.frequency <= (study.measure.to_hz or np.inf)
-        return {
+        columns = {
             "frequency_hz": found.frequency[shown],
             "density": found.density[shown],
             "bin_width_hz": np.full(int(shown.sum()), found.bin_width),
         }
+        finest = {"omega_e_hz": found.bin_width, "half_energy_bins": 1.0}
+        if forcing > 0.0:
+            finest["peak_over_forcing"] = found.bin_width / forcing
+        return Finding(columns, values, {**finest, **errors})
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
-        lines, peaks = [], []
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+        lines = []
         for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
             width = float(one["bin_width_hz"][0])
             density = Spectrum(
                 one["frequency_hz"].astype(np.float64), one["density"].astype(np.float64), width
             )
-            peaks.append(omega_e(density, study.measure))
+            peak = omega_e(density, study.measure)
             label = label_of(study, job)
-            named = f"{label}: {peaks[-1]:.4g} Hz" if label else f"{peaks[-1]:.4g} Hz"
+            named = f"{label}: {peak:.4g} Hz" if label else f"{peak:.4g} Hz"
             lines.append(Line(density.frequency[1:], density.density[1:], named, "line", i))
         width = float(np.max(found[0]["bin_width_hz"].astype(np.float64)))
         columns = {
             "run": np.repeat(np.arange(len(found)), [f["density"].size for f in found]),
             **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
         }
-        statement, verdict = said(study.claim)
         panel = Panel(
             "frequency [Hz]", f"PSD [{UNITS[study.measure.of]}]", tuple(lines), log_y=True
         )
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
-            columns=columns,
-            panels=(panel,),
-            method=f"{in_words(study.measure, width)}; {driven(study)}",
-            statement=statement,
-            verdict=verdict,
-        )
+        return Drawing(columns, (panel,), f"{in_words(study.measure, width)}; {driven(study)}")

@@ -6,10 +6,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.spectra import spectrogram
-from shakerproc.studies.kinds.base import AbstractKind, Job, said
-from shakerproc.studies.kinds.grid import driven
-from shakerproc.studies.results import Columns, Image, Panel, StudyResult
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job
+from shakerproc.studies.kinds.driving import driven
+from shakerproc.studies.results import Columns, Image, Panel
 from shakerproc.studies.simulated import excitation_of, simulated
 from shakerproc.studies.study import Study
 
@@ -25,39 +26,53 @@ class SpectrogramKind(AbstractKind):
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
+        "ridge_start_hz": "Hz",
+        "ridge_end_hz": "Hz",
+        "ridge_departure_hz": "Hz",
+        "growth": "1",
+        "chaotic": "1",
+    })
+
+    def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
+        told = {"growth": float("nan"), "chaotic": 0.0}
         if study.option("of excitation", 0.0):
             samples = excitation_of(run)
         else:
-            samples = simulated(model, run).of(study.measure.of)
+            motion = simulated(model, run)
+            samples = motion.of(study.measure.of)
+            told = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
         found = spectrogram(
             samples[None], run.sample_rate, segment=int(study.option("segment", 256))
         )
         shown = found.frequency <= study.option("to", np.inf)
         density = found.density[0][shown]
-        return {
+        columns = {
             "time_s": np.tile(found.time, int(shown.sum())),
             "frequency_hz": np.repeat(found.frequency[shown], found.time.size),
             "density": density.ravel(),
         }
+        tallest = found.frequency[shown][np.argmax(density, axis=0)]
+        ridge = _ridge(found.time, tallest, samples.size / run.sample_rate)
+        finest = dict.fromkeys(ridge, float(found.frequency[1] - found.frequency[0]))
+        return Finding(columns, {**ridge, **told}, finest)
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         columns = found[0]
         time = np.unique(columns["time_s"].astype(np.float64))
         frequency = np.unique(columns["frequency_hz"].astype(np.float64))
         density = columns["density"].astype(np.float64).reshape(frequency.size, time.size)
-        statement, verdict = said(study.claim)
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
-            columns=columns,
-            panels=(
-                Panel("time [s]", "frequency [Hz]", (), image=Image(time, frequency, density)),
-            ),
-            method=driven(study),
-            statement=statement,
-            verdict=verdict,
-        )
+        image = Image(time, frequency, density)
+        panel = Panel("time [s]", "frequency [Hz]", (), image=image)
+        return Drawing(columns, (panel,), driven(study))
+
+
+def _ridge(time: FloatArray, tallest: FloatArray, duration: float) -> dict[str, float]:
+    """Return the straight line through the tallest frequencies, and how far they leave it."""
+    slope, start = np.polyfit(time, tallest, 1) if time.size > 1 else (0.0, tallest[0])
+    return {
+        "ridge_start_hz": float(start),
+        "ridge_end_hz": float(start + slope * duration),
+        "ridge_departure_hz": float(np.max(np.abs(tallest - start - slope * time))),
+    }

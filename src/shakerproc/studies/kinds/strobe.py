@@ -2,16 +2,30 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.studies.kinds.base import AbstractKind, Job, label_of, said
-from shakerproc.studies.kinds.grid import column_of
-from shakerproc.studies.results import Columns, Line, Panel, StudyResult
+from shakerproc.studies.kinds.base import (
+    AbstractKind,
+    Drawing,
+    Finding,
+    Job,
+    column_of,
+    label_of,
+)
+from shakerproc.studies.kinds.driving import begun
+from shakerproc.studies.motion_readings import chaotic_once_settled, period_of
+from shakerproc.studies.results import Columns, Line, Panel
 from shakerproc.studies.simulated import strobe
 from shakerproc.studies.study import Study
+
+QUANTITIES: Final[Mapping[str, str]] = MappingProxyType({
+    "period": "1",
+    "growth": "1",
+    "chaotic": "1",
+})
 
 
 @final
@@ -23,30 +37,26 @@ class Bifurcation(AbstractKind):
         "settle periods": "1",
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
+    quantities: ClassVar[Mapping[str, str]] = QUANTITIES
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
-        x, v = strobe(
+        x, v, growth = strobe(
             model,
             run,
             periods=int(study.option("periods", 64)),
             settle=int(study.option("settle periods", 400)),
             phases=1,
         )
-        return {"displacement_m": x[0], "velocity_m_per_s": v[0]}
+        return Finding({"displacement_m": x[0], "velocity_m_per_s": v[0]}, _told(x, v, growth))
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         variation = study.vary[-1]
         counts = [one["displacement_m"].size for one in found]
         x = np.repeat([job.values[-1] for job in jobs], counts)
         y = np.concatenate([one["displacement_m"] for one in found]).astype(np.float64)
-        statement, verdict = said(study.claim)
         unit = "" if variation.unit == "1" else f" [{variation.unit}]"
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
+        return Drawing(
             columns={
                 column_of(variation.name, variation.unit): x,
                 "displacement_m": y,
@@ -61,10 +71,8 @@ class Bifurcation(AbstractKind):
             ),
             method=(
                 f"{counts[0]} periods after {study.option('settle periods', 400):g} to settle, "
-                f"each value from the same initial state"
+                f"each value from the same initial state, the sine begun {_begun(study)}"
             ),
-            statement=statement,
-            verdict=verdict,
         )
 
 
@@ -78,43 +86,54 @@ class Poincare(AbstractKind):
         "phases": "1",
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
+    quantities: ClassVar[Mapping[str, str]] = QUANTITIES
 
-    def compute(self, study: Study, job: Job) -> Columns:
+    def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
         phases = int(study.option("phases", 1))
-        x, v = strobe(
+        x, v, growth = strobe(
             model,
             run,
             periods=int(study.option("periods", 2000)),
             settle=int(study.option("settle periods", 200)),
             phases=phases,
         )
-        return {
+        columns = {
             "phase_deg": np.repeat(np.arange(phases) * (360.0 / phases), x.shape[1]),
             "displacement_m": x.ravel(),
             "velocity_m_per_s": v.ravel(),
         }
+        return Finding(columns, _told(x, v, growth))
 
-    def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]
-    ) -> StudyResult:
+    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
         panels = []
         for job, one in zip(jobs, found, strict=True):
             for phase in np.unique(one["phase_deg"].astype(np.float64)):
                 panels.append(_map(study, job, one, float(phase)))
-        statement, verdict = said(study.claim)
-        return StudyResult(
-            title=study.title,
-            figure=study.figure,
+        return Drawing(
             columns={
                 "run": np.repeat(np.arange(len(found)), [f["phase_deg"].size for f in found]),
                 **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
             },
             panels=tuple(panels),
-            method=f"{study.option('periods', 2000):g} periods",
-            statement=statement,
-            verdict=verdict,
+            method=(
+                f"{study.option('periods', 2000):g} periods, the sine begun {_begun(study)}"
+            ),
         )
+
+
+def _told(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:
+    """Return after how many periods the motion comes back, and whether it is chaotic."""
+    period = period_of(x[0], v[0])
+    return {
+        "period": period,
+        "growth": growth,
+        "chaotic": float(chaotic_once_settled(growth, period)),
+    }
+
+
+def _begun(study: Study) -> str:
+    return begun(0.0 if study.run is None else study.run.phase)
 
 
 def _map(study: Study, job: Job, one: Columns, phase: float) -> Panel:
