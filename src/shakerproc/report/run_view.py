@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
-from shakerproc.runs import telling, trends
+from shakerproc.runs import peak_rows, telling, trends
 from shakerproc.runs.summary import (
     ChannelSummary,
     ControlSummary,
@@ -64,8 +64,11 @@ class RunView:
     figures: Sequence[Drawing]
     channel_columns: Sequence[str]
     channels: Sequence[Sequence[str]]
+    peaks_of: str
+    peak_columns: Sequence[str]
+    peaks: Sequence[Sequence[str]]
     spectrum: str
-    withheld: str
+    withheld: Sequence[str]
     remarks: Sequence[str]
     recording: str
     sha256: str
@@ -73,12 +76,15 @@ class RunView:
 
 CHANNEL_COLUMNS: Final = (
     "channel", "role", "rms in band", "largest", "crest factor", "kurtosis", "coherence",
-    "ω_e [Hz]", "f_n of H1 [Hz]", "Q", "ζ [%]",
+    "ω_e [Hz]",
 )  # fmt: skip
+
+PEAK_COLUMNS: Final = tuple(name.replace("zeta", "ζ") for name in peak_rows.COLUMNS)
 
 
 def run_view(run: RunSummary, number: int) -> RunView:
     """Return a run as the page shows it; `number` makes its anchor."""
+    rows = peak_rows.peak_rows(run)
     return RunView(
         test=run.test,
         anchor=f"run-{number}",
@@ -92,7 +98,10 @@ def run_view(run: RunSummary, number: int) -> RunView:
         channel_columns=CHANNEL_COLUMNS,
         channels=[_channel_row(c, run) for c in run.channels],
         spectrum=_spectrum_note(run),
-        withheld=_withheld(run),
+        peaks_of=peak_rows.quantity_of(run),
+        peak_columns=PEAK_COLUMNS,
+        peaks=[[_cell(value) for value in row.cells] for row in rows],
+        withheld=tuple(peak_rows.withheld(rows)),
         remarks=run.remarks,
         recording=run.recording,
         sha256=run.sha256,
@@ -135,23 +144,22 @@ def _spectrum_note(run: RunSummary) -> str:
         f"bins {s.bin_width_hz:.4g} Hz apart (noise bandwidth {s.resolution_hz:.4g} Hz), "
         f"{s.degrees_of_freedom:.0f} degrees of freedom: 95 % bounds of a PSD value "
         f"× {s.low_factor:.2f} to × {s.high_factor:.2f}. "
-        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_damping_note(run)}"
+        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_finer_note(run)}"
     )
 
 
-def _damping_note(run: RunSummary) -> str:
-    """Return the interval of the damping, and the bins where they are finer than the others."""
-    told = []
-    for channel in run.channels:
-        peak = channel.response_peaks[0] if channel.response_peaks else None
-        if peak is None or peak.damping_ratio is None:
-            continue
-        if peak.damping_low is not None and peak.damping_high is not None:
-            low, high = 100.0 * peak.damping_low, 100.0 * peak.damping_high
-            told.append(f"ζ of {channel.name} {low:.3g} to {high:.3g} %")
-            if run.spectrum and (peak.damping_bin_hz or 0.0) < 0.99 * run.spectrum.bin_width_hz:
-                told[-1] += f" (from bins of {peak.damping_bin_hz:.3g} Hz)"
-    return f" 95 % intervals: {', '.join(told)}." if told else ""
+def _finer_note(run: RunSummary) -> str:
+    """Return which dampings come from finer bins than the other numbers."""
+    told = [
+        f"{row.channel.name} at {row.peak.frequency_hz:.4g} Hz from bins of "
+        f"{row.peak.damping_bin_hz:.3g} Hz"
+        for row in peak_rows.peak_rows(run)
+        if row.peak.damping_ratio is not None
+        and row.peak.damping_bin_hz is not None
+        and run.spectrum is not None
+        and row.peak.damping_bin_hz < 0.99 * run.spectrum.bin_width_hz
+    ]
+    return f" Damping of {', '.join(told)}." if told else ""
 
 
 def number(value: float | None, form: str = ".4g") -> str:
@@ -162,9 +170,6 @@ def number(value: float | None, form: str = ".4g") -> str:
 def _channel_row(channel: ChannelSummary, run: RunSummary) -> list[str]:
     is_control = channel.role == "control"
     peak = None if is_control else trends.omega_e(run, channel.name)
-    response = channel.response_peaks[0] if channel.response_peaks else None
-    damping = response or peak
-    ratio = damping.damping_ratio if damping else None
     largest = max(
         (abs(v) for v in (channel.minimum, channel.maximum) if v is not None), default=None
     )
@@ -177,24 +182,11 @@ def _channel_row(channel: ChannelSummary, run: RunSummary) -> list[str]:
         number(channel.kurtosis, ".3g"),
         number(channel.coherence, ".3f"),
         number(peak.frequency_hz, ".1f") if peak else "",
-        number(_natural_frequency(response), ".1f"),
-        number(damping.quality if damping else None, ".3g"),
-        "" if ratio is None else f"{100.0 * ratio:.2f}",
     ]
 
 
-def _natural_frequency(peak: PeakSummary | None) -> float | None:
-    return None if peak is None else peak.natural_frequency_hz or peak.frequency_hz
-
-
-def _withheld(run: RunSummary) -> str:
-    """Return why damping is withheld, for each response where it is."""
-    told: dict[str, list[str]] = {}
-    for channel in run.channels:
-        peak = channel.response_peaks[0] if channel.response_peaks else None
-        if peak is not None and peak.why_not:
-            told.setdefault(peak.why_not, []).append(channel.name)
-    return "; ".join(f"{', '.join(names)}: {why}" for why, names in told.items())
+def _cell(value: object) -> str:
+    return number(value) if isinstance(value, float) else str(value or "")
 
 
 def curves_of(run: RunSummary, kind: str) -> list[CurveSummary]:

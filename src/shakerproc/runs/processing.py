@@ -38,9 +38,6 @@ SINGLE_FREQUENCY: Final = ("sine",)
 AUDIBLE: Final = 1e-4
 """Share of the largest control density in the band below which a bin is not excited [-]."""
 
-DAMPED: Final = 3
-"""Peaks of each channel, tallest first, whose damping is read."""
-
 FINER: Final = 16
 """How many times longer the segments may be where damping is not resolved otherwise."""
 
@@ -315,14 +312,16 @@ class _Search:
             return max(0.0, self.test.frequency_hz - reach), self.test.frequency_hz + reach
         return self.band
 
-    def peaks(self, values: FloatArray) -> tuple[Peak, ...]:
-        """Return the tallest peaks of a spectrum."""
+    def peaks(self, values: FloatArray, errors: FloatArray | None) -> tuple[Peak, ...]:
+        """Return the peaks of a spectrum that chance does not make, tallest first."""
+        wanted = self.test.processing.peaks
         return spectra.find_peaks(
             self.spectra.frequency,
             values,
             self.band,
-            distance=self.test.processing.peaks.distance,
-            count=self.test.processing.peaks.count,
+            distance=wanted.distance,
+            count=wanted.count if errors is not None else 1,
+            errors=errors,
         )
 
 
@@ -352,7 +351,9 @@ def _psd_peaks(
     for i, values in enumerate(density):
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
         read = None if against or search.one_frequency else _reader_of_density(search, i)
-        found.append(_read(search.peaks(values), coherence, read))
+        chance = np.full(values.shape, search.spectra.effective_averages**-0.5)
+        peaks = search.peaks(values, chance) or search.peaks(values, None)
+        found.append(_read(peaks, coherence, read))
     return tuple(found)
 
 
@@ -367,8 +368,11 @@ def _response_peaks(
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
             gain = spectra.masked(np.abs(against.h1[row]), against.valid)
+            chance = spectra.gain_random_error(
+                np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
+            )
             read = _reader_of_response(search, controls, channel)
-            found[channel] = _read(search.peaks(gain), against.coherence[row], read)
+            found[channel] = _read(search.peaks(gain, chance), against.coherence[row], read)
     return tuple(found)
 
 
@@ -401,7 +405,7 @@ def _resolved(search: _Search, read: Callable[[CrossSpectra, float], Damping]) -
         if first.ratio is not None:
             return first
         finer = search.finer()
-        second = first if finer is None else read(finer, first.frequency)
+        second = first if finer is None else read(finer, frequency)
         return first if second.ratio is None else second
 
     return reader
@@ -432,14 +436,14 @@ def _finer(recording: Recording, crop: Crop, test: Test) -> Callable[[], CrossSp
 def _read(
     peaks: Sequence[Peak], coherence: FloatArray | None, read: Reader | None
 ) -> tuple[ResonancePeak, ...]:
-    """Return peaks with the coherence there and, of the tallest, the damping."""
+    """Return peaks with the coherence there and their damping."""
     return tuple(
         ResonancePeak(
             peak,
-            None if read is None or rank >= DAMPED else read(peak.frequency),
+            None if read is None else read(peak.frequency),
             None if coherence is None else float(coherence[peak.index]),
         )
-        for rank, peak in enumerate(peaks)
+        for peak in peaks
     )
 
 

@@ -64,8 +64,8 @@ class Damping:
 
     Attributes
     ----------
-    frequency, frequency_low, frequency_high : float
-        Natural frequency and its 95 % interval [Hz].
+    frequency, frequency_low, frequency_high : float or None
+        Natural frequency and its 95 % interval [Hz]; None where no mode fits the peak.
     ratio : float or None
         Damping ratio [-]; None where it is withheld.
     ratio_low, ratio_high : float or None
@@ -78,9 +78,9 @@ class Damping:
         Distance of the frequencies that it was read from [Hz].
     """
 
-    frequency: float
-    frequency_low: float
-    frequency_high: float
+    frequency: float | None
+    frequency_low: float | None
+    frequency_high: float | None
     ratio: float | None
     ratio_low: float | None
     ratio_high: float | None
@@ -288,30 +288,32 @@ def _judged(
 ) -> Damping:
     """Return the damping, withheld where it is not resolved."""
     step, peak = spectra.bin_width, float(spectra.frequency[where])
-    if fit is None:
-        few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz between this peak and the next"
-        return Damping(peak, peak - step, peak + step, None, None, None, few, readable, step)
+    few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz between this peak and the next"
+    unlike = few if fit is None else _no_mode(fit, peak, step, lit)
+    if fit is None or unlike:
+        return Damping(None, None, None, None, None, None, unlike, readable, step)
     half = NORMAL * fit.ratio_error
-    reason = _reason(fit, half, step, lit)
+    coarse = _uncertain(fit, half, step)
     spread = NORMAL * fit.frequency_error
-    near = fit.converged and abs(fit.frequency - peak) < max(2.0 * step, fit.ratio * peak)
     return Damping(
-        frequency=fit.frequency if near else peak,
-        frequency_low=fit.frequency * (1.0 - spread) if near else peak - step,
-        frequency_high=fit.frequency * (1.0 + spread) if near else peak + step,
-        ratio=None if reason else fit.ratio,
-        ratio_low=None if reason else float(fit.ratio * np.exp(-half)),
-        ratio_high=None if reason else float(fit.ratio * np.exp(half)),
-        reason=reason,
+        frequency=fit.frequency,
+        frequency_low=fit.frequency * (1.0 - spread),
+        frequency_high=fit.frequency * (1.0 + spread),
+        ratio=None if coarse else fit.ratio,
+        ratio_low=None if coarse else float(fit.ratio * np.exp(-half)),
+        ratio_high=None if coarse else float(fit.ratio * np.exp(half)),
+        reason=coarse,
         half_power=readable,
         bin_width=step,
     )
 
 
-def _reason(fit: ModeFit, half: float, step: float, lit: float) -> str | None:
-    """Return why the ratio of a fit is withheld, if it is."""
+def _no_mode(fit: ModeFit, peak: float, step: float, lit: float) -> str | None:
+    """Return why a fit says nothing of a mode at the peak, if it does not."""
     if not fit.converged or not 1e-5 < fit.ratio < 0.5:
         return "the fit of one mode does not converge"
+    if abs(fit.frequency - peak) > max(2.0 * step, fit.ratio * peak):
+        return f"the mode that fits best lies at {fit.frequency:.4g} Hz, beside the peak"
     if lit < FEW and 2.0 * fit.ratio * fit.frequency < WIDE * step:
         return (
             "the sweep passes the peak within a segment or two: take shorter segments, or "
@@ -319,10 +321,15 @@ def _reason(fit: ModeFit, half: float, step: float, lit: float) -> str | None:
         )
     if fit.misfit > UNLIKE and fit.chi_square > 4.0:
         return f"the peak has not the shape of one linear mode (misfit {fit.misfit:.0%})"
-    if not half <= RESOLVED:
-        about = f": about {fit.ratio:.2g}, {half:.0%} uncertain" if half < 0.5 else ""
-        return f"not resolved by bins of {step:.3g} Hz and this length of run{about}"
     return None
+
+
+def _uncertain(fit: ModeFit, half: float, step: float) -> str | None:
+    """Return why the ratio of a mode is withheld although its frequency is known, if it is."""
+    if half <= RESOLVED:
+        return None
+    about = f"zeta about {fit.ratio:.2g} +- {half:.0%}, " if half < 0.5 else ""
+    return f"{about}not resolved by bins of {step:.3g} Hz and this length of run"
 
 
 def _smoothing(power: FloatArray, data: _Data, place: float) -> int:

@@ -1,10 +1,11 @@
-"""Local maxima: the tallest in a band, and the thesis' own rule."""
+"""Local maxima: those that chance does not make, the tallest in a band, the thesis' rule."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
@@ -12,6 +13,9 @@ from shakerproc.spectra.cross import CrossSpectra
 from shakerproc.spectra.responses import psd
 
 IndexArray: TypeAlias = NDArray[np.intp]
+
+BY_CHANCE: Final = 0.05
+"""Probability that chance alone makes a peak in a flat spectrum of this many bins [-]."""
 
 
 @final
@@ -78,6 +82,42 @@ def separated(indices: IndexArray, values: FloatArray, distance: float) -> Index
     return np.array(kept, dtype=np.intp)
 
 
+def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> IndexArray:
+    r"""Return the maxima that chance does not make.
+
+    The logarithm of a maximum exceeds that of the higher of the two saddles between it and
+    taller ground by more than both may be off at once,
+
+    .. math:: \ln y_p - \ln y_s > z (\varepsilon_p + \varepsilon_s)
+
+    with the normal quantile :math:`z` of which all bins together are on the safe side with a
+    probability of 95 %.
+
+    Parameters
+    ----------
+    indices : (n,) array of int
+        Local maxima.
+    values : (n_values,) array
+        The spectrum that they are maxima of, positive; what is not a number is masked.
+    errors : (n_values,) array
+        Random error of each value, as a share of it [-].
+
+    Returns
+    -------
+    (m,) array of int
+        Those of the maxima that stand out; one at the edge of what is not masked shows one
+        flank only and does not count.
+    """
+    known = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~np.isnan(errors))
+    level = np.log(values[known])
+    own = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
+    prominence, left, right = scipy.signal.peak_prominences(level, own)
+    saddle = np.where(level[left] >= level[right], left, right)
+    z = scipy.special.ndtri(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
+    sure = errors[known]
+    return np.asarray(known[own[prominence > z * (sure[own] + sure[saddle])]])
+
+
 def find_peaks(
     frequency: FloatArray,
     values: FloatArray,
@@ -86,6 +126,7 @@ def find_peaks(
     distance: float = 0.0,
     height: float = 0.0,
     count: int | None = None,
+    errors: FloatArray | None = None,
 ) -> tuple[Peak, ...]:
     """Return the tallest peaks in a band, tallest first.
 
@@ -103,6 +144,9 @@ def find_peaks(
         Peaks lower than this or equal to it do not count [unit of the values].
     count : int, optional
         How many at most; by default all.
+    errors : (n_frequencies,) array, optional
+        Random error of each value, as a share of it [-]: peaks that chance may make do not
+        count (see `resolved`).
 
     Returns
     -------
@@ -122,6 +166,8 @@ def find_peaks(
     found = local_maxima(values)
     found = found[inside[found] & (values[found] > height)]
     width = frequency[1] - frequency[0] if frequency.size > 1 else 1.0
+    if errors is not None:
+        found = resolved(found, np.where(inside, values, np.nan), errors)
     tallest = separated(found, values, distance / width)[:count]
     return tuple(_peak(int(k), frequency, values) for k in tallest)
 

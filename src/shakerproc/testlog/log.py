@@ -111,18 +111,18 @@ class NotchFilter:
 @final
 @dataclass(frozen=True, slots=True)
 class Peaks:
-    """Which peaks are listed.
+    """Which peaks are listed, of those that chance does not make.
 
     Attributes
     ----------
     distance : float
         Within which only the tallest counts [Hz].
-    count : int
-        How many for each channel.
+    count : int, optional
+        How many for each channel; by default all.
     """
 
-    distance: float = 25.0
-    count: int = 5
+    distance: float = 0.0
+    count: int | None = None
 
 
 @final

@@ -11,6 +11,7 @@ from shakerproc.cli import options, output
 if TYPE_CHECKING:
     from shakerproc.batch.campaign import Products
     from shakerproc.runs import RunSummary, UnitOption
+    from shakerproc.runs.summary import ChannelSummary
     from shakerproc.testlog import Test
 
 
@@ -298,7 +299,7 @@ def _worked_through(
 
 
 def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
-    from shakerproc.runs.trends import omega_e
+    from shakerproc.runs import peak_rows
 
     start, stop = summary.crop_s or (0.0, 0.0)
     level = ""
@@ -312,52 +313,36 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         f"{start:.2f} to {stop:.2f} s{level}",
         json_target=json,
     )
-    rows = []
-    for channel in summary.channels:
-        peak = omega_e(summary, channel.name)
-        response = channel.response_peaks[0] if channel.response_peaks else None
-        rows.append((
-            channel.name,
-            channel.role,
-            channel.rms,
-            channel.unit,
-            channel.crest_factor,
-            peak.frequency_hz if peak and channel.role != "control" else None,
-            response.frequency_hz if response else None,
-            response.quality if response else None,
-            channel.coherence,
-        ))
     output.print_table(
-        (
-            "channel",
-            "role",
-            "rms",
-            "unit",
-            "crest factor",
-            "omega_e [Hz]",
-            "peak of |H1| [Hz]",
-            "Q",
-            "coherence",
-        ),
-        rows,
+        ("channel", "role", "rms", "unit", "crest factor", "omega_e [Hz]", "coherence"),
+        [_channel_row(summary, channel) for channel in summary.channels],
         json_target=json,
     )
+    rows = peak_rows.peak_rows(summary)
+    if rows:
+        output.data(f"resolved peaks of {peak_rows.quantity_of(summary)}:", json_target=json)
+        output.print_table(peak_rows.COLUMNS, [row.cells for row in rows], json_target=json)
     if summary.spectrum is not None:
         output.data(
             f"bins {summary.spectrum.bin_width_hz:.4g} Hz apart, "
             f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
             json_target=json,
         )
-    for text in _withheld(summary):
+    for text in peak_rows.withheld(rows):
         output.data(text, json_target=json)
     output.message(f"results in {folder}")
 
 
-def _withheld(summary: "RunSummary") -> list[str]:
-    """Return why there is no Q, once for each reason."""
-    told: dict[str, list[str]] = {}
-    for channel in summary.channels:
-        peak = channel.response_peaks[0] if channel.response_peaks else None
-        if peak is not None and peak.why_not:
-            told.setdefault(peak.why_not, []).append(channel.name)
-    return [f"no Q of {', '.join(names)}: {why}" for why, names in told.items()]
+def _channel_row(summary: "RunSummary", channel: "ChannelSummary") -> tuple[object, ...]:
+    from shakerproc.runs.trends import omega_e
+
+    peak = None if channel.role == "control" else omega_e(summary, channel.name)
+    return (
+        channel.name,
+        channel.role,
+        channel.rms,
+        channel.unit,
+        channel.crest_factor,
+        peak.frequency_hz if peak else None,
+        channel.coherence,
+    )

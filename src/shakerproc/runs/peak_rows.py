@@ -1,0 +1,85 @@
+"""Every resolved peak of a run for people: one row each, and why a damping is withheld."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, final
+
+from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary
+
+COLUMNS: Final = (
+    "channel",
+    "peak [Hz]",
+    "height",
+    "f_n [Hz]",
+    "Q",
+    "zeta [%]",
+    "95 % interval",
+    "coherence",
+)
+"""Headers of `PeakRow.cells`."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PeakRow:
+    """One peak of a response.
+
+    Attributes
+    ----------
+    channel : ChannelSummary
+        Whose it is.
+    peak : PeakSummary
+        What is known of it.
+    """
+
+    channel: ChannelSummary
+    peak: PeakSummary
+
+    @property
+    def cells(self) -> tuple[object, ...]:
+        """What stands under `COLUMNS`; None where there is nothing to say."""
+        peak = self.peak
+        interval = None
+        if peak.damping_low is not None and peak.damping_high is not None:
+            interval = f"{100.0 * peak.damping_low:.3g} to {100.0 * peak.damping_high:.3g}"
+        return (
+            self.channel.name,
+            peak.frequency_hz,
+            peak.height,
+            peak.natural_frequency_hz,
+            peak.quality,
+            None if peak.damping_ratio is None else 100.0 * peak.damping_ratio,
+            interval,
+            peak.coherence,
+        )
+
+
+def quantity_of(run: RunSummary) -> str:
+    """Return what the peaks are of: ``|H1|``, or ``PSD`` where there is no control."""
+    return "|H1|" if any(c.role == "control" for c in run.channels) else "PSD"
+
+
+def peak_rows(run: RunSummary) -> tuple[PeakRow, ...]:
+    """Return every resolved peak of every response, by channel and frequency."""
+    of_response = quantity_of(run) == "|H1|"
+    return tuple(
+        PeakRow(channel, peak)
+        for channel in run.channels
+        if channel.role != "control"
+        for peak in sorted(
+            channel.response_peaks if of_response else channel.psd_peaks,
+            key=lambda found: found.frequency_hz,
+        )
+    )
+
+
+def withheld(rows: tuple[PeakRow, ...]) -> Iterator[str]:
+    """Yield each reason why a damping is withheld, once, with the peaks that it concerns."""
+    told: dict[str, dict[str, list[str]]] = {}
+    for row in rows:
+        if row.peak.why_not:
+            places = told.setdefault(row.peak.why_not, {})
+            places.setdefault(f"{row.peak.frequency_hz:.4g}", []).append(row.channel.name)
+    for reason, places in told.items():
+        where = "; ".join(f"{', '.join(names)} at {hz} Hz" for hz, names in places.items())
+        yield f"Q withheld ({where}): {reason}"
