@@ -222,6 +222,8 @@ class Recording:
         What was left out of a text file, on request.
     unused : tuple of UnusedChannel
         Every channel of the file that is none of `channels`.
+    driven : bool
+        Whether the log says that the test was driven, so that nothing rests while it lasts.
     """
 
     run: str
@@ -238,6 +240,7 @@ class Recording:
     file: SourceFile | None = None
     skipped: SkippedRows | None = None
     unused: tuple[UnusedChannel, ...] = ()
+    driven: bool = False
 
     def __post_init__(self) -> None:
         checks.positive("sample_rate", self.sample_rate, "Hz")

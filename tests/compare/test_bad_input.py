@@ -1,5 +1,6 @@
 """What a model and a log that do not fit together are told, in one line each."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -68,8 +69,13 @@ def test_controls_and_responses_exchanged(place):
         }
 
     edited(place, "testlog.yaml", exchange)
-    with pytest.raises(DiagnosisError, match="controls and responses look exchanged"):
-        run(place, log="edited-testlog.yaml")
+    found = run(place, log="edited-testlog.yaml")
+    (warning,) = found.warnings
+    assert re.search(r"test 1 .*may be exchanged: over \d+ freq.*ch3.*correlation -0", warning)
+
+
+def test_roles_that_are_right_raise_no_warning(place):
+    assert run(place).warnings == ()
 
 
 def test_a_channel_that_is_both(place):

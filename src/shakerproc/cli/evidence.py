@@ -167,13 +167,13 @@ def held_against(
     model: Path, log: "TestLog", log_path: Path, tell: Callable[[str], None]
 ) -> Evidence:
     """Return the evidence for a model: compared, diagnosed, compared with the effect."""
-    from shakerproc.compare import measured_tests
     from shakerproc.diagnose import diagnose
+    from shakerproc.diagnose.from_files import tests_of
     from shakerproc.model_files import read_model
 
     known = read_model(model)
     diagnosis = diagnose(known, log, progress=tell)
-    models = judged(known, diagnosis, measured_tests(log, known), tell)
+    models = judged(known, diagnosis, tests_of(log, known).tests, tell)
     return Evidence(models, diagnosis, inputs_of(log, log_path, [model])[:2])
 
 

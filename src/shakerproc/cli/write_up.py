@@ -102,6 +102,7 @@ def _document(
         "verdict": telling.trend_sentence(runs, channel),
         "trend_channel": channel,
         "trends": found,
+        "left_out_of_trends": [run.left_out for run in runs if run.left_out],
         "runs": runs,
     }
 
@@ -145,6 +146,8 @@ def tell(
     for run in campaign.runs:
         if run.status == "failed":
             output.message(f"test {run.test} failed: {run.error}")
+        if run.left_out:
+            output.warning(run.left_out)
     runs = [run for run in campaign.runs if run.status == "done"]
     for line in by_tests((run.test, run.remarks) for run in runs):
         output.message(line)

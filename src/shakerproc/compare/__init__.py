@@ -10,7 +10,7 @@ from shakerproc.compare.document import COLUMNS, document_of, rows_of
 from shakerproc.compare.errors import Pair, SensorErrors
 from shakerproc.compare.floor import Floor
 from shakerproc.compare.joints import JointErrors, JointMotion, by_range
-from shakerproc.compare.measured import Measured, measure, measured_tests
+from shakerproc.compare.measured import Measured, Usable, measure, measured_tests, usable_tests
 from shakerproc.compare.prediction import Prediction, predict
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.compare.refit import FittedParameter, Refit, refit
@@ -30,6 +30,7 @@ __all__ = [
     "Refit",
     "SensorErrors",
     "TestComparison",
+    "Usable",
     "by_range",
     "compare",
     "compare_tests",
@@ -41,4 +42,5 @@ __all__ = [
     "refit",
     "rows_of",
     "sentence",
+    "usable_tests",
 ]

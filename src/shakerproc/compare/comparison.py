@@ -12,10 +12,9 @@ from shakerproc.compare.errors import Pair, SensorErrors, errors_of, pair_of
 from shakerproc.compare.floor import Floor, floors_of
 from shakerproc.compare.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.compare.joints import JointMotion, joint_motions
-from shakerproc.compare.measured import Measured, measured_tests
+from shakerproc.compare.measured import Measured, usable_tests
 from shakerproc.compare.prediction import Prediction, predict
 from shakerproc.compare.refit import Refit, refit
-from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
@@ -88,12 +87,18 @@ class Comparison:
         Where in frequency it fails.
     refit : Refit, optional
         The fit that came first.
+    left_out : tuple of str
+        Which tests took no part since a channel did not measure, a sentence each.
+    warnings : tuple of str
+        What looks wrong with the log, a sentence each.
     """
 
     model: Model
     tests: tuple[TestComparison, ...]
     bands: BandErrors
     refit: Refit | None
+    left_out: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def error(self) -> float:
@@ -134,24 +139,24 @@ def compare(
     ShakerprocError
         If a recording cannot be used, or the model runs away.
     """
-    return compare_tests(model, measured_tests(log, model), fit=fit, tell=tell)
+    usable = usable_tests(log, model)
+    return compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
 
 
 def compare_tests(
     model: Model,
     tests: Sequence[Measured],
     *,
+    left_out: Sequence[str] = (),
     fit: bool = False,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
     """Return the same for tests that are in memory."""
     fitted = None
     if fit:
-        _check_sides([_spectra(model, tests[0], tell)])
         fitted = refit(model, tests, tell)
         model = fitted.model
     both = [_spectra(model, test, tell) for test in tests]
-    _check_sides(both)
     predictions, pairs = [b[0] for b in both], [b[1] for b in both]
     floors = floors_of(predictions, pairs)
     compared = tuple(
@@ -166,7 +171,10 @@ def compare_tests(
         )
         for prediction, pair, floor in zip(predictions, pairs, floors, strict=True)
     )
-    return Comparison(model, compared, band_errors(predictions, pairs, floors), fitted)
+    return Comparison(
+        model, compared, band_errors(predictions, pairs, floors), fitted, tuple(left_out),
+        _exchanged(model, both),
+    )  # fmt: skip
 
 
 def _spectra(
@@ -177,26 +185,28 @@ def _spectra(
     return prediction, pair_of(prediction)
 
 
-def _check_sides(both: Sequence[tuple[Prediction, Pair]]) -> None:
-    """Pass responses that peak where the model does, not where it has its dips.
+def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
+    """Return a warning for every response that peaks where the model has its dips.
 
-    Raises
-    ------
-    DiagnosisError
-        If controls and responses look exchanged.
+    Only a base that is driven can be taken for a response: both are accelerations.
     """
+    if model.excitation.on is not None:
+        return ()
+    warnings = []
     for prediction, pair in both:
         for i, name in enumerate(prediction.measured.sensors):
             heard = np.minimum(pair.coherence[i], pair.coherence_model[i]) > _HEARD
             lit = pair.excited & heard
             if np.count_nonzero(lit) < _FEWEST:
                 continue
-            gain, model = (np.log(np.abs(h[i, lit])) for h in (pair.h1, pair.h1_model))
-            if min(gain.std(), model.std()) < _LIVELY:
+            gain, predicted = (np.log(np.abs(h[i, lit])) for h in (pair.h1, pair.h1_model))
+            if min(gain.std(), predicted.std()) < _LIVELY:
                 continue
-            if np.corrcoef(gain, model)[0, 1] < _OPPOSED:
-                raise DiagnosisError(
-                    f"{prediction.measured.run}: {name} is small where the model has its "
-                    f"resonance and large where it has none: controls and responses look "
-                    f"exchanged. Correct the roles of the channels in the log."
+            correlation = float(np.corrcoef(gain, predicted)[0, 1])
+            if correlation < _OPPOSED:
+                warnings.append(
+                    f"{prediction.measured.run}: controls and responses may be exchanged: over "
+                    f"{gain.size} frequencies the gain of {name} is small where the model's is "
+                    f"large (correlation {correlation:.2f}). Check the roles in the log."
                 )
+    return tuple(warnings)

@@ -44,6 +44,8 @@ def document_of(comparison: Comparison) -> dict[str, Any]:
         "sentence": sentence(comparison),
         "error": comparison.error,
         "error_held_out": comparison.held_out,
+        "left_out": list(comparison.left_out),
+        "warnings": list(comparison.warnings),
         "refit": _refit(comparison.refit),
         "bands_hz": [
             [float(a), float(b)] for a, b in zip(bands.edges, bands.edges[1:], strict=False)

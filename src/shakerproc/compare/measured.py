@@ -4,10 +4,19 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
+import numpy as np
+
 from shakerproc.compare.quiet import Quiet, quiet_of
-from shakerproc.data import Channel, FloatArray, Recording, UnusedChannel
+from shakerproc.data import (
+    Channel,
+    FloatArray,
+    Recording,
+    UnusedChannel,
+    recording_of_arrays,
+)
 from shakerproc.errors import DiagnosisError, ModelError, SpectrumError
 from shakerproc.models import Model, Sensor
+from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.remarks import unused_lines
 from shakerproc.testlog import Test, TestLog
@@ -25,6 +34,21 @@ REACH: Final = 3.0
 """How far above the excited band the response is compared, for its harmonics [-]."""
 
 NO_SENSOR: Final = "neither drives the model nor is a sensor of it"
+
+MOST_OF_ALL: Final = 2**21
+"""Samples that are looked at of all tests together: compared in about half a gigabyte."""
+
+LEAST_OF_EACH: Final = 2**17
+"""Samples that are looked at of each test, however many there are."""
+
+PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock"})
+"""Excitations that do not do the same all the time."""
+
+PARTS: Final = 16
+"""Steps in which the loudest part is sought, over its length."""
+
+RUN_IN: Final = 16
+"""The model runs in for this share of the part that is judged: its inverse [-]."""
 
 _DEFAULT_LOW_HZ: Final = 5.0
 _HIGHEST: Final = 0.45  # of the sample rate: above it the recorder's filter rules
@@ -98,13 +122,54 @@ class Measured:
         return mean
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Usable:
+    """The tests of a log that a model can be held against.
+
+    Attributes
+    ----------
+    tests : tuple of Measured
+        In the order of the log.
+    left_out : tuple of str
+        Which others take no part since a channel did not measure, a sentence each.
+    """
+
+    tests: tuple[Measured, ...]
+    left_out: tuple[str, ...]
+
+    def with_those_of(self, other: "Usable") -> "Usable":
+        """Return only the tests that another model can be held against as well."""
+        there = {test.name for test in other.tests}
+        return Usable(
+            tuple(test for test in self.tests if test.name in there),
+            tuple(dict.fromkeys((*self.left_out, *other.left_out))),
+        )
+
+
 def measured_tests(log: TestLog, model: Model) -> tuple[Measured, ...]:
-    """Return every test of a log that has a recording and is not discarded.
+    """Return the tests of `usable_tests` alone."""
+    return usable_tests(log, model).tests
+
+
+def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST) -> Usable:
+    """Return every test of a log that has a recording, is not discarded and was measured.
+
+    A test of which the model needs a channel that did not measure takes no part.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    model : Model
+        Its excitation and its sensors say which channels it needs.
+    most_clipped : float
+        Share of its samples at which a channel may stand at its limit [-].
 
     Raises
     ------
     DiagnosisError
-        If the log has no such test, or a recording and the model do not fit together.
+        If no test remains, or a recording and the model do not fit together.
     ShakerprocError
         If a recording cannot be used.
     """
@@ -114,16 +179,55 @@ def measured_tests(log: TestLog, model: Model) -> tuple[Measured, ...]:
             f"{log.path.name}: no test has a recording that may be used, so there is nothing "
             f"to hold the model against. Give a test its recording, or take back discarded."
         )
-    return tuple(measure(log, test, model) for test in tests)
+    share = longest(len(tests))
+    found, left_out = [], []
+    for test in tests:
+        try:
+            found.append(measure(log, test, model, most_clipped=most_clipped, most=share))
+        except NotMeasuredError as error:
+            left_out.append(str(error))
+    if not found:
+        more = f" So is each of {len(tests) - 1} more." if len(tests) > 1 else ""
+        raise DiagnosisError(
+            f"{log.path.name}: no test is left to judge by. {left_out[0]}{more}"
+        )
+    return Usable(tuple(found), tuple(left_out))
 
 
-def measure(log: TestLog, test: Test, model: Model) -> Measured:
+def longest(n_tests: int) -> int:
+    """Return how many samples of a test are looked at, so that all fit into the memory."""
+    return max(LEAST_OF_EACH, MOST_OF_ALL // n_tests)
+
+
+class NotMeasuredError(DiagnosisError):
+    """A channel that a model needs did not measure in a test."""
+
+
+def measure(
+    log: TestLog, test: Test, model: Model, *,
+    most_clipped: float = MOST_LOST, most: int = MOST_OF_ALL,
+) -> Measured:  # fmt: skip
     """Return one test as the model needs it.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    test : Test
+        One of its tests.
+    model : Model
+        What is held against it.
+    most_clipped : float
+        Share of its samples at which a channel may stand at its limit [-].
+    most : int
+        Samples that are looked at, of a test that has more.
 
     Raises
     ------
     DiagnosisError
         If channels and sensors do not fit together.
+    NotMeasuredError
+        If a channel that the model needs did not measure.
     ShakerprocError
         If the recording cannot be used.
     """
@@ -137,9 +241,38 @@ def measure(log: TestLog, test: Test, model: Model) -> Measured:
                 f"{recording.run}: channel {name!r} both drives the model and is a sensor of "
                 f"it. Give it the role response in the log, or take it out of the sensors."
             )
-        samples = recording.samples()
-        found = _measured(recording, test, samples[inputs], samples[rows], tuple(model.sensors))
+        part = _part(recording, test, most)
+        samples = recording.samples(part.first, part.last)
+        _check_measured(recording, samples, part, {*inputs, *rows}, most_clipped)
+        chosen = (samples[inputs], samples[rows])
+        found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(found, read=recording.notes, unused=_unused(recording, {*inputs, *rows}))
+
+
+def _check_measured(
+    recording: Recording, samples: FloatArray, part: "_Part", rows: set[int], clipped: float
+) -> None:
+    """Pass the samples of a test of which every channel that is needed was measured.
+
+    Raises
+    ------
+    NotMeasuredError
+        If one was not.
+    """
+    judged = samples[:, part.start - part.first : part.stop - part.first]
+    seen = recording_of_arrays(recording.run, recording.channels, judged, recording.sample_rate)
+    needed = {recording.channels[row].name for row in rows}
+    for flag in measuring(replace(seen, driven=recording.driven)):
+        most = {"clipping": clipped, "not a number": 0.0}.get(flag.kind, MOST_LOST)
+        if flag.channel in needed and unusable([flag], 0.0, seen.duration, most=most):
+            start = part.start / recording.sample_rate
+            since = ""
+            if start and flag.start:
+                since = f" (Times count from {start:.6g} s on, where the crop begins.)"
+            raise NotMeasuredError(
+                f"{recording.run} is left out: {flag.channel} "
+                f"{FAULTS.get(flag.kind, flag.kind)}. {flag.message}{since}"
+            )
 
 
 def _unused(recording: Recording, used: Collection[int]) -> tuple[UnusedChannel, ...]:
@@ -151,17 +284,13 @@ def _unused(recording: Recording, used: Collection[int]) -> tuple[UnusedChannel,
 def _measured(
     recording: Recording,
     test: Test,
-    controls: FloatArray,
-    responses: FloatArray,
+    samples: tuple[FloatArray, FloatArray],
     sensors: tuple[str, ...],
+    part: "_Part",
 ) -> Measured:
+    controls, responses = samples
     rate = recording.sample_rate
-    start, stop, notes = _part(recording, test)
-    if stop - start < _SHORTEST:
-        raise DiagnosisError(
-            f"{recording.run}: {stop - start} samples are too few to judge a model; "
-            f"{_SHORTEST} are the least. Correct crop in the log."
-        )
+    start, stop = part.start - part.first, part.stop - part.first
     controls = controls - controls[:, start:stop].mean(axis=1, keepdims=True)
     responses = responses - responses[:, start:stop].mean(axis=1, keepdims=True)
     quiet = quiet_of(controls, responses, rate)
@@ -171,18 +300,74 @@ def _measured(
     return Measured(
         test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=sensors,
         responses=responses, excited=excited, band=band, start=start, stop=stop, quiet=quiet,
-        notes=notes,
+        notes=part.notes,
     )  # fmt: skip
 
 
-def _part(recording: Recording, test: Test) -> tuple[int, int, tuple[str, ...]]:
-    """Return the samples to be judged; where the crop finds nothing, all of them."""
+@final
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What is looked at of a recording, `first` to `last`, and judged, `start` to `stop`."""
+
+    first: int
+    last: int
+    start: int
+    stop: int
+    notes: tuple[str, ...] = ()
+
+
+def _part(recording: Recording, test: Test, most: int) -> _Part:
+    """Return the samples to be judged; where the crop finds nothing, all of them.
+
+    The model begins at rest: where the part does not, it runs in before it is judged.
+
+    Raises
+    ------
+    DiagnosisError
+        If they are too few.
+    """
+    n, notes = recording.n_samples, []
     try:
         crop = find_crop(recording, test)
+        start, stop = crop.start, crop.stop
     except SpectrumError:
-        note = f"{recording.run}: the crop of the log finds no run, so all of it is compared."
-        return 0, recording.n_samples, (note,)
-    return crop.start, crop.stop, ()
+        start, stop = 0, n
+        notes.append(
+            f"{recording.run}: the crop of the log finds no run, so all of it is compared."
+        )
+    if stop - start < _SHORTEST:
+        raise DiagnosisError(
+            f"{recording.run}: {stop - start} samples are too few to judge a model; "
+            f"{_SHORTEST} are the least. Correct crop in the log."
+        )
+    if stop - start > most:
+        whole = (stop - start) / recording.sample_rate
+        start = _loudest(recording, test, start, stop, most)
+        stop = start + most
+        notes.append(
+            f"{recording.run}: used {most / recording.sample_rate:.4g} s of {whole:.4g} s, "
+            f"from {start / recording.sample_rate:.4g} s on."
+        )
+    if n <= 2 * most:
+        return _Part(0, n, start, stop, tuple(notes))
+    first = 0 if start <= most else start - most // RUN_IN
+    return _Part(first, stop, start, stop, tuple(notes))
+
+
+def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int) -> int:
+    """Return where the most telling part of so many samples begins.
+
+    Steady vibration is the same everywhere: its beginning, which shows the noise before it. A
+    sweep tells most where it drives a resonance: the part with most power.
+    """
+    if test.excitation not in PASSING:
+        return start
+    rows = [i for i, c in enumerate(recording.channels) if c.role not in {"control", "force"}]
+    step = max(1, size // PARTS)
+    blocks = recording.select(rows).blocks(start, stop, step)
+    power = np.array([float(np.sum(np.square(np.nan_to_num(block)))) for block in blocks])
+    kept = max(1, min(PARTS, power.size - 1))
+    return start + step * int(np.argmax(np.convolve(power[:-1], np.ones(kept), "valid")))
 
 
 def _excited(test: Test, rate: float) -> tuple[float, float]:

@@ -4,19 +4,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from shakerproc.compare.measured import measured_tests
+import numpy as np
+
 from shakerproc.diagnose.arrays import no_correction
 from shakerproc.diagnose.decide import error_of, estimates, kinds, linear_estimates
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.free_run import friction_fits
-from shakerproc.diagnose.from_files import arrays
+from shakerproc.diagnose.from_files import arrays, tests_of
 from shakerproc.diagnose.pipeline import Stage, screened
 from shakerproc.diagnose.problem import Parameters
 from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import DRY, Context, annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import EFFECTS, Element, Model
+from shakerproc.models import BASE, EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.testlog import TestLog
 
@@ -40,6 +41,10 @@ class Added:
         Held-out error (fitted, where no test is held out) [-].
     tests : tuple of str
         Tests it was fitted to.
+    left_out : tuple of str
+        Tests that took no part since a channel did not measure, a sentence each.
+    worse : str
+        Why the effect is no gain, in a sentence; empty where it is one.
     """
 
     element: Element
@@ -49,6 +54,8 @@ class Added:
     before: float
     after: float
     tests: tuple[str, ...]
+    left_out: tuple[str, ...]
+    worse: str
 
 
 def fit_effect(
@@ -73,8 +80,13 @@ def fit_effect(
             f"{kind} is not fitted; write it into the model file by hand, its numbers are in "
             f"`shakerproc effects {kind}`."
         )
+    for place in between or ():
+        if place not in {BASE, *model.masses}:
+            there = ", ".join([BASE, *model.masses])
+            raise DiagnosisError(f"{model.title}: no place {place!r}; there are {there}.")
     say = progress or (lambda _text: None)
-    measured = measured_tests(log, model)
+    usable = tests_of(log, model)
+    measured = usable.tests
     known = skeleton(model, tuple(measured[0].sensors))
     tests = tuple(arrays(m) for m in measured)
     base, start = start_parameters(known)
@@ -106,16 +118,49 @@ def fit_effect(
     kept = bench.kept()
     numbers = estimates(fit, len(fit.hypothesis.terms) - 1)
     term = fit.hypothesis.terms[-1]
+    before, after = (
+        error_of(final, hypothesis, p, kept)
+        for hypothesis, p in ((base, start), (fit.hypothesis, fit.parameters))
+    )
     linear = {known.between(i): both for i, both in enumerate(linear_estimates(fit))}
     return Added(
         Element(effect_of(kind, numbers), known.between(term.joint)),
         numbers,
         {place: stiffness for place, (stiffness, _) in linear.items()},
         {place: damping for place, (_, damping) in linear.items()},
-        error_of(final, base, start, kept),
-        error_of(final, fit.hypothesis, fit.parameters, kept),
+        before,
+        after,
         tuple(m.name for m in measured if not m.test.hold_out),
+        usable.left_out,
+        _worse(final, none, fit, before, after),
     )  # fmt: skip
+
+
+def _worse(at: Context, none: Fit, fit: Fit, before: float, after: float) -> str:
+    """Return why an effect is no gain: over the model as it is, or with its numbers fitted.
+
+    Over the fitted model the squares of the error must fall by more than their standard error
+    over the pieces that took no part in the fit.
+    """
+    if not after < before:
+        return f"the held-out error does not fall, {before:.3g} -> {after:.3g}"
+    alone = refit(at, [none], at.bench.fitted(), 3, sensors=True)
+    if not alone:
+        return ""
+    kept = at.bench.kept()
+    left = np.array([
+        [error_of(at, one.hypothesis, one.parameters, (piece,)) for piece in kept]
+        for one in (alone[0], fit)
+    ])
+    gains = left[0] ** 2 - left[1] ** 2
+    spread = float(gains.std(ddof=1) / np.sqrt(gains.size)) if gains.size > 1 else 0.0
+    if gains.mean() > spread:
+        return ""
+    fitted = error_of(at, alone[0].hypothesis, alone[0].parameters, kept)
+    return (
+        f"the held-out error falls no further than without it, {before:.3g} -> {fitted:.3g} "
+        f"with the model's own numbers fitted, {after:.3g} with the effect"
+    )
 
 
 def _without_correction(

@@ -1,14 +1,22 @@
 """A diagnosis from a model and a test log."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
 
-from shakerproc.compare.measured import Measured, measured_tests
+from shakerproc.compare.measured import Measured, Usable, usable_tests
 from shakerproc.diagnose.diagnosing import diagnose_arrays
 from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog, TimeCrop
+
+MOST_CLIPPED: Final = 0.5
+"""Share of clipped samples from which on a test cannot be judged [-].
+
+They weigh nothing in the search; where they are the majority, too little is left.
+"""
 
 
 def diagnose(
@@ -38,21 +46,10 @@ def diagnose(
     ShakerprocError
         If a recording cannot be used.
     """
-    measured = measured_tests(log, model)
-    rates = {m.sample_rate for m in measured}
-    if len(rates) > 1:
-        listed = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
-        raise DiagnosisError(
-            f"{log.path.name}: tests at different rates ({listed}) cannot be judged together; "
-            "put them into logs of their own."
-        )
-    if all(m.test.hold_out for m in measured):
-        raise DiagnosisError(
-            f"{log.path.name}: every test is held out, so there is nothing to fit to; take "
-            "hold_out from some."
-        )
+    usable = tests_of(log, model)
+    measured = usable.tests
     clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
-    return diagnose_arrays(
+    found = diagnose_arrays(
         model,
         [arrays(m) for m in measured],
         sensors=measured[0].sensors,
@@ -61,6 +58,34 @@ def diagnose(
         seed=seed,
         progress=progress,
     )
+    return replace(found, notes=(*usable.left_out, *found.notes))
+
+
+def tests_of(log: TestLog, model: Model) -> Usable:
+    """Return the tests of a log that can be judged together.
+
+    Raises
+    ------
+    DiagnosisError
+        If there are none, they do not go together, or there is nothing to fit to.
+    ShakerprocError
+        If a recording cannot be used.
+    """
+    usable = usable_tests(log, model, most_clipped=MOST_CLIPPED)
+    rates = {m.sample_rate for m in usable.tests}
+    if len(rates) > 1:
+        listed = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
+        raise DiagnosisError(
+            f"{log.path.name}: tests at different rates ({listed}) cannot be judged together; "
+            "put them into logs of their own."
+        )
+    if all(m.test.hold_out for m in usable.tests):
+        why = f" {usable.left_out[0]}" if usable.left_out else ""
+        raise DiagnosisError(
+            f"{log.path.name}: every test is held out, so there is nothing to fit to; take "
+            f"hold_out from some.{why}"
+        )
+    return usable
 
 
 def arrays(measured: Measured) -> TestArrays:

@@ -3,10 +3,10 @@
 from shakerproc.recordings.choosing import ChannelNotFoundError
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
-from shakerproc.recordings.health import health
+from shakerproc.recordings.health import MOST_LOST, health, measuring, unusable
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.watchers import Flag
+from shakerproc.recordings.watchers import FAULTS, Flag
 from shakerproc.recordings.writers import (
     WRITERS,
     write_csv,
@@ -17,6 +17,8 @@ from shakerproc.recordings.writers import (
 )
 
 __all__ = [
+    "FAULTS",
+    "MOST_LOST",
     "READERS",
     "UNKNOWN",
     "WRITERS",
@@ -27,9 +29,11 @@ __all__ = [
     "fetch",
     "health",
     "is_url",
+    "measuring",
     "open_recording",
     "read_hashed",
     "sha256",
+    "unusable",
     "write_csv",
     "write_mat",
     "write_parquet",

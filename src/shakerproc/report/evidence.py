@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.compare import sentence
+from shakerproc.compare import Comparison, sentence
 from shakerproc.diagnose import Diagnosis, Estimate
 from shakerproc.diagnose.result import Tried
 from shakerproc.models import EFFECTS
@@ -57,6 +57,7 @@ def model_section(models: Models) -> Section:
         paragraphs.append(_opened(models.new, sentence(after)))
     told = by_tests((t.measured.name, t.measured.remarks) for t in models.before.tests)
     paragraphs += [f"{line[0].upper()}{line[1:]}." for line in told]
+    paragraphs += _limits(models.before)
     forces = figures.restoring_force(models)
     drift = figures.error_in_time(models)
     parts = [
@@ -88,6 +89,12 @@ def model_section(models: Models) -> Section:
     return Section(
         "Where the model fails", "model", paragraphs, [table, *_refit(models)], parts=parts
     )
+
+
+def _limits(comparison: Comparison) -> list[str]:
+    """Return which tests took no part, what looks wrong, and of which only a part was used."""
+    notes = [note for test in comparison.tests for note in test.measured.notes]
+    return [*comparison.left_out, *comparison.warnings, *notes]
 
 
 def _opened(name: str, text: str) -> str:

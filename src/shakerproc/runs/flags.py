@@ -5,7 +5,8 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.health import health
+from shakerproc.recordings import Flag as HealthFlag
+from shakerproc.recordings import health, unusable
 from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
@@ -32,9 +33,11 @@ EDGE_BINS: Final = 3
 def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     """Return all that is odd: what is wrong with the samples first, then with the test."""
     start, stop = (at / result.sample_rate for at in (result.crop.start, result.crop.stop))
+    found_in_samples = health(recording)
+    lost = unusable(found_in_samples, start, stop)
     seen = [
-        Flag(f.kind, f.channel, f.message)
-        for f in health(recording)
+        Flag(f.kind, f.channel, _with_remedy(f, lost=f in lost), f in lost)
+        for f in found_in_samples
         if f.kind not in PASSING or (f.stop >= start - BESIDE and f.start <= stop + BESIDE)
     ]
     found = [
@@ -50,6 +53,16 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     ]
     known = {flag.kind for flag in seen}
     return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
+
+
+def _with_remedy(flag: HealthFlag, *, lost: bool) -> str:
+    """Return what a flag says, and what becomes of a test whose channel did not measure."""
+    if not lost:
+        return flag.message
+    return (
+        f"{flag.message} The test takes no part in trends, compare, diagnose and add; to use "
+        f"its other channels, give {flag.channel} the role ignore in this test."
+    )
 
 
 def _crop(result: RunResult) -> Flag | None:

@@ -90,7 +90,7 @@ def open_path(
     except BaseException:
         recording.source.close()
         raise
-    return recording
+    return replace(recording, driven=test.excitation is not None)
 
 
 def _without_length(test: Test) -> Test:

@@ -48,11 +48,14 @@ class Flag:
         Channel it concerns; empty for the run as a whole.
     message : str
         What was seen and what it may mean.
+    unusable : bool
+        Whether the channel did not measure, so that the run takes no part in trends.
     """
 
     kind: str
     channel: str
     message: str
+    unusable: bool = False
 
 
 @final

@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 
 from shakerproc import files
 from shakerproc.data import UnusedChannel
+from shakerproc.recordings import FAULTS
 from shakerproc.runs.remarks import unused_lines
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
@@ -28,11 +29,14 @@ class FlagSummary:
         Channel it concerns; empty for the run.
     message : str
         A sentence: what was seen and what it may mean.
+    unusable : bool
+        Whether the channel did not measure, so that the run takes no part in trends.
     """
 
     kind: str
     channel: str
     message: str
+    unusable: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,6 +284,17 @@ class RunSummary:
     def remarks(self) -> tuple[str, ...]:
         """Lines for people: the notes, and which channels are not used."""
         return (*self.notes, *unused_lines(self.unused))
+
+    @property
+    def unusable(self) -> tuple[FlagSummary, ...]:
+        """What is said of channels that did not measure."""
+        return tuple(flag for flag in self.flags if flag.unusable)
+
+    @property
+    def left_out(self) -> str:
+        """Why the test takes no part in trends, in a sentence; empty where it does."""
+        why = dict.fromkeys(f"{f.channel} {FAULTS.get(f.kind, f.kind)}" for f in self.unusable)
+        return f"test {self.test} takes no part in trends: {', '.join(why)}" if why else ""
 
     @property
     def told_status(self) -> str:

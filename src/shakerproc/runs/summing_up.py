@@ -56,7 +56,9 @@ def summary_of(
         control=control_density(result) or control_sweep(result),
         spectrum=_spectrum(result),
         channels=tuple(_channel(result, i) for i in range(len(result.channels))),
-        flags=tuple(FlagSummary(f.kind, f.channel, f.message) for f in result.flags),
+        flags=tuple(
+            FlagSummary(f.kind, f.channel, f.message, f.unusable) for f in result.flags
+        ),
         curves=curves_of(result),
         notes=result.notes,
         unused=result.unused,

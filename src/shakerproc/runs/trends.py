@@ -114,6 +114,8 @@ def omega_e(run: RunSummary, channel: str) -> PeakSummary | None:
     """Return the tallest peak of a channel's PSD; None where there is none that means it."""
     if run.facts.get("excitation") in SINGLE_FREQUENCY:
         return None
+    if any(flag.channel == channel for flag in run.unusable):
+        return None
     found = next((c for c in run.channels if c.name == channel), None)
     return found.psd_peaks[0] if found is not None and found.psd_peaks else None
 
@@ -121,7 +123,7 @@ def omega_e(run: RunSummary, channel: str) -> PeakSummary | None:
 def trend_channel(runs: Sequence[RunSummary]) -> str:
     """Return the response channel that moves most: the largest sum of ranks over the runs."""
     score: dict[str, float] = {}
-    for run in runs:
+    for run in (run for run in runs if not run.unusable):
         responses = [c for c in run.channels if c.role == "response" and c.psd_peaks]
         largest = max((_height(c) for c in responses), default=0.0)
         for channel in responses:
@@ -228,9 +230,14 @@ def _column(name: str, known: Sequence[str]) -> str:
 def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Trend | None:
     """Return a trend; None where fewer than two values of x have a run."""
     series: dict[str, list[Point]] = {}
+    left_out: list[str] = []
     for run in runs:
         peak, x = omega_e(run, channel), run.facts.get(request.x)
-        if peak is None or x is None or x == "" or not _takes_part(run, request, runs):
+        if x is None or x == "" or not _takes_part(run, request, runs):
+            continue
+        if run.unusable:
+            left_out.append(run.left_out)
+        if peak is None or run.unusable:
             continue
         label = ", ".join(filter(None, (shown(c, run.facts.get(c)) for c in request.by)))
         width = run.spectrum.bin_width_hz if run.spectrum else math.nan
@@ -246,6 +253,8 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
     caption = f"{request.caption} Channel {channel}, tallest peak of the PSD in the band."
+    if left_out:
+        caption += f" Left out: {'; '.join(left_out)}."
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
 
 

@@ -25,14 +25,22 @@ def add(
         str | None,
         typer.Option(metavar="A,B", help="Its two places.", show_default="where it fits best"),
     ] = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Write the model even where its error does not fall."),
+    ] = False,
     json: output.JsonOption = None,
 ) -> None:
-    """Fit an effect to a log and write it into a new model file; the old one is kept."""
+    """Fit an effect to a log and write it into a new model file; the old one is kept.
+
+    Nothing is written where the held-out error does not fall.
+    """
     import datetime
 
     from shakerproc import __version__
     from shakerproc.cli.compiling import announce
     from shakerproc.diagnose.adding import fit_effect
+    from shakerproc.errors import DiagnosisError
     from shakerproc.model_files import Provenance, add_element, read_model_file
     from shakerproc.recordings import sha256
     from shakerproc.testlog import read_testlog
@@ -45,6 +53,15 @@ def add(
     places = None if between is None else [part.strip() for part in between.split(",")]
     with output.progress("add", 3) as advance:
         added = fit_effect(effect, known, log, between=places, progress=advance)
+    for text in added.left_out:
+        output.warning(text)
+    if added.worse and not force:
+        raise DiagnosisError(
+            f"{effect} between {' and '.join(added.element.between)}: {added.worse}. No model "
+            "is written; --force writes it all the same."
+        )
+    if added.worse:
+        output.warning(f"written although {added.worse}")
     spans = {
         name: (p.low, p.high)
         for name, p in added.parameters.items()
@@ -82,6 +99,8 @@ def add(
             "between": list(added.element.between),
             "parameters": {name: p.as_json() for name, p in added.parameters.items()},
             "held_out": {"before": added.before, "after": added.after},
+            "left_out": list(added.left_out),
+            "worse": added.worse,
             "model": str(new),
         },
         json,

@@ -52,9 +52,9 @@ def compare(
         COLUMNS,
         compare_tests,
         document_of,
-        measured_tests,
         rows_of,
         sentence,
+        usable_tests,
     )
     from shakerproc.model_files import read_model
     from shakerproc.report.evidence_figures import Models
@@ -66,13 +66,16 @@ def compare(
     campaign, shaken = read_testlog(log), read_model(model)
     older = shaken if before is None else read_model(before)
     with output.progress("compare", len(campaign.tests)) as advance:
-        measured = measured_tests(campaign, shaken)
-        found = compare_tests(shaken, measured, fit=fit, tell=advance)
-        models = Models(found, old=shaken.title)
+        usable = given = usable_tests(campaign, shaken)
         if before is not None:
-            measured = measured_tests(campaign, older)
+            given = usable_tests(campaign, older).with_those_of(usable)
+            usable = usable.with_those_of(given)
+        found = compare_tests(
+            shaken, usable.tests, left_out=usable.left_out, fit=fit, tell=advance
+        )
+        models = Models(found, old=shaken.title)
         if before is not None or fit:
-            old = compare_tests(older, measured, tell=advance)
+            old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
     document = {**_provenance(model, log), **document_of(found)}
     files.write_json(folder / "compare.json", document)
@@ -132,6 +135,8 @@ def _print(found: "Comparison", json: str | None) -> None:
         _print_fit(found.refit, json)
     for line in by_tests((test.measured.name, test.measured.remarks) for test in found.tests):
         output.message(line)
+    for text in (*found.left_out, *found.warnings):
+        output.warning(text)
     for test in found.tests:
         for note in test.measured.notes:
             output.warning(note)

@@ -31,7 +31,7 @@ def diagnose(
     from shakerproc.cli.compiling import announce
     from shakerproc.cli.judging import judged
     from shakerproc.cli.machines import LONG, MUCH, Machines
-    from shakerproc.compare import measured_tests
+    from shakerproc.diagnose.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
@@ -47,12 +47,14 @@ def diagnose(
     ):
         given = seen if scheduler is None else log
         result = judged(known, given, machines, seed=seed, progress=advance)
-        measured = measured_tests(seen, known)
+        measured = tests_of(seen, known).tests
         models = evidence.judged(known, result, measured, advance)
         inputs = evidence.inputs_of(seen, testlog, [model])
     show(result, json)
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
+    for text in models.before.warnings:
+        output.warning(text)
     output.write_json(result.as_json(), json)
     files.write_json(folder / "diagnosis.json", result.as_json())
     found = evidence.Evidence(models, result, inputs)

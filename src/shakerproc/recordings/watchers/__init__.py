@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Final
 
 from shakerproc.data import Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+from shakerproc.recordings.watchers.base import FAULTS, AbstractWatcher, Flag
+from shakerproc.recordings.watchers.connection import Connection
 from shakerproc.recordings.watchers.drift import Drift
 from shakerproc.recordings.watchers.extremes import Extremes
 from shakerproc.recordings.watchers.knocks import Knocks
@@ -21,7 +23,11 @@ WATCHERS: Mapping[str, Callable[[Recording], AbstractWatcher]] = MappingProxyTyp
     "drift": Drift,
     "repeats": Repeats,
     "together": Together,
+    "connection": Connection,
 })
 """What looks at the samples, by what it looks for."""
 
-__all__ = ["WATCHERS", "AbstractWatcher", "Flag"]
+MEASURING: Final = ("standstill", "extremes", "connection")
+"""Those that tell whether a channel measured at all."""
+
+__all__ = ["FAULTS", "MEASURING", "WATCHERS", "AbstractWatcher", "Flag"]

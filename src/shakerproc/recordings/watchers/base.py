@@ -2,13 +2,25 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+
+FAULTS: Final[Mapping[str, str]] = MappingProxyType({
+    "constant": "is constant",
+    "open input": "is an open input",
+    "clipping": "is clipped",
+    "stuck": "is stuck",
+    "zero tail": "ends in zeros",
+    "dropout": "drops out",
+    "not a number": "holds values that are no numbers",
+})
+"""What a channel that does not measure is or does, by the kind of its flag."""
 
 _CONTROL: Final = re.compile(r"control|ctrl|pilot", re.IGNORECASE)
 
@@ -28,6 +40,9 @@ class Flag:
         What was found and what to do, a sentence or two.
     start, stop : float
         From when to when it lasts [s].
+    lost : float
+        How long the channel did not measure meanwhile: it stood still, was at its limit, or is
+        not connected [s].
     """
 
     kind: str
@@ -35,6 +50,20 @@ class Flag:
     message: str
     start: float
     stop: float
+    lost: float = 0.0
+
+    def lost_share(self, start: float, stop: float) -> float:
+        """Return the share of a part of the recording that the channel did not measure [-].
+
+        Parameters
+        ----------
+        start, stop : float
+            The part [s].
+        """
+        common, length = min(self.stop, stop) - max(self.start, start), self.stop - self.start
+        if not self.lost or common <= 0.0 or length <= 0.0:
+            return 0.0
+        return min(1.0, self.lost * common / length / (stop - start))
 
 
 class AbstractWatcher(ABC):

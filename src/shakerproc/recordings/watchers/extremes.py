@@ -123,6 +123,7 @@ class Extremes(AbstractWatcher):
                         "was too small. Measure again with a larger range.",
                         min(side.first for side in hit) / rate,
                         max(side.last for side in hit) / rate,
+                        count / rate,
                     )
                 )
         return found

@@ -144,7 +144,7 @@ class Standstill(AbstractWatcher):
         if tail is None:
             return []
         if tail.length == n:
-            return [] if n < SHORTEST else [self._stuck(name, tail, "from the first sample on")]
+            return [] if n < SHORTEST else [self._constant(name, tail)]
         usual = runs.usual()
         limit = max(SHORTEST, FACTOR * usual)
         often = {length: times for length, times in runs.lengths.items() if length >= limit}
@@ -165,7 +165,7 @@ class Standstill(AbstractWatcher):
             return []
         if tail.value:
             still = tail.length >= max(SHORTEST, FACTOR * usual)
-            return [self._stuck(name, tail, "to the end")] if still else []
+            return [self._stuck(name, tail)] if still else []
         zeros = max((run.length for run in runs.long if run.value == 0.0), default=0)
         if tail.length < TAIL_FACTOR * usual or tail.length <= 2 * zeros:
             return []
@@ -173,16 +173,32 @@ class Standstill(AbstractWatcher):
             f"The last {tail.length} samples ({tail.length / rate:.3g} s) are exactly 0: the "
             "file was allocated but not filled. Crop before them, or copy the file again."
         )
-        return [Flag("zero tail", name, message, tail.start / rate, n / rate)]
+        lost = tail.length / rate
+        return [Flag("zero tail", name, message, tail.start / rate, n / rate, lost)]
 
-    def _stuck(self, name: str, run: _Run, when: str) -> Flag:
+    def _constant(self, name: str, run: _Run) -> Flag:
+        unit = next(c.unit for c in self._recording.channels if c.name == name)
+        time = self._recording.duration
+        return Flag(
+            "constant",
+            name,
+            f"Stands at exactly {run.value or 0.0:.6g} {unit} from the first sample to the "
+            "last: it measured nothing. Check sensor and cable.",
+            0.0,
+            time,
+            time,
+        )
+
+    def _stuck(self, name: str, run: _Run) -> Flag:
         rate = self._recording.sample_rate
         return Flag(
             "stuck",
             name,
-            f"Stands at {run.value:.6g} {when} ({run.length} samples). Check sensor and cable.",
+            f"Stands at {run.value:.6g} to the end ({run.length} samples). Check sensor and "
+            "cable.",
             run.start / rate,
             run.stop / rate,
+            run.length / rate,
         )
 
     def _inside(self, name: str, runs: list[_Run], often: Mapping[int, int]) -> list[Flag]:
@@ -203,5 +219,6 @@ class Standstill(AbstractWatcher):
                 "Check the cable, or keep the time out of the crop.",
                 first / rate,
                 last / rate,
+                sum(run.length for run in runs) / rate,
             )
         ]

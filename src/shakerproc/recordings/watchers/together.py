@@ -1,4 +1,4 @@
-"""Channels against each other: mains hum alone, controls that differ, polarity."""
+"""Channels against each other: controls that differ, polarity."""
 
 from typing import Final, final
 
@@ -12,12 +12,6 @@ LOOK: Final = 2.0
 
 MOST: Final = 64
 """Pieces at most."""
-
-HUM: Final = 0.9
-"""Share of the power at the mains frequency and its harmonics that makes an open input."""
-
-OTHERS: Final = 0.5
-"""Share from which on the other channels show that the mains frequency is the excitation."""
 
 DIFFER: Final = 0.1
 """How far the rms of controls may part, relative."""
@@ -71,43 +65,10 @@ class Together(AbstractWatcher):
         self._pieces += 1
 
     def flags(self) -> list[Flag]:
-        return [*self._hum(), *self._differing(), *self._opposed()]
+        return [*self._differing(), *self._opposed()]
 
     def _flag(self, kind: str, channel: str, message: str) -> Flag:
         return Flag(kind, channel, message, 0.0, self._recording.duration)
-
-    def _hum(self) -> list[Flag]:
-        """Return the channels that hold the mains frequency where the others do not."""
-        channels = self._recording.channels
-        found = []
-        for mains in (50.0, 60.0):
-            share = self._share(mains)
-            for row, channel in enumerate(channels):
-                others = np.delete(share, row)
-                if share[row] > HUM and others.size and np.median(others) < OTHERS:
-                    found.append(
-                        self._flag(
-                            "open input",
-                            channel.name,
-                            f"{100 * share[row]:.0f} % of the power is mains hum ({mains:g} Hz "
-                            "and its multiples): nothing is connected, or a shield is broken.",
-                        )
-                    )
-        return found
-
-    def _share(self, mains: float) -> FloatArray:
-        """Return the share of each channel's power within 2 bins of multiples of the mains."""
-        rate = self._recording.sample_rate
-        width = rate / max(self._size, 1)
-        if self._pieces == 0 or width > mains / 8 or rate < 4 * mains:
-            return np.zeros(len(self._recording.channels))
-        frequency = np.arange(self._power.shape[1]) * width
-        order = np.rint(frequency / mains)
-        near = (np.abs(frequency - order * mains) <= 2.0 * width) & (order >= 1) & (order <= 7)
-        total = self._power.sum(axis=1)
-        share: FloatArray = np.zeros_like(total)
-        np.divide(self._power[:, near].sum(axis=1), total, out=share, where=total > 0)
-        return share
 
     def _differing(self) -> list[Flag]:
         """Return a flag if the controls do not move alike."""

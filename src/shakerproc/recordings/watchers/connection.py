@@ -1,0 +1,247 @@
+"""Channels to which nothing is connected: noise or hum that no other channel shares.
+
+Between the pieces of a recording, noise has random phases against whatever another channel
+measures. Its coherence over K pieces is then Beta(1, K - 1) distributed at every frequency,
+however the other channel moves: random, swept, or once for a moment. A channel is called open
+where no coherence with any other channel rises above what that leaves to chance, while the
+others show that the same test finds a common motion.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, control_rows
+
+SIGNIFICANCE: Final = 1e-4
+"""Probability that chance alone makes an open channel look connected, at each length [-]."""
+
+LOOKS: Final = (0.2, 2.0)
+"""Lengths of the pieces: many for what is noisy, long ones for what is slow [s]."""
+
+FEWEST: Final = 24
+"""Pieces at least: a coherence of 0.6 at a single one of 1000 frequencies then counts."""
+
+MOST: Final = 512
+"""Pieces at most, spread over the recording."""
+
+SHORTEST: Final = 256
+LONGEST: Final = 16384
+"""Samples of a piece, at least and at most."""
+
+REFERENCES: Final = 8
+"""Channels that the others are held against: the controls first."""
+
+JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N"})
+"""Units of what moves with the specimen; a temperature need not."""
+
+APART: Final = 3
+"""Bins from one to the next whose noise a Blackman window leaves independent."""
+
+MAINS: Final = (50.0, 60.0)
+HARMONICS: Final = 7
+"""Multiples of the mains frequency that hum is looked for at."""
+
+HUM: Final = 0.5
+"""Share of the power at the mains from which on it is hum, or the excitation itself [-]."""
+
+
+@final
+class _Averages:
+    """Cross spectra of all channels with the references over pieces of one length."""
+
+    def __init__(
+        self, n_samples: int, count: int, references: Sequence[int], size: int
+    ) -> None:
+        self.size = size
+        self.references = list(references)
+        n_pieces = min(MOST, n_samples * 8 // (size * 9))
+        stride = n_samples / max(n_pieces, 1)
+        generator = np.random.default_rng(0)  # no tone keeps its phase from piece to piece
+        room = max(1, int(stride) - size)
+        self._starts = [
+            int(k * stride) + int(at)
+            for k, at in enumerate(generator.integers(0, room, size=n_pieces))
+        ]
+        self._next, self._rest, self._base = 0, np.empty((count, 0)), 0
+        self._window = np.blackman(size)
+        time = np.linspace(-1.0, 1.0, size)
+        self._line = np.array([np.full(size, size**-0.5), time / np.sqrt(time @ time)])
+        bins = size // 2 + 1
+        self.power = np.zeros((count, bins))
+        self.cross = np.zeros((count, len(self.references), bins), dtype=np.complex128)
+        self.moved = np.zeros(count, dtype=bool)
+
+    @property
+    def pieces(self) -> int:
+        return len(self._starts)
+
+    def add(self, first: int, block: FloatArray) -> None:
+        """Take in a block and transform every piece that it completes."""
+        if self._next == len(self._starts):
+            return
+        joined = np.concatenate([self._rest, block], axis=1) if self._rest.size else block
+        base = self._base if self._rest.size else first
+        while self._next < len(self._starts):
+            start = self._starts[self._next] - base
+            if start + self.size > joined.shape[1]:
+                break
+            self._transform(joined[:, start : start + self.size])
+            self._next += 1
+        left = self._starts[self._next] - base if self._next < len(self._starts) else None
+        keep = joined.shape[1] if left is None else min(left, joined.shape[1])
+        self._rest, self._base = joined[:, keep:].copy(), base + keep
+
+    def _transform(self, piece: FloatArray) -> None:
+        self.moved |= np.ptp(piece, axis=1) > 0.0
+        level = piece - (piece @ self._line.T) @ self._line
+        spectrum = np.fft.rfft(level * self._window, axis=1)
+        self.power += np.abs(spectrum) ** 2
+        for column, row in enumerate(self.references):
+            self.cross[:, column] += spectrum * np.conj(spectrum[row])
+
+    def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which channels share a motion with which references, by row and column."""
+        found = np.zeros(self.cross.shape[:2], dtype=bool)
+        for row in np.flatnonzero(self.moved).tolist():
+            for column, reference in enumerate(self.references):
+                if row != reference and self.moved[reference]:
+                    found[row, column] = self._p_value(row, column, keep) < SIGNIFICANCE
+        return found
+
+    def _p_value(self, row: int, column: int, keep: NDArray[np.bool_]) -> float:
+        """Return how likely chance makes coherences as large, at one frequency or at all.
+
+        The largest of M coherences exceeds x with a probability of at most
+        M (1 - x)^(K - 1), and -(K - 1) sum ln(1 - x) over M independent ones is Gamma(M).
+        """
+        product = self.power[row] * self.power[self.references[column]]
+        used = np.flatnonzero(keep & (product > 0.0))
+        if not used.size:
+            return 1.0
+        left = 1.0 - np.abs(self.cross[row, column, used]) ** 2 / product[used]
+        depth = -(self.pieces - 1) * np.log(np.clip(left, 1e-300, 1.0))
+        tries = 2.0 * len(self.references)
+        at_one = used.size * float(np.exp(-depth.max()))
+        apart = depth[::APART]
+        at_all = float(scipy.special.gammaincc(apart.size, apart.sum()))
+        return min(1.0, tries * min(at_one, at_all))
+
+
+@final
+class Connection(AbstractWatcher):
+    """Watches for channels whose samples have nothing in common with those of any other."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._rows = [i for i, c in enumerate(recording.channels) if c.unit in JUDGED]
+        inputs = [i for i, c in enumerate(recording.channels) if c.role == "force"]
+        self._inputs = {*control_rows(recording), *inputs} & set(self._rows)
+        order = sorted(range(len(self._rows)), key=lambda i: self._rows[i] not in self._inputs)
+        self._squares, self._sums = np.zeros(len(self._rows)), np.zeros(len(self._rows))
+        self._averages = [
+            _Averages(recording.n_samples, len(self._rows), order[:REFERENCES], size)
+            for size in _sizes(recording)
+            if len(self._rows) > 1
+        ]
+
+    def add(self, first: int, block: FloatArray) -> None:
+        judged = block[self._rows]
+        self._squares += np.einsum("ij,ij->i", judged, judged)
+        self._sums += judged.sum(axis=1)
+        for averages in self._averages:
+            averages.add(first, judged)
+
+    def flags(self) -> list[Flag]:
+        if not self._averages:
+            return []
+        common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
+        for averages in self._averages:
+            found = averages.coherent(self._heard(averages))
+            common[:, averages.references] |= found
+        common |= common.T
+        moved = self._averages[0].moved
+        return [
+            self._flag(row)
+            for row in np.flatnonzero(moved & ~common.any(axis=1)).tolist()
+            if self._should_move(row, common)
+        ]
+
+    def _should_move(self, row: int, common: NDArray[np.bool_]) -> bool:
+        """Return whether it is known that the channel must share a motion with another.
+
+        The log says that the table is driven; or other channels move together, for a control
+        (which rests while something decays) other controls with anything.
+        """
+        if self._recording.driven:
+            return True
+        others = [i for i in range(len(self._rows)) if i != row]
+        if self._rows[row] in self._inputs:
+            others = [i for i in others if self._rows[i] in self._inputs]
+        return bool(common[others].any())
+
+    def _heard(self, averages: _Averages) -> NDArray[np.bool_]:
+        """Return the bins that tell: without those of hum, where hum is not the excitation."""
+        keep = np.ones(averages.power.shape[1], dtype=bool)
+        keep[:2], keep[-1] = False, False
+        for mains in MAINS:
+            near = self._near(averages, mains)
+            share = _share(averages.power, near)
+            if np.median(share) < HUM:
+                keep &= ~near
+        return keep
+
+    def _near(self, averages: _Averages, mains: float) -> NDArray[np.bool_]:
+        """Return the bins within the window's width of the mains frequency's multiples."""
+        width = self._recording.sample_rate / averages.size
+        frequency = np.arange(averages.power.shape[1]) * width
+        order = np.rint(frequency / mains)
+        near = np.abs(frequency - order * mains) <= APART * width
+        known = mains > 2.0 * (APART + 1) * width
+        return np.asarray(near & (order >= 1) & (order <= HARMONICS) & known)
+
+    def _flag(self, row: int) -> Flag:
+        recording = self._recording
+        channel, n = recording.channels[self._rows[row]], recording.n_samples
+        spread = np.sqrt(max(self._squares[row] / n - (self._sums[row] / n) ** 2, 0.0))
+        averages = self._averages[-1]
+        shares = [
+            (float(_share(averages.power[[row]], self._near(averages, mains))[0]), mains)
+            for mains in MAINS
+        ]
+        hum, mains = max(shares)
+        told = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
+        time = recording.duration
+        return Flag(
+            "open input",
+            channel.name,
+            f"Noise of {spread:.3g} {channel.unit} rms{told} that has nothing in common with "
+            "any other channel: nothing is connected, a cable is broken, or the sensor sits "
+            "where nothing moves. Check it, or give the channel the role ignore.",
+            0.0,
+            time,
+            time,
+        )
+
+
+def _share(power: FloatArray, near: NDArray[np.bool_]) -> FloatArray:
+    """Return the share of each channel's power in some bins; 0 of nothing."""
+    total = power.sum(axis=1)
+    share: FloatArray = np.zeros_like(total)
+    np.divide(power[:, near].sum(axis=1), total, out=share, where=total > 0.0)
+    return share
+
+
+def _sizes(recording: Recording) -> Iterator[int]:
+    """Yield the lengths of pieces of which the recording holds enough [samples]."""
+    n, seen = recording.n_samples, 0
+    for look in LOOKS:
+        wanted = min(look * recording.sample_rate, n * 8 / (FEWEST * 9), float(LONGEST))
+        size = 1 << int(np.log2(max(wanted, 1.0)))
+        if size >= SHORTEST and size > seen:
+            seen = size
+            yield size
