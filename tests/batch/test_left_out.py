@@ -20,8 +20,8 @@ def spoiled(path, channel, change):
         samples = recording.samples()
         row = [c.source_name for c in recording.channels].index(channel)
         samples[row] = change(samples[row])
-        rows = tuple(range(len(samples)))
-        write_tdms(path, replace(recording, source=ArraySource(samples), rows=rows))
+    rows = tuple(range(len(samples)))
+    write_tdms(path, replace(recording, source=ArraySource(samples), rows=rows))
 
 
 def noise(samples):

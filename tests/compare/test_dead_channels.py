@@ -51,8 +51,8 @@ def damaged(place, fault, channel, tests):
             samples = recording.samples()
             row = [c.source_name for c in recording.channels].index(channel)
             samples[row] = fault(samples[row], np.random.default_rng(number))
-            rows = tuple(range(len(samples)))
-            write_tdms(file, replace(recording, source=ArraySource(samples), rows=rows))
+        rows = tuple(range(len(samples)))
+        write_tdms(file, replace(recording, source=ArraySource(samples), rows=rows))
     return before
 
 
