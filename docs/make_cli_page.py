@@ -38,7 +38,9 @@ def page() -> str:
         "# The commands",
         "Made from `--help` by `python docs/make_cli_page.py`; a test compares.\n\n"
         "Data go to stdout, messages to stderr. `--json -` puts JSON on stdout and nothing "
-        "else. Progress is drawn on a terminal only; `NO_COLOR` is obeyed.",
+        "else. Progress is drawn on a terminal only; `NO_COLOR` is obeyed. Tables fit the "
+        "terminal: what has no room is wrapped, and a line names the columns that are left "
+        "out. In a pipe or a file they are as wide as they need, or as `COLUMNS` says.",
         STATUS.strip(),
         f"```text\n{help_of()}\n```",
     ]

@@ -15,7 +15,6 @@ from shakerproc import __version__, files
 from shakerproc.batch.lock import locked
 from shakerproc.cli import build_app
 from shakerproc.cli.commands import COMMANDS
-from shakerproc.cli.output import columns_that_fit
 from shakerproc.data import recording_of_arrays
 from shakerproc.recordings import write_tdms
 
@@ -206,13 +205,6 @@ def test_numbers_stay_numbers_to_the_last_digit():
     values = [-1.5, 0.1 + 0.2, 1e-300, -7]
     lines = files.csv_text({"x": values}).splitlines()[1:]
     assert [float(line) for line in lines] == values
-
-
-def test_a_narrow_terminal_is_spared_columns_that_say_least():
-    columns = ("test", "orientation", "omega_e [Hz]", "note")
-    cells = [["1", "out of plane", "366.3", ""], ["2", "in plane", "315.5", ""]]
-    fits = [columns_that_fit(columns, cells, n, ["orientation"]) for n in (80, 38, 30, 10)]
-    assert fits == [[0, 1, 2, 3], [0, 1, 2], [0, 2], [0, 2]]
 
 
 def test_compiling_is_said_once_and_only_when_there_is_something_to_compile(capsys):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cli.terminal import shown_on_terminal
 
-from shakerproc.cli import braille, output
+from shakerproc.cli import braille, tables
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.models import EFFECTS
 
@@ -59,9 +59,12 @@ def test_the_kinds_are_completed():
 
 
 def test_a_picture_in_a_table_counts_with_its_widest_line():
-    cells = [["gap", output.Picture("ab\ncdef"), "x" * 20]]
-    assert output.columns_that_fit(("kind", "loop", "much"), cells, 37, ("much",)) == [0, 1, 2]
-    assert output.columns_that_fit(("kind", "loop", "much"), cells, 36, ("much",)) == [0, 1]
+    cells = [["gap", tables.Picture("ab\ncdef gh"), "xx"]]
+    fits = [
+        tables.fitted(("kind", "loop", "much"), cells, [False] * 3, width, ("much",)).kept
+        for width in (19, 18)
+    ]
+    assert fits == [(0, 1, 2), (0, 1)]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias
 import typer
 
 from shakerproc import files
+from shakerproc.cli import tables
 from shakerproc.errors import OutputError
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-_BETWEEN: Final = 3
-"""Characters that a drawn column takes besides its text."""
 
 _BARS: Final[list["Console"]] = []
 """Where a bar is being drawn: what is said meanwhile must not run into it."""
@@ -157,17 +155,11 @@ def data(text: str, *, json_target: str | None = None) -> None:
         typer.echo(files.printable(text, lines=True))
 
 
-class Picture(str):
-    """A cell of several lines that the program has drawn itself."""
-
-    __slots__ = ()
-
-
 def cell_text(value: object) -> str:
     """Return a cell for people: four digits, no control characters, nothing for nothing."""
     if value is None:
         return ""
-    if isinstance(value, Picture):
+    if isinstance(value, tables.Picture):
         return value
     if isinstance(value, float):
         return "" if value != value else f"{value:.4g}"  # noqa: PLR0124 - NaN without numpy
@@ -181,10 +173,24 @@ def print_table(
     title: str = "",
     json_target: str | None = None,
     spare: Sequence[str] = (),
+    elsewhere: str = "--json -",
 ) -> None:
-    """Print a table on stdout: drawn on a terminal, plain columns elsewhere.
+    """Print a table on stdout, as wide as `table_width` allows.
 
-    On a terminal that is too narrow, columns that can be spared are left out, in their order.
+    Parameters
+    ----------
+    columns : sequence of str
+        Headers.
+    rows : sequence of sequence
+        Cells, of which numbers get four digits.
+    title : str
+        Line above it.
+    json_target : str, optional
+        Where JSON goes; no table is printed where that is stdout.
+    spare : sequence of str
+        Columns to leave out first where there is too little room.
+    elsewhere : str
+        Where all columns are, told where some are left out.
     """
     if json_target == "-":
         return
@@ -193,68 +199,35 @@ def print_table(
         all(isinstance(row[i], int | float) or row[i] is None for row in rows)
         for i in range(len(columns))
     ]
-    if sys.stdout.isatty():
-        kept = columns_that_fit(columns, cells, shutil.get_terminal_size().columns, spare)
-        _print_rich(
-            [columns[i] for i in kept],
-            [[row[i] for i in kept] for row in cells],
-            [numeric[i] for i in kept],
-            title,
-        )
-    else:
-        _print_plain(columns, cells, numeric, title)
-
-
-def columns_that_fit(
-    columns: Sequence[str], cells: Sequence[Sequence[str]], width: int, spare: Sequence[str]
-) -> list[int]:
-    """Return which columns to print in so many characters, empty and spare ones left out."""
-    kept = list(range(len(columns)))
-    widths = [max(_width(row[i]) for row in (columns, *cells)) + _BETWEEN for i in kept]
-    empty = [name for i, name in enumerate(columns) if not any(row[i] for row in cells)]
-    for name in (*empty, *spare):
-        if sum(widths[i] for i in kept) <= width:
-            break
-        kept = [i for i in kept if columns[i] != name]
-    return kept
-
-
-def _width(cell: str) -> int:
-    return max((len(line) for line in cell.splitlines()), default=0)
-
-
-def _print_rich(
-    columns: Sequence[str], cells: list[list[str]], numeric: list[bool], title: str
-) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(file=sys.stdout, highlight=False)
-    if title:  # one of the table's own would be folded to its width
-        console.print(Text(title, style="italic"))
-    table = Table(box=box.SIMPLE_HEAD)
-    for name, is_number in zip(columns, numeric, strict=True):
-        table.add_column(Text(name), justify="right" if is_number else "left")
-    for row in cells:
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)
-
-
-def _print_plain(
-    columns: Sequence[str], cells: list[list[str]], numeric: list[bool], title: str
-) -> None:
+    layout = tables.fitted(columns, cells, numeric, table_width(), spare)
     if title:
         typer.echo(title)
-    everything = [list(columns), *cells]
-    widths = [max(len(row[i]) for row in everything) for i in range(len(columns))]
-    for row in everything:
-        aligned = (
-            cell.rjust(width) if is_number else cell.ljust(width)
-            for cell, width, is_number in zip(row, widths, numeric, strict=True)
-        )
-        typer.echo("  ".join(aligned).rstrip())
+    head = tables.lines_of(columns, layout, numeric, bottom=True)
+    if sys.stdout.isatty():
+        line = "─" if (sys.stdout.encoding or "").lower().startswith("utf") else "-"
+        rule = line * (sum(layout.widths) + tables.BETWEEN * (len(layout.widths) - 1))
+        bold = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+        head = [*(typer.style(text, bold=True) if bold else text for text in head), rule]
+    for text in head:
+        typer.echo(text)
+    for row in cells:
+        for text in tables.lines_of(row, layout, numeric):
+            typer.echo(text)
+    told = layout.told(elsewhere)
+    if told:
+        typer.echo(told)
+
+
+def table_width() -> int | None:
+    """Return how many characters a line of a table may take; None for as many as it needs.
+
+    On a terminal its width; in a pipe or a file what COLUMNS says, and any number where it says
+    nothing.
+    """
+    if sys.stdout.isatty():
+        return shutil.get_terminal_size().columns
+    said = os.environ.get("COLUMNS", "")
+    return int(said) if said.isdecimal() and int(said) > 0 else None
 
 
 @contextmanager

@@ -141,7 +141,8 @@ def tell(
         ),
         rows,
         json_target=json_target,
-        spare=("orientation", "coherence", "flags", "Q", "excitation", "joint"),
+        spare=("orientation", "excitation", "joint", "coherence", "Q"),
+        elsewhere=f"{root / 'runs.csv'} and peaks.csv",
     )
     for run in campaign.runs:
         if run.status == "failed":

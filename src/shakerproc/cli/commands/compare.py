@@ -91,7 +91,7 @@ def compare(
     verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
     page = write_evidence(folder, campaign.title, verdict, evidence)
     output.write_json(document, json)
-    _print(found, json)
+    _print(found, folder, json)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     print_if(pdf, page)
@@ -116,7 +116,7 @@ def _provenance(model: Path, log: Path) -> dict[str, object]:
     }
 
 
-def _print(found: "Comparison", json: str | None) -> None:
+def _print(found: "Comparison", folder: Path, json: str | None) -> None:
     from shakerproc.runs.remarks import by_tests
 
     rows = []
@@ -129,7 +129,12 @@ def _print(found: "Comparison", json: str | None) -> None:
                 e.peak_gain, e.peak_model_gain,
             ))  # fmt: skip
     output.print_table(
-        _SHOWN, rows, title="Errors are shares of the response", json_target=json
+        _SHOWN,
+        rows,
+        title="Errors are shares of the response",
+        json_target=json,
+        spare=("model gain", "gain", "level"),
+        elsewhere=str(folder / "errors.csv"),
     )
     if found.refit is not None:
         _print_fit(found.refit, json)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import braille, output
+from shakerproc.cli import braille, output, tables
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,7 +81,7 @@ def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:
     ]
     if braille.can_be_shown() and json != "-":
         columns = ("effect", "loop", *columns[1:])
-        rows = [(k, output.Picture(f"{_loop(str(k), 10, 2)}\n "), *more) for k, *more in rows]
+        rows = [(k, tables.Picture(f"{_loop(str(k), 10, 2)}\n "), *more) for k, *more in rows]
     output.print_table(columns, rows, json_target=json, spare=("parameters",))
     output.data("", json_target=json)
     output.print_table(

@@ -104,7 +104,7 @@ def plan(
     folder = output.out_folder(out, f"{testlog.stem}_plan")
     _write(plans, wish, log.title, folder, figures=figures)
     output.write_json(_document(testlog, model, log.title, plans), json)
-    _print(plans, wish, json)
+    _print(plans, wish, folder, json)
     if rehearse and model is not None:
         _rehearse(model, testlog, folder / "rehearsal")
     output.message(f"results in {folder}")
@@ -310,7 +310,9 @@ def _document(
     }
 
 
-def _print(plans: "Sequence[PlannedTest]", wish: "Wish", json: str | None) -> None:
+def _print(
+    plans: "Sequence[PlannedTest]", wish: "Wish", folder: Path, json: str | None
+) -> None:
     from shakerproc.planning import FreeJoint
 
     moving = "table" if isinstance(wish.joint, FreeJoint) else "joint"
@@ -334,6 +336,8 @@ def _print(plans: "Sequence[PlannedTest]", wish: "Wish", json: str | None) -> No
         ),
         [_row(planned, moving) for planned in plans if not planned.test.discarded],
         json_target=json,
+        spare=("averages", "takes [s]", "remarks", "from [Hz]", "to [Hz]", "joint"),
+        elsewhere=str(folder / "plan.csv"),
     )
     discarded = sum(planned.test.discarded for planned in plans)
     both = sum(p.reach is not None and p.reach.contact == "both sides" for p in plans)

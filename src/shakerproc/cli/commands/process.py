@@ -317,6 +317,8 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         ("channel", "role", "rms", "unit", "crest factor", "omega_e [Hz]", "coherence"),
         [_channel_row(summary, channel) for channel in summary.channels],
         json_target=json,
+        spare=("crest factor", "role"),
+        elsewhere=f"{folder / 'peaks.csv'} and statistics.csv",
     )
     rows = peak_rows.peak_rows(summary)
     if rows:
