@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test quick check docs lint benchmark verdicts fuzz blind chaos clean
+.PHONY: demo test quick check docs oldest benchmark verdicts fuzz blind chaos clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -30,6 +30,9 @@ check: $(READY)  ## format, lint, types, rooms, the manual
 
 docs: $(READY)  ## the manual, to read: build/site/index.html
 	$(BIN)/mkdocs build --strict
+
+oldest:  ## the quick tests on the oldest versions that pyproject.toml allows, in build/oldest
+	$(PYTHON) -m tests.oldest
 
 benchmark: $(READY)  ## ratios of speed and memory, each within one run
 	$(BIN)/python -m benchmarks

@@ -81,6 +81,18 @@ def test_headers_and_units_are_found(write, head):
         assert recording.sample_rate == 100.0
 
 
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_numbers_are_read_to_the_last_digit(write, decimal):
+    """Oracle: Python's own reading of the same text."""
+    rng = np.random.default_rng(5)
+    values = rng.standard_normal(2000) * 10.0 ** rng.integers(-9, 9, 2000)
+    written = [repr(value) for value in values.tolist()]
+    rows = [f"{i / 1000:.3f};{text}".replace(".", decimal) for i, text in enumerate(written)]
+    path = write("\n".join(["time[s];a[m/s^2]", *rows, ""]))
+    with open_recording(path) as recording:
+        assert_array_equal(recording.samples()[0], [float(text) for text in written])
+
+
 def test_a_column_answers_to_its_whole_header_too(write):
     path = write(table(",", ".", ["t,ch3_g,b [N]"]))
     for key in ("ch3", "ch3_g"):

@@ -7,7 +7,7 @@ import re
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import BinaryIO, Final, final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
 
@@ -217,6 +217,7 @@ class _Rows:
                 keep_default_na=False,
                 na_values=[""],
                 quoting=csv.QUOTE_NONE,
+                **to_the_last_digit(),
             )
         except (ValueError, OverflowError):
             return None
@@ -294,3 +295,14 @@ class _Rows:
         above = [self._judged(line) for line in self._above]
         decimals = [len(row[-1].partition(".")[2]) for row, problem in above if not problem]
         return bool(decimals) and len(cells[-1].partition(".")[2]) < min(decimals)
+
+
+def to_the_last_digit() -> dict[str, Any]:
+    """Return the option by which pandas reads a number as it was written.
+
+    From 3.1 on it always does, and warns of the option.
+    """
+    import pandas as pd
+
+    release = tuple(int(part) for part in pd.__version__.split(".")[:2])
+    return {} if release >= (3, 1) else {"float_precision": "round_trip"}
