@@ -4,7 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test quick check docs oldest benchmark verdicts fuzz blind chaos clean
+.PHONY: demo test quick long check lint types kernels docs oldest benchmark verdicts fuzz blind
+.PHONY: chaos clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -15,18 +16,29 @@ $(READY): pyproject.toml
 demo: $(READY)  ## the main job on sample_data, then the hidden gap
 	$(BIN)/shakerproc demo demo_output
 
-test: $(READY) check  ## everything that CI runs
-	$(BIN)/python -m pytest -n 2
+test: $(READY)  ## everything that CI runs; the manual is built by a test
+	$(MAKE) --no-print-directory --jobs 2 lint types kernels
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"
 
-check: $(READY)  ## format, lint, types, rooms, the manual
+long: $(READY)  ## the tests that take minutes each, which make test leaves out
+	$(BIN)/python -m pytest -m long
+
+check: lint types  ## format, lint, rooms, types, the manual
+	$(BIN)/mkdocs build --strict --quiet
+
+lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/mkdocs build --strict --quiet
+
+types: $(READY)
+	$(BIN)/mypy
+
+kernels: $(READY)  ## compiled once, before two processes of the tests would both do so
+	$(BIN)/shakerproc doctor > /dev/null
 
 docs: $(READY)  ## the manual, to read: build/site/index.html
 	$(BIN)/mkdocs build --strict

@@ -1,7 +1,7 @@
 """The quick tests on the oldest versions that pyproject.toml allows, in a venv of its own.
 
 The wheel is built and installed with the lowest allowed version of each run-time dependency,
-under the lowest allowed Python. What those need in turn, and the tools of the tests, may be any.
+under the lowest allowed Python. What those need in turn, and what the tests need, may be any.
 """
 
 import re

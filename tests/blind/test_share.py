@@ -7,7 +7,7 @@ SHARE = (
     (31, "cubic_stiffness"),
     (13, "stop"),
     (11, "none"),
-    (22, "mains_hum"),
+    pytest.param(22, "mains_hum", marks=pytest.mark.long),
     (21, "sensor_polarity"),
     (1, "pair:cubic_stiffness+quadratic_damping"),
 )

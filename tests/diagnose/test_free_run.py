@@ -89,6 +89,7 @@ def test_blocks_kept_aside_and_fitted_blocks_share_a_test_in_free_runs():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_friction_of_a_joint_that_sticks_almost_always_is_found(tmp_path):
     """Of this campaign's sweeps only the loudest slips, beside the resonance."""
     campaign = draw(310001, "coulomb_friction")

@@ -153,6 +153,7 @@ def test_the_clearance_of_the_thesis_case_is_found(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_gap_of_a_chain_of_three_masses_is_found_in_its_joint(tmp_path):
     """A campaign of the truth generator of `blind`: 2.5 s each of two levels and one kept."""
     campaign = draw(0, "chain3:gap")
@@ -252,39 +253,55 @@ def loop_readings(moved: np.ndarray, force: np.ndarray) -> tuple[float, float]:
     return float(sliding), float(np.mean(pauses))
 
 
+def damper_run(shared: Path, place: Path, name: str):
+    """Return what the diagnosis finds in a run of the damper, and the readings of its loop."""
+    source = shared / "data" / "friction_backlash_arts" / f"ds1_{name}.json"
+    rows = np.array(json.loads(source.read_text(encoding="utf-8"))["data"], dtype=float)
+    moved, force = 0.0254 * rows[:, 1], 4448.2216 * rows[:, 2]
+    np.savetxt(
+        place / "loop.csv", np.column_stack([force, moved]), delimiter=",",
+        header="force (N),stroke (m)", comments="", fmt="%.8g",
+    )  # fmt: skip
+    return diagnosis_of(place, DAMPER_MODEL, DAMPER_LOG), loop_readings(moved, force)
+
+
+def friction_and_play(found, readings):
+    """Hold the diagnosis of a run against the readings; return the sliding force found."""
+    assert found.verdict == "effect found"
+    assert "in series" in found.sentence
+    friction, gap = found.effects
+    assert (friction.kind, gap.kind) == ("coulomb_friction", "gap")
+    assert friction.between == gap.between == ("base", "rod")
+    sliding, pause = readings
+    limit, play = friction.parameters["sliding_force"], gap.parameters["clearance"]
+    assert limit.value == pytest.approx(sliding, rel=0.1)
+    assert 2.0 * play.value == pytest.approx(pause, rel=0.2)
+    assert limit.low < limit.value < limit.high
+    assert play.low < play.value < play.high
+    errors = found.errors
+    assert errors.noise_floor < errors.held_out.after < 0.5 * errors.held_out.before
+    simple = [one for one in found.candidates if "gap" not in one.kind]
+    assert all(
+        one.held_out_error > errors.held_out.after for one in simple if one.held_out_error
+    )
+    return limit
+
+
 @pytest.mark.shared
 @pytest.mark.slow
 def test_the_friction_damper_has_friction_and_play_in_series(shared, tmp_path):
     """A rig imposes the stroke; sliding force and pause are read off the loop as well."""
+    friction_and_play(*damper_run(shared, tmp_path, "1Hz70lbtension"))
+
+
+@pytest.mark.shared
+@pytest.mark.slow
+@pytest.mark.long
+def test_the_friction_of_the_damper_grows_with_its_tension(shared, tmp_path):
     forces = {}
     for name in ("0.5Hz70lbtension", "1Hz20lbtension", "1Hz70lbtension", "1Hz80lbtension"):
-        source = shared / "data" / "friction_backlash_arts" / f"ds1_{name}.json"
-        rows = np.array(json.loads(source.read_text(encoding="utf-8"))["data"], dtype=float)
-        moved, force = 0.0254 * rows[:, 1], 4448.2216 * rows[:, 2]
         (tmp_path / name).mkdir()
-        np.savetxt(
-            tmp_path / name / "loop.csv", np.column_stack([force, moved]), delimiter=",",
-            header="force (N),stroke (m)", comments="", fmt="%.8g",
-        )  # fmt: skip
-        found = diagnosis_of(tmp_path / name, DAMPER_MODEL, DAMPER_LOG)
-        assert found.verdict == "effect found"
-        assert "in series" in found.sentence
-        friction, gap = found.effects
-        assert (friction.kind, gap.kind) == ("coulomb_friction", "gap")
-        assert friction.between == gap.between == ("base", "rod")
-        sliding, pause = loop_readings(moved, force)
-        limit, play = friction.parameters["sliding_force"], gap.parameters["clearance"]
-        assert limit.value == pytest.approx(sliding, rel=0.1)
-        assert 2.0 * play.value == pytest.approx(pause, rel=0.2)
-        assert limit.low < limit.value < limit.high
-        assert play.low < play.value < play.high
-        errors = found.errors
-        assert errors.noise_floor < errors.held_out.after < 0.5 * errors.held_out.before
-        simple = [one for one in found.candidates if "gap" not in one.kind]
-        assert all(
-            one.held_out_error > errors.held_out.after for one in simple if one.held_out_error
-        )
-        forces[name] = limit
+        forces[name] = friction_and_play(*damper_run(shared, tmp_path / name, name))
     assert forces["1Hz20lbtension"].high < forces["1Hz70lbtension"].low
     assert forces["1Hz70lbtension"].value < forces["1Hz80lbtension"].value
 
