@@ -289,3 +289,11 @@ def test_a_long_recording_that_repeats_itself_takes_little_memory():
     tracemalloc.stop()
     block = 8 * 8 * 2**17
     assert peak < 6 * block, f"{peak / 1e6:.0f} MB"
+
+
+@pytest.mark.parametrize("rate", [1e-300, 1e-3, 0.3, 0.4, 1e12, 1e300, 1.7e308])
+def test_no_sample_rate_is_too_slow_or_too_fast_to_be_looked_at(rate):
+    channels = [Channel(name, "N", name, "N") for name in ("control", "a")]
+    samples = np.random.default_rng(3).standard_normal((2, 5000))
+    recording = recording_of_arrays("run", channels, samples, rate)
+    assert all(flag.message for flag in health(recording))

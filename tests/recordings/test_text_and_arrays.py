@@ -8,6 +8,7 @@ from scipy import io as scipy_io
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import (
+    health,
     mat5,
     matlab,
     open_recording,
@@ -459,7 +460,71 @@ def test_files_that_are_too_long_to_hold_are_refused(tmp_path, write, monkeypatc
     refused(mat(tmp_path / "run.mat", {"t": T, "a": Y}), "too many to hold in memory")
     write_parquet(tmp_path / "run.parquet", held())
     monkeypatch.setattr(parquet, "LARGEST", 10)
-    refused(tmp_path / "run.parquet", "too many to hold in memory")
+    refused(tmp_path / "run.parquet", "50 rows of 2 columns, more than any recording")
+
+
+@pytest.mark.parametrize("rate", ["nan", "0", "-1", "inf", "1e400", "fast"])
+def test_a_sample_rate_of_parquet_that_is_none_is_named(tmp_path, rate):
+    import pyarrow as pa
+
+    table = pa.table({"a [N]": np.ones(50)}, metadata={b"sample_rate_hz": rate.encode()})
+    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    refused(tmp_path / "run.parquet", "sample_rate_hz gives a rate of .* Hz, which is none")
+
+
+def test_parquet_is_the_same_in_every_order_and_says_what_it_does_not_use(tmp_path):
+    import pyarrow as pa
+
+    n, rng = 5000, np.random.default_rng(8)
+    values = rng.standard_normal((3, n)).round(4)
+    cents = pa.array(values[2]).cast(pa.decimal128(12, 4))
+    columns = {
+        "time [s]": np.arange(n) / 250.0,
+        "a [N]": values[0],
+        "remark": ["none"] * n,
+        "b [N]": values[1].astype(np.float32),
+        "c [N]": cents,
+        "state": rng.random(n) > 0.5,
+    }
+    pa.parquet.write_table(pa.table(columns), tmp_path / "run.parquet", row_group_size=777)
+    expected = np.stack([values[0], values[1].astype(np.float32), values[2]])
+    with open_recording(tmp_path / "run.parquet") as recording:
+        assert (recording.sample_rate, recording.n_samples) == (250.0, n)
+        assert "not used: 'remark' (string), 'state' (bool)" in recording.notes[0]
+        assert_allclose(recording.samples(), expected, rtol=1e-15)
+        for start, stop in [(0, 10), (4990, 5000), (700, 1600), (1, 4999), (300, 301)]:
+            assert_allclose(recording.samples(start, stop), expected[:, start:stop])
+        assert_allclose(recording.select([2]).samples(776, 779)[0], expected[2, 776:779])
+
+
+def test_a_row_that_parquet_lacks_is_seen_in_its_time_column(tmp_path):
+    import pyarrow as pa
+
+    times = np.delete(np.arange(2_000_000) / 5000.0, 1_500_000)
+    table = pa.table({"t [s]": times, "a [N]": np.zeros(times.size)})
+    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    refused(tmp_path / "run.parquet", "does not advance evenly")
+    table = table.replace_schema_metadata({b"sample_rate_hz": b"4000.0"})
+    table = table.set_column(0, "t [s]", pa.array(np.arange(times.size) / 5000.0))
+    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    refused(tmp_path / "run.parquet", "contradicts itself: 4000 Hz .* 5000 Hz")
+
+
+def test_health_of_a_long_still_recording_is_quick_and_needs_little_memory(tmp_path):
+    import resource
+    import time
+
+    import pyarrow as pa
+
+    table = pa.table({"a [N]": np.zeros(3_000_000)}, metadata={b"sample_rate_hz": b"5000"})
+    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    del table
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.process_time()
+    with open_recording(tmp_path / "run.parquet") as recording:
+        assert "stuck" in {flag.kind for flag in health(recording)}
+    assert time.process_time() - start < 3.0  # it was 11 s
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50 * 1024
 
 
 def held():

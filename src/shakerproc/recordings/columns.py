@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import ArraySource, FloatArray
+from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
@@ -169,7 +169,14 @@ def like_time(header: str, unit: str, values: FloatArray) -> str:
 
 
 def file_of_columns(
-    table: Columns, *, sample_rate: float | None = None, rate_problem: str = "", cut: str = ""
+    table: Columns,
+    *,
+    sample_rate: float | None = None,
+    rate_problem: str = "",
+    cut: str = "",
+    lengths: Sequence[int] = (),
+    source: SampleSource | None = None,
+    notes: Sequence[str] = (),
 ) -> RawFile:
     """Return a table as a file of one group; a time column gives the rate and is no channel.
 
@@ -183,14 +190,20 @@ def file_of_columns(
         Why it says nothing usable.
     cut : str
         How the file stops short; empty where it is whole.
+    lengths : sequence of int
+        Values of each column, where the table holds only the first of them.
+    source : SampleSource, optional
+        Where they come from then.
+    notes : sequence of str
+        What is odd about the file.
     """
     units = list(table.units) or [""] * len(table.headers)
     axis = time_column(table.headers, units)
-    lengths = [length_of(row) for row in table.values]
+    lengths = lengths or [length_of(row) for row in table.values]
     if axis is not None and sample_rate is None and not rate_problem:
         times = table.values[axis[0], : lengths[axis[0]]] * axis[1]
         sample_rate, rate_problem = rate_of_times(times)
-    notes = [f"The file is not whole: {cut}."] if cut else []
+    notes = [*notes, *([f"The file is not whole: {cut}."] if cut else [])]
     channels = []
     for row, (header, unit) in enumerate(zip(table.headers, units, strict=True)):
         if axis is not None and row == axis[0]:
@@ -217,7 +230,9 @@ def file_of_columns(
                 alias=header,
             )
         )
-    return RawFile((RawGroup("", tuple(channels)),), ArraySource(table.values), tuple(notes))
+    return RawFile(
+        (RawGroup("", tuple(channels)),), source or ArraySource(table.values), tuple(notes)
+    )
 
 
 def _problem(header: str, unit: str, values: FloatArray, timed: bool) -> str:  # noqa: FBT001

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final, TypeAlias, final
@@ -256,8 +256,8 @@ def _start(chosen: Sequence[Chosen], rate: float) -> tuple[datetime | None, str]
     if not times:
         return None, ""
     (first, one), (last, other) = min(times), max(times)
-    if last - first > timedelta(seconds=0.5 / rate):
-        late = (last - first).total_seconds()
+    late = (last - first).total_seconds()
+    if late > 0.5 / rate:
         return first, (
             f"Channel {shown(other)} starts {late:.6g} s after {shown(one)}; its samples are "
             "taken as if they began together."

@@ -72,10 +72,17 @@ class _Channel:
         self.all: _Row | None = None  # the rows that count, as one from first to last
 
     def add(self, first: int, samples: FloatArray) -> None:
-        """Look at the places in a block that the samples themselves choose."""
+        """Look at the places in a block that the samples themselves choose.
+
+        Of one value that comes again within a window only the first place counts, so that a
+        channel that stands still costs no more than any other.
+        """
         bits = samples.view(np.uint64)
         mixed = bits[: bits.size - WINDOW] * _MIX
-        for i in np.flatnonzero(mixed < _LIMIT).tolist():
+        places = np.flatnonzero(mixed < _LIMIT)
+        again = np.zeros(places.size, dtype=bool)
+        again[1:] = (np.diff(places) < WINDOW) & (np.diff(bits[places]) == 0)
+        for i in places[~again].tolist():
             window = samples[i : i + WINDOW]
             if len(set(window.tolist())) < DISTINCT:
                 continue

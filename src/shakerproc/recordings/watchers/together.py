@@ -31,7 +31,8 @@ class Together(AbstractWatcher):
         self._recording = recording
         self._controls = control_rows(recording)
         rate, n = recording.sample_rate, recording.n_samples
-        self._size = min(1 << round(np.log2(LOOK * rate)), n) if n > 16 else 0
+        doublings = np.clip(np.rint(np.log2(LOOK) + np.log2(rate)), 3, 62)
+        self._size = min(1 << int(doublings), n) if n > 16 else 0
         self._every = max(1, n // (MOST * max(self._size, 1)))
         self._window = np.hanning(self._size)
         count, bins = len(recording.channels), self._size // 2 + 1
