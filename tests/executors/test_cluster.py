@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -217,6 +218,29 @@ def test_no_cluster_is_said_in_one_line(tmp_path):
     assert process.returncode == 1
     (line,) = said.splitlines()
     assert line.startswith(f"error: no scheduler answers at {address}")
+
+
+def hang_up(listening):
+    connection, _ = listening.accept()
+    connection.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("silent", [True, False])
+def test_a_port_that_is_no_scheduler_is_said_within_seconds(tmp_path, silent):
+    pytest.importorskip("distributed", reason="the extra cluster is not installed")
+    log = write_campaign(tmp_path, 1)
+    with socket.create_server(("127.0.0.1", 0)) as listening:  # accepts by itself
+        address = f"tcp://127.0.0.1:{listening.getsockname()[1]}"
+        if not silent:
+            threading.Thread(target=hang_up, args=(listening,), daemon=True).start()
+        began = time.monotonic()
+        process = start("batch", log, "--out", tmp_path / "out", "--scheduler", address)
+        _, said = process.communicate(timeout=120)
+        assert time.monotonic() - began < 60.0  # 5 s on a machine that is not busy
+    assert process.returncode == 1
+    (line,) = said.splitlines()
+    assert line.startswith(f"error: no scheduler answers at {address}: who listens there ")
 
 
 def test_other_versions_on_a_worker_are_refused():

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 _CONNECT: Final = 15.0  # [s]
+_ANSWER: Final = 5.0
+"""How long a scheduler may take to send its first byte, which it does by itself [s]."""
 _WITHOUT_WORKERS: Final = 60.0
 """How long a cluster may have no worker while there is something to do [s]."""
 _LOOK: Final = 2.0  # [s]
@@ -103,7 +105,7 @@ def _client(address: str) -> Iterator["Client"]:
     where = _address(address)
     try:
         # distributed would go on trying, and leave a client behind that cannot be closed
-        socket.create_connection((where.hostname, where.port), _CONNECT).close()
+        _check_answers(where)
         client = Client(where.geturl(), timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError, MemoryError) as error:
         raise ClusterError(
@@ -113,6 +115,25 @@ def _client(address: str) -> Iterator["Client"]:
         yield client
     finally:
         client.close(timeout=_CONNECT)
+
+
+def _check_answers(where: ParseResult) -> None:
+    """Pass an address where something speaks; a scheduler does so before it is spoken to.
+
+    Raises
+    ------
+    OSError
+        If nobody listens there, or who does stays silent.
+    """
+    with socket.create_connection((where.hostname, where.port), _ANSWER) as connection:
+        if where.scheme != "tcp":
+            return
+        try:
+            said = connection.recv(1)
+        except TimeoutError as error:
+            raise OSError(f"who listens there is silent for {_ANSWER:g} s") from error
+        if not said:
+            raise OSError("who listens there hangs up")
 
 
 def _address(text: str) -> ParseResult:
