@@ -33,7 +33,8 @@ CAUSES = {
     "exit": "error",
     "not json": "error",
 }
-ENVIRONMENT = os.environ | {"SOURCE_DATE_EPOCH": "1500000000", "PYTHONPATH": str(ROOT)}
+PLACES = os.pathsep.join(p for p in (str(ROOT), os.environ.get("PYTHONPATH")) if p)
+ENVIRONMENT = os.environ | {"SOURCE_DATE_EPOCH": "1500000000", "PYTHONPATH": PLACES}
 
 
 class Cluster:
