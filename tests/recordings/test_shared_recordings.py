@@ -33,7 +33,7 @@ EXPECTED = {
     **{f"mini_shaketable_brace2/stiff1_{name}.csv": MOVELLA for name in MOVELLA_FILES},
     "bobcat_analyzer_vibrationtesting/case1.mat": (2, 1280.0),
     "bobcat_analyzer_vibrationtesting/case2.mat": (2, 1280.0),
-    "cued_gc4/tf_data.npz": "no time series in it",
+    "cued_gc4/tf_data.npz": "no sample rate for channel 'f'",
     "cued_gc4/time_data.npz": (5, 1000.0),
     "friction_backlash_arts/ds1_0.5Hz70lbtension.json": "no reader for .json",
     "friction_backlash_arts/ds1_1Hz20lbtension.json": "no reader for .json",

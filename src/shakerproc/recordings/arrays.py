@@ -1,16 +1,16 @@
 """Named arrays, as MATLAB and NumPy files hold them, to channels."""
 
+import math
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, Protocol, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import is_time, rate_of_times
+from shakerproc.recordings.columns import is_time, like_time, rate_of_times
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
@@ -128,22 +128,25 @@ def file_of_arrays(
         If no array holds a time series.
     """
     long = {name: array for name, array in arrays.items() if max(array.shape, default=0) > 1}
-    times = {name: _times(name, array) for name, array in long.items()}
-    axes = {name: time for name, time in times.items() if time is not None}
-    length = _length(long, axes, run)
+    axes = {name: axis for name, array in long.items() if (axis := _axis(name, array))}
+    length = _length({n: a for n, a in long.items() if n not in axes}, axes, run)
     rate, problem = _rate(arrays, axes, length)
     channels: list[RawChannel] = []
     lines: list[_Row] = []
-    odd = list(left_out)
+    odd = [*left_out, *(n for n, axis in axes.items() if axis.times.size != length)]
+    notes = []
     for name, array in long.items():
         if name in axes:
             continue
         found = _lines(array, length)
         if not found:
             odd.append(name)
-        headers = _headers(name, len(found), texts)
+        named, headers = _headers(name, len(found), texts)
         for line, (header, unit) in zip(found, headers, strict=True):
             plain, in_header = (header, unit) if unit else split_header(header)
+            like = like_time(header if named else "", unit, _head(line, length))
+            if like:
+                notes.append(f"{shown(plain)} is no channel: {like}.")
             channels.append(
                 RawChannel(
                     name=plain,
@@ -153,14 +156,25 @@ def file_of_arrays(
                     unit=in_header,
                     sample_rate=rate,
                     rate_problem=problem,
+                    problem=like,
                     alias=header,
                 )
             )
             lines.append(line)
-    notes = (f"Left out, not of the same length or kind: {_listed(odd)}.",) if odd else ()
+    if rate is None and notes:
+        channels = [replace(c, rate_problem=f"{problem}; {notes[0][:-1]}") for c in channels]
+    if odd:
+        notes.append(f"Left out, not of the same length or kind: {_listed(odd)}.")
     return RawFile(
-        (RawGroup("", tuple(channels)),), LinesSource(run, tuple(lines), handle), notes
+        (RawGroup("", tuple(channels)),),
+        LinesSource(run, tuple(lines), handle),
+        tuple(notes),
     )
+
+
+def _head(line: _Row, length: int) -> FloatArray:
+    """Return the first values of a channel, by which a time is told."""
+    return np.asarray(_slice(line, 0, min(length, 1 << 16)), dtype=np.float64)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -173,22 +187,37 @@ def _flat(array: ArrayLike) -> FloatArray:
     return flat
 
 
-def _times(name: str, array: ArrayLike) -> FloatArray | None:
-    """Return the values of a time vector, or None where it is none."""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Axis:
+    """A time vector: its values [s], and what is wrong with its name."""
+
+    times: FloatArray
+    problem: str
+
+
+def _axis(name: str, array: ArrayLike) -> _Axis | None:
+    """Return a time vector, or None where an array is none.
+
+    One that is called such as t or time is; where the name only begins so, it has to advance
+    as a time does.
+    """
     size = max(array.shape)
     short = name.rsplit(".", 1)[-1]
-    named = is_time(short) or re.match(r"time|zeit", short, re.IGNORECASE)
-    if not named or int(np.prod(array.shape)) != size or size > LARGEST // 8:
+    seconds = is_time(short)
+    named = seconds or re.match(r"time|zeit", short, re.IGNORECASE)
+    if not named or math.prod(array.shape) != size or size > LARGEST // 8:
         return None
-    values = _flat(array)
-    rate, _ = rate_of_times(values)
-    return values if rate is not None else None
+    unit = split_header(short)[1]
+    problem = f"{name} is a time in {shown(unit, 20)}, not in s" if unit and not seconds else ""
+    times = _flat(array) * (seconds or 1.0)
+    return _Axis(times, problem) if seconds or rate_of_times(times)[0] else None
 
 
-def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, FloatArray], run: str) -> int:
+def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, _Axis], run: str) -> int:
     if axes:
-        return max(axis.size for axis in axes.values())
-    sizes = Counter(max(a.shape) for a in long.values() if min(a.shape) < max(a.shape) // 4 + 2)
+        return max(axis.times.size for axis in axes.values())
+    sizes = {max(a.shape) for a in long.values() if _is_slender(a.shape)}
     if not sizes:
         raise RecordingError(
             f"{run}: no time series in it. Save the channels as vectors of one length, with a "
@@ -197,16 +226,24 @@ def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, FloatArray], run: 
     return max(sizes)
 
 
+def _is_slender(shape: tuple[int, ...]) -> bool:
+    """Return whether an array holds a few long lines."""
+    return len(shape) == 1 or min(shape) < max(shape) // 4 + 2
+
+
 def _rate(
-    arrays: Mapping[str, ArrayLike], axes: Mapping[str, FloatArray], length: int
+    arrays: Mapping[str, ArrayLike], axes: Mapping[str, _Axis], length: int
 ) -> tuple[float | None, str]:
     said: dict[str, float] = {}
     for name, axis in axes.items():
-        found, _ = rate_of_times(axis)
-        if found is not None and axis.size == length:
-            said[name] = found
+        if axis.times.size != length:
+            continue
+        found, problem = rate_of_times(axis.times)
+        if found is None or axis.problem:
+            return None, axis.problem or f"{name}: {problem.replace('column', 'vector')}"
+        said[name] = found
     for name, array in arrays.items():
-        if int(np.prod(array.shape)) != 1:
+        if math.prod(array.shape) != 1:
             continue
         value = float(_flat(array)[0])
         short = name.rsplit(".", 1)[-1]
@@ -250,11 +287,11 @@ def _lines(array: ArrayLike, length: int) -> list[_Row]:
 
 def _headers(
     name: str, count: int, texts: Mapping[str, Sequence[str]]
-) -> list[tuple[str, str]]:
-    """Return name and unit of each line of an array."""
+) -> tuple[bool, list[tuple[str, str]]]:
+    """Return whether the lines of an array have names, and name and unit of each."""
     units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
     names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
     if count == 1 and not names:
-        return [(name, "")]
+        return True, [(name, "")]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
-    return [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]
+    return bool(names), [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]

@@ -15,11 +15,11 @@ from shakerproc.recordings.si import split_header
 
 _TIME: Final = re.compile(
     r"(?:x[_ ]?values?|time ?stamp|times?|t|zeit|seconds?|elapsed(?: time)?)"
-    r"(?:[_ ]?(?:s|sec|ms))?(?:[._ ]?\d{1,3})?",
+    r"(?:[_ ]?(?P<unit>s|sec|ms|msec|us|\u00b5s|ns|min|h))?(?:[._ ]?\d{1,3})?",
     re.IGNORECASE,
 )
 _LIKE_TIME: Final = re.compile(r"time|zeit|clock|elapsed", re.IGNORECASE)
-_UNNAMED: Final = re.compile(r"column \d+")
+_UNNAMED: Final = re.compile(r"column \d+|")
 SECONDS: Final = {
     "": 1.0,
     "s": 1.0,
@@ -65,9 +65,11 @@ class Columns:
 def is_time(header: str, unit: str = "") -> float:
     """Return the seconds in a unit of a time column, or 0 if the header names no time."""
     name, in_header = split_header(header)
-    if not _TIME.fullmatch(name.strip()):
+    match = _TIME.fullmatch(name.strip())
+    if match is None:
         return 0.0
-    return SECONDS.get((unit or in_header).strip().casefold(), 0.0)
+    said = unit.strip() or in_header or match["unit"] or ""
+    return SECONDS.get(said.strip().casefold(), 0.0)
 
 
 def time_column(headers: Sequence[str], units: Sequence[str] = ()) -> tuple[int, float] | None:
@@ -159,13 +161,21 @@ def like_time(header: str, unit: str, values: FloatArray) -> str:
         return f"it is a time in {shown(said, 20)}, not in s, ms, us, ns, min or h"
     if values.size < FEWEST or not (_UNNAMED.fullmatch(name) or _LIKE_TIME.search(name)):
         return ""
-    rate, _ = rate_of_times(values)
-    if rate is None:
+    step = (float(values[-1]) - float(values[0])) / (values.size - 1)
+    if not (math.isfinite(step) and step > 0.0 and _is_even(np.diff(values) / step)):
         return ""
     return (
-        f"it advances evenly by {1.0 / rate:.6g}, as a time does; if it is one in seconds, "
-        'call it "time [s]"'
+        f"it advances evenly by {step:.6g}, as a time does; if it is one in seconds, "
+        'call it "time [s]", and a vector of its own "t"'
     )
+
+
+def _is_even(steps: FloatArray) -> bool:
+    """Return whether steps, as shares of their mean, are those of a time.
+
+    Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
+    """
+    return bool(np.unique(np.round(steps, 3)).size <= 4 and np.all(steps >= 0.0))
 
 
 def file_of_columns(

@@ -95,21 +95,27 @@ def read_variables(content: memoryview, largest: int) -> Iterator[tuple[str, Val
     for element in _elements(content, HEAD, order, aligned=False):
         inner = element
         if element.kind == COMPRESSED:
-            unpacked = _unpack(element, left)
+            unpacked = _unpack(element, order, left)
             left -= len(unpacked)
             inner = next(_elements(unpacked, 0, order, aligned=False), element)
         if inner.kind == MATRIX:
             yield _matrix(inner, order, 0)
 
 
-def _unpack(element: _Element, largest: int) -> memoryview:
+def _unpack(element: _Element, order: str, largest: int) -> memoryview:
     machine = zlib.decompressobj()
     try:
-        unpacked = machine.decompress(element.data, largest)
+        tag = machine.decompress(element.data, 8)
+        size = int.from_bytes(tag[4:], "big" if order == ">" else "little")
+        if size > largest:
+            raise Mat5Error(
+                element.place, f"a variable of {size} bytes is more than fits into memory"
+            )
+        unpacked = tag + machine.decompress(machine.unconsumed_tail, size + 1)
     except zlib.error as error:
         raise Mat5Error(element.place, f"a variable does not unpack: {error}") from error
     if machine.unconsumed_tail:
-        raise Mat5Error(element.place, "the variables unpack to more than fits into memory")
+        raise Mat5Error(element.place, "a variable unpacks to more than it says")
     if not machine.eof:
         raise Mat5Error(element.place, "a variable ends before it is unpacked")
     return memoryview(unpacked)

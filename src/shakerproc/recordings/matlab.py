@@ -1,5 +1,6 @@
 """Read .mat: versions 4 to 7 into memory, version 7.3 (HDF5) through h5py, lazily."""
 
+import math
 import warnings
 from pathlib import Path
 from typing import Any, Final
@@ -14,6 +15,9 @@ from shakerproc.recordings.raw import RawFile
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 _DEEPEST: Final = 4
+_PACKED: Final = 1040
+"""Times that packing makes numbers smaller at most: deflate reaches 1032."""
+
 _TOO_MANY: Final = (
     "these are too many to hold in memory. Save them with -v7.3, or export the recording as "
     "TDMS."
@@ -61,8 +65,12 @@ def _version_4(path: Path, run: str) -> list[tuple[str, Value]]:
 
     with foreign(run, "reading the variables"), warnings.catch_warnings():
         warnings.simplefilter("error")
-        if sum(8 * int(np.prod(shape)) for _, shape, _ in scipy_io.whosmat(path)) > LARGEST:
-            raise RecordingError(f"{run}: {_TOO_MANY}")
+        promised = sum(math.prod(map(int, shape)) for _, shape, _ in scipy_io.whosmat(path))
+        if promised > path.stat().st_size:  # a number takes a byte at least
+            raise RecordingError(
+                f"{run}: the variables say they hold {promised} numbers, but the file has "
+                f"{path.stat().st_size} bytes. {AGAIN}"
+            )
         content = scipy_io.loadmat(path, chars_as_strings=True)
     return [(name, value) for name, value in content.items() if not name.startswith("__")]
 
@@ -149,9 +157,10 @@ def _is_readable(item: Any) -> bool:
     """Return whether a dataset lies in this file, in pieces that fit into memory."""
     if item.shape is None or item.is_virtual or item.external:
         return False
-    chunk = int(np.prod(item.chunks)) if item.chunks else 0
+    chunk = math.prod(item.chunks) if item.chunks else 0
     width = int(item.dtype.itemsize)
-    return chunk * width <= 1 << 28 and int(item.size) * width < 1 << 50
+    stored = int(item.id.get_storage_size())
+    return chunk * width <= 1 << 28 and math.prod(item.shape) * width <= _PACKED * stored
 
 
 def _hdf5_text(item: Any) -> str:
