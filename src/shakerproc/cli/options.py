@@ -8,6 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from shakerproc.data import BadRows
+    from shakerproc.recordings.choosing import Measurement
     from shakerproc.testlog import Test
 
 LogArgument: TypeAlias = Annotated[
@@ -16,6 +17,15 @@ LogArgument: TypeAlias = Annotated[
 ]
 RecordingArgument: TypeAlias = Annotated[
     Path, typer.Argument(metavar="RECORDING", help="Recording of one run.", exists=True)
+]
+MeasurementOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--measurement",
+        metavar="NUMBER|all",
+        help="Which of several that follow each other in the same channels, from 1.",
+        show_default="error",
+    ),
 ]
 SegmentOption: TypeAlias = Annotated[
     int | None, typer.Option(help="Samples of a Welch segment.", min=8, show_default="1024")
@@ -116,6 +126,23 @@ def exports_of(text: str) -> tuple[str, ...]:
                 param_hint="--export",
             )
     return asked
+
+
+def measurement_of(text: str | None) -> "Measurement | None":
+    """Return which measurement was asked for.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is no number from 1, nor all.
+    """
+    if text is None or text == "all":
+        return text  # type: ignore[return-value]
+    if not text.isdecimal() or not 1 <= int(text) <= 10_000:
+        raise typer.BadParameter(
+            f"expected a number from 1, or all, got {text!r}", param_hint="--measurement"
+        )
+    return int(text)
 
 
 def with_averaging(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 from shakerproc import units
 from shakerproc.data import ChannelUse, UnusedChannel
@@ -15,6 +15,9 @@ SAME_RATE: Final = 1e-7
 
 SAME_AS_LOG: Final = 1e-4
 """How far the log may round the sample rate, relative."""
+
+Measurement: TypeAlias = int | Literal["all"]
+"""Which of the measurements that follow each other in a file, from 1, or all as one."""
 
 Chosen = tuple[RawChannel, ChannelUse | None]
 
@@ -81,6 +84,73 @@ def choose_group(
         f"{'; '.join(_described(g) for g in candidates[:8])}. Say which: group in the log "
         f'(processing: {{group: "{_plain(candidates[0].name)}"}}) or --group.'
     )
+
+
+def choose_measurement(
+    group: RawGroup, wanted: Measurement | None, run: str
+) -> tuple[RawGroup, str]:
+    """Return the measurement of a group that is meant, and a note where there are several.
+
+    Raises
+    ------
+    RecordingError
+        If there are several and none is said, there is no such one, or they cannot be one.
+    """
+    count = len(group.measurements) + group.more or 1
+    if count == 1:
+        if wanted not in {None, 1, "all"}:
+            raise RecordingError(
+                f"{run}: no measurement {wanted}: the file holds one. Take measurement out."
+            )
+        return group, ""
+    if wanted is None:
+        raise RecordingError(_several(group, count, run))
+    if wanted == "all":
+        differs = sorted(set(group.differs) - {"time"})
+        if differs:
+            raise RecordingError(
+                f"{run}: {count} measurements that differ in {' and '.join(differs)} cannot be "
+                "read as one. Choose one, such as measurement: 1."
+            )
+        return (
+            group,
+            f"{count} measurements are read as one, in spite of the time between them.",
+        )
+    if not 1 <= wanted <= len(group.measurements):
+        raise RecordingError(
+            f"{run}: no measurement {wanted}: choose from 1 to {len(group.measurements)}."
+        )
+    return group.measurements[wanted - 1], f"Measurement {wanted} of {count} in the file."
+
+
+def _several(group: RawGroup, count: int, run: str) -> str:
+    told = "; ".join(
+        f"{number} ({told_measurement(part)})"
+        for number, part in enumerate(group.measurements[:4], 1)
+    )
+    more = f"; and {count - 4} more" if count > 4 else ""
+    as_one = ", or all if they are one" if set(group.differs) == {"time"} else ""
+    return (
+        f"{run}: {count} measurements follow each other in the same channels: {told}{more}. "
+        f"Say which: processing: {{measurement: 1}} in the log or --measurement 1{as_one}."
+    )
+
+
+def told_measurement(part: RawGroup) -> str:
+    """Return when a measurement was taken, how long it is, its rate and units."""
+    channels = [channel for channel in part.channels if channel.n_samples]
+    if not channels:
+        return "no samples"
+    starts = [channel.start_time for channel in channels if channel.start_time is not None]
+    rates = sorted({channel.sample_rate for channel in channels if channel.sample_rate})
+    units_there = dict.fromkeys(channel.unit for channel in channels if channel.unit)
+    parts = [f"from {min(starts):%Y-%m-%d %H:%M:%S}"] if starts else []
+    parts.append(f"{max(channel.n_samples for channel in channels)} samples")
+    if rates:
+        parts.append(f"at {', '.join(f'{rate:.6g}' for rate in rates[:3])} Hz")
+    if units_there:
+        parts.append(f"in {', '.join(shown(unit, 20) for unit in list(units_there)[:4])}")
+    return " ".join(parts)
 
 
 def _listed_notes(file: RawFile) -> str:
@@ -175,7 +245,7 @@ def unused_channels(
         if {channel.name, channel.alias, number} & keys:
             why = why or ignored
         found.append(UnusedChannel(channel.name, why or "not named in the log"))
-    others = [g for g in file.groups if g is not group and not g.reduced]
+    others = [g for g in file.groups if g.name != group.name and not g.reduced]
     return tuple(found) + tuple(
         UnusedChannel(f"{other.name}/{channel.name}", "in another group")
         for other in others

@@ -22,8 +22,10 @@ from shakerproc.data import (
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import (
     Chosen,
+    Measurement,
     choose_channels,
     choose_group,
+    choose_measurement,
     common_length,
     common_rate,
     unused_channels,
@@ -92,6 +94,7 @@ def open_recording(
     decide: Decision | None = None,
     sample_rate: float | None = None,
     group: str | None = None,
+    measurement: Measurement | None = None,
     run: str | None = None,
     hashed: bool = False,
     bad_rows: BadRows = "refuse",
@@ -112,6 +115,8 @@ def open_recording(
         What the log says [Hz]; counts where the file does not say it.
     group : str, optional
         Name of the group in a file of several.
+    measurement : int or "all", optional
+        Which of several measurements that follow each other in the same channels, from 1.
     run : str, optional
         Opens every message; by default the name of the file.
     hashed : bool
@@ -138,13 +143,19 @@ def open_recording(
     try:
         if raw.skipped is not None and bad_rows != "skip":
             raise RecordingError(f"{name}: {raw.refusal}")
-        among = choose_group(raw, group, uses, name)
+        among, note = choose_measurement(
+            choose_group(raw, group, uses, name), measurement, name
+        )
         said = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, said, name)
         found = _recording(path, name, raw, file, chosen, sample_rate)
         unused = unused_channels(raw, among, chosen, said, NO_ROLE if uses is None else IGNORED)
         return replace(
-            found, in_file=len(with_numbers(among)), skipped=raw.skipped, unused=unused
+            found,
+            in_file=len(with_numbers(among)),
+            skipped=raw.skipped,
+            unused=unused,
+            notes=(*found.notes, *([note] if note else [])),
         )
     except BaseException:
         raw.source.close()

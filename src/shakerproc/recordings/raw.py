@@ -66,11 +66,21 @@ class RawGroup:
         In the order of the file.
     reduced : bool
         Whether it holds decimated copies of another group.
+    measurements : tuple of RawGroup
+        The measurements that follow each other in its channels; empty where it is one.
+    differs : tuple of str
+        In what each of them differs from the one before, beginning with the second: ``time``,
+        ``rate``, ``unit`` or ``scale``.
+    more : int
+        How many more there are that cannot be chosen.
     """
 
     name: str
     channels: tuple[RawChannel, ...]
     reduced: bool = False
+    measurements: "tuple[RawGroup, ...]" = ()
+    differs: tuple[str, ...] = ()
+    more: int = 0
 
 
 @final

@@ -81,7 +81,8 @@ def open_path(
         decide=decide,
         sample_rate=test.processing.sample_rate,
         bad_rows=test.processing.bad_rows,
-        group=group,
+        group=group or test.processing.group,
+        measurement=test.processing.measurement,
         run=run,
         hashed=True,
     )

@@ -153,6 +153,10 @@ class Processing:
         Only where the recording does not say it [Hz].
     bad_rows : str
         ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
+    group : str, optional
+        Group of a recording of several.
+    measurement : int or "all", optional
+        Which of several measurements that follow each other in the same channels, from 1.
     welch : Welch
         Averaging of the spectra.
     detrend : str
@@ -172,6 +176,8 @@ class Processing:
     crop: Crop | None = ThresholdCrop()
     sample_rate: float | None = None
     bad_rows: BadRows = "refuse"
+    group: str | None = None
+    measurement: int | Literal["all"] | None = None
     welch: Welch = Welch()
     detrend: Literal["none", "mean", "segment mean"] = "none"
     band: tuple[float, float] | None = None

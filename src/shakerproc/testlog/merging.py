@@ -103,6 +103,8 @@ def merged_processing(
         crop=_crop(base.crop, section, channels),
         sample_rate=given.get("sample_rate", base.sample_rate),
         bad_rows=given.get("bad_rows", base.bad_rows),
+        group=given.get("group", base.group),
+        measurement=given.get("measurement", base.measurement),
         welch=_welch(base.welch, section.welch),
         detrend=given.get("detrend", base.detrend),
         stitch=given.get("stitch", base.stitch),

@@ -190,6 +190,8 @@ class ProcessingSection(Section):
     crop: CropSection | None = None
     sample_rate: Hertz = None
     bad_rows: BadRows | None = None
+    group: Text | None = None
+    measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
     welch: WelchSection = WelchSection()
     detrend: Literal["none", "mean", "segment mean"] | None = None
     band: BandSection | None = None

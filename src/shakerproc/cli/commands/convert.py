@@ -19,6 +19,7 @@ def convert(
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
+    measurement: options.MeasurementOption = None,
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
     ] = None,
@@ -38,6 +39,7 @@ def convert(
     with open_recording(
         recording,
         group=group,
+        measurement=options.measurement_of(measurement),
         sample_rate=sample_rate_hz,
         bad_rows=options.bad_rows_of(bad_rows),
     ) as opened:

@@ -30,6 +30,7 @@ def inspect(
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
+    measurement: options.MeasurementOption = None,
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="Where the recording does not say it [Hz].")
     ] = None,
@@ -44,11 +45,15 @@ def inspect(
     from shakerproc.errors import RecordingError
     from shakerproc.recordings import contents, open_recording
 
-    skip = options.bad_rows_of(bad_rows)
+    skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
     groups, notes = contents(recording)
     try:
         with open_recording(
-            recording, group=group, sample_rate=sample_rate_hz, bad_rows=skip
+            recording,
+            group=group,
+            measurement=chosen,
+            sample_rate=sample_rate_hz,
+            bad_rows=skip,
         ) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:
@@ -97,8 +102,10 @@ def _show(
     )
     _summary(recording, path, fingerprint, json)
     _channels(recording, levels, json)
-    for found in groups if len(groups) > 1 else ():
-        output.data(f"group {_described(found)}", json_target=json)
+    for found in groups:
+        if len(groups) > 1:
+            output.data(f"group {_described(found)}", json_target=json)
+        _measurements(found, json)
     for note in (*recording.notes, *unused_lines(recording.unused)):
         output.data(f"note: {note}", json_target=json)
     _health(flags, json, looked=health)
@@ -178,8 +185,20 @@ def _described(group: "RawGroup") -> str:
     )
 
 
+def _measurements(group: "RawGroup", json: str | None) -> None:
+    """Tell the measurements that follow each other in a group, where there are several."""
+    from shakerproc.recordings.choosing import told_measurement
+
+    for number, part in enumerate(group.measurements, 1):
+        apart = f", another {group.differs[number - 2]}" if number > 1 else ""
+        output.data(f"measurement {number}: {told_measurement(part)}{apart}", json_target=json)
+    if group.more:
+        output.data(f"and {group.more} more measurements", json_target=json)
+
+
 def _show_group(group: "RawGroup", json: str | None) -> None:
     output.data(f"group {_described(group)}", json_target=json)
+    _measurements(group, json)
     rows = [
         (n, c.name, c.unit or "none", c.n_samples, c.sample_rate, c.problem)
         for n, c in enumerate(group.channels, 1)

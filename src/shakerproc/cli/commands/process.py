@@ -75,6 +75,7 @@ def process(
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
+    measurement: options.MeasurementOption = None,
     segment: options.SegmentOption = None,
     overlap: options.OverlapOption = None,
     window: options.WindowOption = None,
@@ -120,6 +121,9 @@ def process(
     if bad_rows is not None:
         skip = options.bad_rows_of(bad_rows)
         chosen = replace(chosen, processing=replace(chosen.processing, bad_rows=skip))
+    if measurement is not None:
+        which = options.measurement_of(measurement)
+        chosen = replace(chosen, processing=replace(chosen.processing, measurement=which))
     folder = output.out_folder(out, folder_name(recording, chosen))
     products = Products(figures, options.exports_of(export), thesis)
     summary = _worked_through(recording, chosen, reading, folder, products)

@@ -26,6 +26,11 @@ class Cursor:
         self._endian = endian
 
     @property
+    def endian(self) -> str:
+        """Byte order of the block."""
+        return self._endian
+
+    @property
     def place(self) -> int:
         """Byte of the file that comes next."""
         return self._start + self._position

@@ -1,12 +1,13 @@
 """The objects (root, groups, channels) that the metadata of a segment lists."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Any, Final, TypeAlias, final
 
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.tdms.cursor import Cursor
+from shakerproc.recordings.tdms.said import is_tracked, value_of
 from shakerproc.recordings.tdms.types import (
     DAQMX,
     NUMBERS,
@@ -25,6 +26,9 @@ LONGEST_PATH: Final = 4096
 MOST_OBJECTS: Final = 50_000
 MOST_PROPERTIES: Final = 200_000
 _PATH: Final = re.compile(r"/|/'((?:[^']|'')*)'(?:/'((?:[^']|'')*)')?", re.DOTALL)
+
+Wrote: TypeAlias = Callable[[str, str, Any], None]
+"""Told path of the object, name and value of a property."""
 
 
 @final
@@ -122,6 +126,7 @@ def read_objects(
     before: tuple[Listed, ...],
     known: Mapping[str, Listed],
     properties: dict[int, str],
+    wrote: Wrote,
 ) -> tuple[Listed, ...]:
     """Return the list of objects after one block of metadata.
 
@@ -136,6 +141,8 @@ def read_objects(
     properties : dict
         Where to note every property, by the hash of object and name, with its name if its text
         is not UTF-8.
+    wrote : callable
+        Told path, name and value of each property that says how samples are to be read.
 
     Raises
     ------
@@ -153,7 +160,7 @@ def read_objects(
         if len(seen) + len(known) > MOST_OBJECTS:
             raise StructureError(place, f"more than {MOST_OBJECTS} channels")
         listed[entry.path] = entry
-        _read_properties(cursor, entry.path, properties)
+        _read_properties(cursor, entry.path, properties, wrote)
     cursor.finish()
     return tuple(listed.values())
 
@@ -241,20 +248,25 @@ def _read_scaler(cursor: Cursor, path: str, *, line: bool) -> Scaler:
     return Scaler(scale, SCALERS[kind], buffer, offset)
 
 
-def _read_properties(cursor: Cursor, path: str, properties: dict[int, str]) -> None:
+def _read_properties(
+    cursor: Cursor, path: str, properties: dict[int, str], wrote: Wrote
+) -> None:
     for _ in range(cursor.u32("the number of properties")):
         name = cursor.text("the name of a property")
         place = cursor.place
         code = cursor.u32(f"the type of {shown(name)}")
         odd = False
         if code == STRING:
-            odd = not _is_utf8(cursor.raw_text(shown(name)))
+            raw = cursor.raw_text(shown(name))
+            odd = not _is_utf8(raw)
         elif code in PROPERTY_SIZES:
-            cursor.skip(PROPERTY_SIZES[code], shown(name))
+            raw = cursor.skip(PROPERTY_SIZES[code], shown(name))
         else:
             raise StructureError(
                 place, f"property {shown(name)} has the type {code:#x}, unknown here"
             )
+        if is_tracked(name):
+            wrote(path, name, value_of(code, raw, cursor.endian))
         properties[hash((path, name))] = name if odd else ""
         if len(properties) > MOST_PROPERTIES:
             raise StructureError(place, f"more than {MOST_PROPERTIES} properties")

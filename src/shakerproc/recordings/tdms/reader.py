@@ -3,15 +3,17 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
     read_properties,
@@ -19,8 +21,9 @@ from shakerproc.recordings.tdms.metadata import (
     unused_scales,
 )
 from shakerproc.recordings.tdms.objects import Listed, split_path
-from shakerproc.recordings.tdms.source import ServedChannel, TdmsSource, clocks
-from shakerproc.recordings.tdms.structure import Structure
+from shakerproc.recordings.tdms.said import is_tracked
+from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, clocks
+from shakerproc.recordings.tdms.structure import Extent, Structure, present
 from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
 from shakerproc.recordings.tdms.walk import walk
 
@@ -53,28 +56,97 @@ def read_tdms(path: Path, run: str) -> RawFile:
 def _open(file: BinaryIO, run: str) -> RawFile:
     structure = walk(file)
     properties = read_properties(bytes(structure.index), run) if structure.index else {}
-    present = structure.present()
-    names = [path for path in structure.known if split_path(path)[1] is not None]
-    served = [path for path in names if not _problem(structure.known[path])]
-    scalings = [
-        ServedChannel(path, read_scaling(run, path, _levels(path, properties)))
-        for path in served
+    table = _Table(run, structure)
+    by_group: dict[str, list[str]] = {}
+    for path in structure.known:
+        group, channel = split_path(path)
+        if channel is not None:
+            by_group.setdefault(group or "", []).append(path)
+    found = tuple(_group(name, paths, table, properties) for name, paths in by_group.items())
+    source = TdmsSource(run, file, structure.size, tuple(table.served), tuple(table.clocks))
+    loose = [
+        path
+        for paths in by_group.values()
+        for path in paths
+        if not _problem(structure.known[path]) and unused_scales(properties.get(path, _EMPTY))
     ]
-    rows = {path: row for row, path in enumerate(served)}
-    groups: dict[str, list[RawChannel]] = {}
-    for path in names:
-        group, _ = split_path(path)
-        channel = _channel(path, structure, present, rows, _levels(path, properties))
-        groups.setdefault(group or "", []).append(channel)
-    found = tuple(
-        RawGroup(name, tuple(channels), _is_reduced(name, properties))
-        for name, channels in groups.items()
+    return RawFile(found, source, _notes(structure, table.served, loose))
+
+
+def _group(
+    name: str, paths: Sequence[str], table: "_Table", properties: Mapping[str, Properties]
+) -> RawGroup:
+    """Return a group, and the measurements that follow each other in it."""
+    waveforms, extents = table.structure.waveforms, table.structure.extents
+    cuts = waveforms.cuts.get(name, [])
+    reduced = _is_reduced(name, properties)
+    measurements = []
+    for number, part in enumerate(divided(cuts, extents) if cuts else []):
+        last = number == len(cuts)
+        said = properties if last else _as_of(properties, cuts[number].before, paths)
+        if last and name in waveforms.more:
+            break  # what is left is several
+        channels = table.add(_Part(part, said, number, last=last), paths)
+        measurements.append(RawGroup(name, channels, reduced))
+    whole = _Part(extents, properties, 0, last=True)
+    return RawGroup(
+        name,
+        table.add(whole, paths),
+        reduced,
+        tuple(measurements),
+        tuple(cut.differs for cut in cuts),
+        waveforms.more[name] + 1 if name in waveforms.more else 0,
     )
-    source = TdmsSource(
-        run, file, structure.size, tuple(scalings), clocks(served, structure.extents)
-    )
-    loose = [path for path in served if unused_scales(properties.get(path, _EMPTY))]
-    return RawFile(found, source, _notes(structure, scalings, loose))
+
+
+def _as_of(
+    properties: Mapping[str, Properties], before: Mapping[str, Properties], paths: Sequence[str]
+) -> dict[str, Properties]:
+    """Return the properties as they were when a measurement ended."""
+    then = {
+        path: {n: v for n, v in properties.get(path, _EMPTY).items() if not is_tracked(n)}
+        | dict(before.get(path, _EMPTY))
+        for path in paths
+    }
+    return {**properties, **then}
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """A measurement: its samples, and what the file says of them; `last` where it is open."""
+
+    extents: Sequence[Extent]
+    properties: Mapping[str, Properties]
+    number: int
+    last: bool
+
+
+@final
+@dataclass(slots=True, eq=False)
+class _Table:
+    """The rows of a file: a channel has one for all its samples, and one for a measurement."""
+
+    run: str
+    structure: Structure
+    served: list[ServedChannel] = field(default_factory=list)
+    clocks: list[Clock] = field(default_factory=list)
+
+    def add(self, part: _Part, paths: Sequence[str]) -> tuple[RawChannel, ...]:
+        """Return the channels of a part; those that can be served get a row each."""
+        numbers = [path for path in paths if not _problem(self.structure.known[path])]
+        rows = {path: len(self.served) + i for i, path in enumerate(numbers)}
+        clock_of = clocks(numbers, part.extents)
+        self.served += [
+            ServedChannel(path, read_scaling(self.run, path, _levels(path, part.properties)))
+            for path in numbers
+        ]
+        self.clocks += [clock_of[path] for path in numbers]
+        there = present(part.extents)
+        return tuple(
+            _channel(path, self.structure, part, there.get(path, 0), rows.get(path, -1))
+            for path in paths
+        )
 
 
 def _group_path(name: str) -> str:
@@ -102,31 +174,28 @@ def _problem(entry: Listed) -> str:
     return f"it holds {kinds.get(entry.index.code, 'no real numbers')}"
 
 
-def _channel(
-    path: str,
-    structure: Structure,
-    present: Mapping[str, int],
-    rows: Mapping[str, int],
-    levels: tuple[Properties, Properties, Properties],
-) -> RawChannel:
-    properties = levels[0]
-    rate, rate_problem = _sample_rate(properties)
+def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
+    levels = _levels(path, part.properties)
+    rate, rate_problem = _sample_rate(levels[0])
+    start = structure.waveforms.starts.get((path, part.number))
+    if start is None and part.number == 0:
+        start = start_of(levels[0])
+    promised = max(_promised(path, structure, there), _logged(levels, rate))
     return RawChannel(
         name=split_path(path)[1] or "",
-        row=rows.get(path, -1),
-        n_samples=present.get(path, 0),
-        promised=max(_promised(path, structure, present), _logged(levels, rate)),
-        unit=_unit(properties),
+        row=row,
+        n_samples=there,
+        promised=promised if part.last else there,
+        unit=unit_of(levels[0]),
         sample_rate=rate,
         rate_problem=rate_problem,
-        start_time=_time(properties.get("wf_start_time")),
+        start_time=_time(start),
         problem=_problem(structure.known[path]),
     )
 
 
-def _promised(path: str, structure: Structure, present: Mapping[str, int]) -> int:
+def _promised(path: str, structure: Structure, there: int) -> int:
     """Return how many values there should be; where the file cannot say, one chunk more."""
-    there = present.get(path, 0)
     missing = structure.missing.get(path, 0)
     entry = structure.known[path]
     if structure.open_end and missing <= 0 and entry.index:
@@ -142,14 +211,6 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
         return 0
     length = duration * rate if rate and not levels[1].get("DecimationLevel") else 0.0
     return round(length) if 0.0 < length < 2.0**50 else 0
-
-
-def _unit(properties: Properties) -> str:
-    for name in ("unit_string", "NI_UnitDescription"):
-        text = properties.get(name)
-        if isinstance(text, str) and text.strip():
-            return text.strip()
-    return ""
 
 
 def _sample_rate(properties: Properties) -> tuple[float | None, str]:

@@ -2,7 +2,7 @@
 
 import os
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO, Final, final
 
@@ -97,15 +97,15 @@ class TdmsSource(SampleSource):
         Bytes that it had when it was walked over.
     channels : tuple of ServedChannel
         What each row is.
-    clocks : mapping
-        Path of a channel to its clock.
+    clocks : tuple of Clock
+        Where the values of each row stand.
     """
 
     run: str
     file: BinaryIO
     size: int
     channels: tuple[ServedChannel, ...]
-    clocks: Mapping[str, Clock]
+    clocks: tuple[Clock, ...]
     _buffer: memoryview = field(default_factory=lambda: memoryview(bytearray(BATCH)))
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class TdmsSource(SampleSource):
         out = np.empty((len(rows), max(0, stop - start)))
         together: dict[int, list[int]] = defaultdict(list)
         for line, row in enumerate(rows):
-            clock = self.clocks[self.channels[row].path]
+            clock = self.clocks[row]
             if start < 0 or stop > clock.starts[-1]:
                 raise ValueError(f"samples {start} to {stop} of {clock.starts[-1]}")
             together[id(clock)].append(line)
@@ -147,7 +147,7 @@ class TdmsSource(SampleSource):
         self, rows: list[int], lines: list[int], start: int, stop: int, out: FloatArray
     ) -> None:
         channels = [self.channels[row] for row in rows]
-        clock = self.clocks[channels[0].path]
+        clock = self.clocks[rows[0]]
         first = int(np.searchsorted(clock.starts, start, side="right")) - 1
         position = start
         for number in range(first, len(clock.extents)):

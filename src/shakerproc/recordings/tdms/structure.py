@@ -1,9 +1,11 @@
 """What the walk over a TDMS file finds: where the values of every channel stand."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import final
 
 from shakerproc.recordings.tdms.layout import Layout
+from shakerproc.recordings.tdms.measurements import Waveforms
 from shakerproc.recordings.tdms.objects import Listed
 
 
@@ -58,6 +60,8 @@ class Structure:
         Whether the file does not say how much more there was to come.
     mixed : bool
         Whether interleaved and contiguous segments follow each other.
+    waveforms : Waveforms
+        What the channels say of their samples, and where another measurement begins.
     """
 
     size: int
@@ -70,19 +74,28 @@ class Structure:
     cut: str = ""
     open_end: bool = False
     mixed: bool = False
+    waveforms: Waveforms = field(default_factory=Waveforms)
 
     def present(self) -> dict[str, int]:
         """Return how many values of each channel are there."""
-        counts: dict[str, int] = {}
-        for extent in self.extents:
-            for path, where in extent.layout.places.items():
-                counts[path] = counts.get(path, 0) + extent.n_chunks * where.count
-        return counts
+        return present(self.extents)
 
 
-def append_extent(extents: list[Extent], new: Extent) -> None:
-    """Add an extent; segments of one chunk that follow each other evenly become one extent."""
-    last = extents[-1] if extents else None
+def present(extents: Sequence[Extent]) -> dict[str, int]:
+    """Return how many values of each channel some extents hold."""
+    counts: dict[str, int] = {}
+    for extent in extents:
+        for path, where in extent.layout.places.items():
+            counts[path] = counts.get(path, 0) + extent.n_chunks * where.count
+    return counts
+
+
+def append_extent(extents: list[Extent], new: Extent, *, apart: bool = False) -> None:
+    """Add an extent; segments of one chunk that follow each other evenly become one extent.
+
+    Unless the new one is to stay apart.
+    """
+    last = extents[-1] if extents and not apart else None
     if last is not None and last.layout is new.layout and new.n_chunks == 1:
         pitch = (new.position - last.position) // last.n_chunks
         even = last.position + last.n_chunks * pitch == new.position

@@ -48,10 +48,12 @@ def walk(file: BinaryIO) -> Structure:
     if not found.size:
         raise StructureError(0, "the file is empty (0 bytes)")
     state = _State()
-    for lead in _leads(file, found):
+    for number, lead in enumerate(_leads(file, found)):
+        state.number = number
         _check_version(lead, state)
         _read_metadata(file, lead, found, state)
         _add_data(file, lead, found, state)
+    found.waveforms.finish()
     if not found.known and not found.cut:
         raise StructureError(0, "the file lists no groups")
     return found
@@ -61,6 +63,7 @@ def walk(file: BinaryIO) -> Structure:
 class _State:
     """What one segment inherits from the one before."""
 
+    number: int = 0
     version: int | None = None
     metadata: bytes = b""
     flags: int = -1
@@ -146,7 +149,9 @@ def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> N
     fresh = bool(lead.flags & NEW_LIST)
     before = () if fresh or state.objects is None else state.objects
     cursor = Cursor(block, lead.position + LEAD, lead.endian)
-    state.objects = read_objects(cursor, before, found.known, found.properties)
+    state.objects = read_objects(
+        cursor, before, found.known, found.properties, found.waveforms.wrote
+    )
     for entry in state.objects:
         found.known[entry.path] = entry
 
@@ -189,7 +194,9 @@ def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> No
 def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut: bool) -> None:
     full, rest = divmod(there, state.layout.size)
     if full:
-        append_extent(found.extents, Extent(lead.data, full, state.layout, state.layout.size))
+        apart = found.waveforms.data(state.number, state.layout, full, len(found.extents))
+        new = Extent(lead.data, full, state.layout, state.layout.size)
+        append_extent(found.extents, new, apart=apart)
     if rest:
         tail = (
             cut_layout(state.layout, state.objects or (), rest)
@@ -197,6 +204,7 @@ def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut
             else short_layout(state.layout, rest, lead.position)
         )
         start = lead.data + full * state.layout.size
+        found.waveforms.data(state.number, tail, 1, len(found.extents))
         found.extents.append(Extent(start, 1, tail, tail.size))
 
 

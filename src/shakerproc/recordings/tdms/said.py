@@ -1,0 +1,29 @@
+"""What a channel says of its samples: the properties that matter, as values."""
+
+import struct
+from typing import Any, Final
+
+import numpy as np
+
+from shakerproc.recordings.tdms.types import NUMBERS, STRING, TIMESTAMP
+
+_EPOCH: Final = np.datetime64("1904-01-01T00:00:00", "us")
+_TRACKED: Final = ("wf_start_time", "wf_start_offset", "wf_increment", "unit_string")
+
+
+def is_tracked(name: str) -> bool:
+    """Return whether a property of a channel says how its samples are to be read."""
+    return name in _TRACKED or name.startswith("NI_")
+
+
+def value_of(code: int, raw: bytes, endian: str) -> Any:
+    """Return the value of a property; None where it is none that says something here."""
+    if code == STRING:
+        return raw.decode("utf-8", errors="replace")
+    if code == TIMESTAMP:
+        fraction, seconds = struct.unpack("<Qq", raw if endian == "<" else raw[::-1])
+        if not 0 < seconds < 1 << 36:  # 1904 is LabVIEW's word for no time
+            return None
+        return _EPOCH + np.timedelta64(seconds * 10**6 + fraction * 10**6 // 2**64, "us")
+    name = NUMBERS.get(code)
+    return None if name is None else np.frombuffer(raw, endian + name)[0].item()
