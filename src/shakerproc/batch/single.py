@@ -1,5 +1,6 @@
 """The folder of one recording's results: of that recording alone, all of one run."""
 
+import re
 from pathlib import Path
 from typing import Final
 
@@ -28,11 +29,15 @@ def folder_name(recording: Path, test: Test) -> str:
     """Return how the folder of one recording's results is called.
 
     After the test of the log; without one after the recording and the folder that it lies in,
-    because some programs give every recording the same name.
+    because some programs give every recording the same name, and what of it is processed.
     """
     if test.recording is not None:
         return f"{folder_names([test])[test.id]}_results"
-    return "_".join([*recording.absolute().parent.parts[1:][-1:], recording.stem, "results"])
+    group, number = test.processing.group, test.processing.measurement
+    part = [] if group is None else [re.sub(r"[^\w.-]", "_", group)[:60]]
+    part += [] if number is None else [f"measurement_{number}"]
+    folder = recording.absolute().parent.parts[1:][-1:]
+    return "_".join([*folder, recording.stem, *part, "results"])
 
 
 def check_folder(folder: Path, sha256: str) -> None:

@@ -41,7 +41,6 @@ def open_path(
     path: Path,
     test: Test,
     *,
-    group: str | None = None,
     controls: Sequence[str] | None = None,
     unit: UnitOption | None = None,
 ) -> Recording:
@@ -53,8 +52,6 @@ def open_path(
         The file.
     test : Test
         What the log says, if anything.
-    group : str, optional
-        Group of a file of several.
     controls : sequence of str, optional
         Names or numbers of the control channels, all others being responses; only where the
         test names no channels.
@@ -81,7 +78,7 @@ def open_path(
         decide=decide,
         sample_rate=test.processing.sample_rate,
         bad_rows=test.processing.bad_rows,
-        group=group or test.processing.group,
+        group=test.processing.group,
         measurement=test.processing.measurement,
         run=run,
         hashed=True,

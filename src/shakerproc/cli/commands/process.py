@@ -98,7 +98,7 @@ def process(
     from shakerproc.batch.single import folder_name
 
     said = _unit(unit, override=override_unit)
-    reading = Reading(group, _controls(control, log), said)
+    reading = Reading(_controls(control, log), said)
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     chosen = _with_excitation(chosen, excitation, level, from_hz, to_hz, notch_hz)
     chosen = _with_crop(
@@ -124,6 +124,8 @@ def process(
     if measurement is not None:
         which = options.measurement_of(measurement)
         chosen = replace(chosen, processing=replace(chosen.processing, measurement=which))
+    if group is not None:
+        chosen = replace(chosen, processing=replace(chosen.processing, group=group))
     folder = output.out_folder(out, folder_name(recording, chosen))
     products = Products(figures, options.exports_of(export), thesis)
     summary = _worked_through(recording, chosen, reading, folder, products)
@@ -228,7 +230,6 @@ def _with_crop(
 class Reading:
     """How a recording is to be read, beside what the log says."""
 
-    group: str | None
     controls: tuple[str, ...] | None
     unit: "UnitOption | None"
 
@@ -281,9 +282,7 @@ def _worked_through(
     from shakerproc.testlog import facts_of
 
     with locked(folder), files.staged(folder) as staged:
-        with open_path(
-            path, test, group=reading.group, controls=reading.controls, unit=reading.unit
-        ) as opened:
+        with open_path(path, test, controls=reading.controls, unit=reading.unit) as opened:
             if opened.file is not None:
                 check_folder(folder, opened.file.first_sha256())
             result = process_recording(opened, test)
