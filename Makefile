@@ -52,8 +52,9 @@ benchmark: $(READY)  ## ratios of speed and memory, each within one run
 verdicts: $(READY)  ## every study and statement of the thesis, judged in both places
 	$(BIN)/python -m benchmarks.verdicts
 
-chaos: $(READY)  ## kill a batch 500 times at random moments, resume, compare every output
+chaos: $(READY)  ## kill a batch 500 times at random moments; 200 batches whose recordings are exchanged
 	$(BIN)/python -m tests.batch.chaos 500
+	$(BIN)/python -m tests.batch.exchanges 200
 
 fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of them
 	$(BIN)/python -m tests.fuzz --workers 2

@@ -6,6 +6,7 @@ import os
 import shutil
 
 import pytest
+from tests.batch.exchanges import exchanges, trusting_work
 from tests.batch.light_work import light_work
 from tests.batch.test_campaign import HereExecutor, batch
 from tests.in_process import run
@@ -186,3 +187,17 @@ def test_what_a_test_no_longer_makes_does_not_stay_beside_what_it_makes_now(tmp_
     batch(log, out, work=work.work_through, products=Products(figures=False))
     assert not (out / "runs" / "test_1" / "spectra.parquet").exists()
     assert (out / "runs" / "test_1" / "note.txt").exists()
+
+
+@pytest.mark.slow
+def test_no_result_is_filed_under_other_bytes_however_recordings_are_exchanged(tmp_path):
+    tally = exchanges(tmp_path, 6, real_share=0.3)  # `make chaos` plays 200 rounds
+    assert tally.changes > 20
+    assert tally.looked_at > 20
+    assert tally.refused > 3
+    assert not tally.wrong
+
+
+def test_the_exchanges_find_a_work_that_trusts_what_it_was_told(tmp_path):
+    tally = exchanges(tmp_path, 4, real_share=0.0, work=trusting_work)
+    assert tally.wrong
