@@ -20,6 +20,7 @@ from shakerproc.diagnose.mended import mended
 from shakerproc.diagnose.result import Errors, NextTest, Pair, Tried, Where
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
+from shakerproc.recordings import sha256
 from shakerproc.report import evidence_figures as figures
 from shakerproc.report import rivals
 from shakerproc.report.evidence import TWO_METHODS, interval, sections
@@ -185,7 +186,10 @@ def test_numbers_are_told_in_the_units_of_people(value, unit, shown):
 
 def test_the_report_names_files_methods_and_references(models, files, tmp_path):
     log, model = files
-    inputs = inputs_of(read_testlog(log), log, [model])
+    documents = [(w, p, sha256(p)) for w, p in (("model", model), ("test log", log))]
+    inputs = inputs_of(documents, [found.measured for found in models.before.tests])
+    recordings = {digest for _, _, digest in inputs[2:]}
+    assert recordings == {sha256(one.recording) for one in read_testlog(log).active}
     evidence = Evidence(models, DIAGNOSIS, inputs)
     page = write_evidence(tmp_path, "Gap", DIAGNOSIS.sentence, evidence)
     text = page.read_text(encoding="utf-8")

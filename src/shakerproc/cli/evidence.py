@@ -1,9 +1,9 @@
 """The report of a comparison or a diagnosis: one page, the tables beside it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from shakerproc.cli import output
 
@@ -99,21 +99,41 @@ def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
     )
 
 
-def inputs_of(
-    log: "TestLog", log_path: Path, models: Sequence[Path]
-) -> list[tuple[str, str, str]]:
-    """Return every file that went in, with its hash."""
-    from shakerproc.recordings import sha256
+Document: TypeAlias = tuple[str, Path, str]
+"""A file that is not a recording: what it is, where it is, and the SHA-256 of what was read."""
 
-    found = [("model", path.name, sha256(path)) for path in models]
-    found.append(("test log", log_path.name, sha256(log_path)))
-    found += [
-        (f"test {test.id}", f"{test.recording.parent.name}/{test.recording.name}",
-         sha256(test.recording))
-        for test in log.tests
-        if test.recording is not None and not test.discarded
-    ]  # fmt: skip
+
+def inputs_of(
+    documents: Sequence[Document], tests: "Sequence[Measured]"
+) -> list[tuple[str, str, str]]:
+    """Return every file that went in, with the hash of the bytes that were read."""
+    found = [(what, path.name, digest) for what, path, digest in documents]
+    for one in tests:
+        path = one.test.require_recording()
+        found.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))
     return found
+
+
+def check_same(first: "Sequence[Measured]", second: "Sequence[Measured]") -> None:
+    """Pass tests that were read twice, if their recordings were the same both times.
+
+    Raises
+    ------
+    DiagnosisError
+        If one changed in between.
+    """
+    _check_hashes({one.name: one.sha256 for one in first}, second)
+
+
+def _check_hashes(known: Mapping[str, str], tests: "Sequence[Measured]") -> None:
+    from shakerproc.errors import DiagnosisError
+
+    for one in tests:
+        if one.sha256 != known.get(one.name, one.sha256):
+            raise DiagnosisError(
+                f"{one.run}: the recording changed since it was read before (another SHA-256). "
+                "Wait until nothing changes it any more, then call again."
+            )
 
 
 def judged(
@@ -164,17 +184,27 @@ def document(evidence: Evidence) -> dict[str, Any]:
 
 
 def held_against(
-    model: Path, log: "TestLog", log_path: Path, tell: Callable[[str], None]
+    model: Path,
+    log: "TestLog",
+    log_path: Path,
+    runs: "Sequence[RunSummary]",
+    tell: Callable[[str], None],
 ) -> Evidence:
-    """Return the evidence for a model: compared, diagnosed, compared with the effect."""
-    from shakerproc.diagnose import diagnose
-    from shakerproc.diagnose.from_files import tests_of
-    from shakerproc.model_files import read_model
+    """Return the evidence for a model: compared, diagnosed, compared with the effect.
 
-    known = read_model(model)
-    diagnosis = diagnose(known, log, progress=tell)
-    models = judged(known, diagnosis, tests_of(log, known).tests, tell)
-    return Evidence(models, diagnosis, inputs_of(log, log_path, [model])[:2])
+    Its recordings are those of which the runs were made.
+    """
+    from shakerproc.diagnose.from_files import diagnose_tests, tests_of
+    from shakerproc.model_files import read_model
+    from shakerproc.recordings import read_hashed, sha256
+
+    known, digest = read_hashed(read_model, model)
+    usable = tests_of(log, known)
+    _check_hashes({run.test: run.sha256 for run in runs if run.sha256}, usable.tests)
+    diagnosis = diagnose_tests(known, log, usable, progress=tell)
+    models = judged(known, diagnosis, usable.tests, tell)
+    documents = [("model", model, digest), ("test log", log_path, sha256(log_path))]
+    return Evidence(models, diagnosis, inputs_of(documents, ()))
 
 
 def print_if(wanted: bool, page: Path) -> None:

@@ -3,12 +3,15 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from pydantic import TypeAdapter
 
 from shakerproc.batch.elsewhere import at_hand
 from shakerproc.cli.machines import Machines
-from shakerproc.diagnose import Diagnosis, diagnose
+from shakerproc.compare import Usable
+from shakerproc.diagnose import Diagnosis
+from shakerproc.diagnose.from_files import diagnose_tests, tests_of
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
@@ -37,16 +40,23 @@ class Case:
     source: str
 
 
-def judge_elsewhere(case: Case) -> Mapping[str, str]:
-    """Return a diagnosis as text, every number to the last digit."""
+def judge_elsewhere(case: Case) -> Mapping[str, Any]:
+    """Return a diagnosis as text, every number to the last digit, and what it was made from."""
     with at_hand(case.log, case.source) as log:
-        found = diagnose(case.model, log, seed=case.seed)
-    return {"diagnosis": json.dumps(asdict(found))}
+        usable = tests_of(log, case.model)
+        found = diagnose_tests(case.model, log, usable, seed=case.seed)
+    return {"diagnosis": json.dumps(asdict(found)), "sha256": hashes_of(usable)}
+
+
+def hashes_of(usable: Usable) -> dict[str, str]:
+    """Return the hash of the recording of each test, as it was read."""
+    return {test.name: test.sha256 for test in usable.tests}
 
 
 def judged(
     model: Model,
     log: TestLog,
+    usable: Usable,
     machines: Machines,
     *,
     seed: int,
@@ -57,12 +67,17 @@ def judged(
     Raises
     ------
     DiagnosisError
-        If the task fails on the cluster.
+        If the task fails on the cluster, or was made of other recordings than are seen here.
     """
     if machines.scheduler is None:
-        return diagnose(model, log, seed=seed, progress=progress)
+        return diagnose_tests(model, log, usable, seed=seed, progress=progress)
     task = Task("diagnosis", Case(model, log, seed, machines.source(log)))
     (outcome,) = machines.executor().run(judge_elsewhere, [task])
     if outcome.cause:
         raise DiagnosisError(outcome.error)
+    if outcome.value["sha256"] != hashes_of(usable):
+        raise DiagnosisError(
+            f"{log.path.name}: the worker read other recordings than this machine (another "
+            "SHA-256); give all machines the same recordings."
+        )
     return TypeAdapter(Diagnosis).validate_json(outcome.value["diagnosis"])

@@ -88,6 +88,8 @@ class Measured:
         What the reader of the recording had to decide.
     unused : tuple of UnusedChannel
         Channels of the file that neither drive the model nor are a sensor of it.
+    sha256 : str
+        Of the bytes of the recording that these are from.
     """
 
     test: Test
@@ -104,6 +106,7 @@ class Measured:
     notes: tuple[str, ...]
     read: tuple[str, ...] = ()
     unused: tuple[UnusedChannel, ...] = ()
+    sha256: str = ""
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -246,7 +249,12 @@ def measure(
         _check_measured(recording, samples, part, {*inputs, *rows}, most_clipped)
         chosen = (samples[inputs], samples[rows])
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
-        return replace(found, read=recording.notes, unused=_unused(recording, {*inputs, *rows}))
+        return replace(
+            found,
+            read=recording.notes,
+            unused=_unused(recording, {*inputs, *rows}),
+            sha256=recording.sha256(),
+        )
 
 
 def _check_measured(

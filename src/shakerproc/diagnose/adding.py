@@ -45,6 +45,8 @@ class Added:
         Tests that took no part since a channel did not measure, a sentence each.
     worse : str
         Why the effect is no gain, in a sentence; empty where it is one.
+    sha256 : mapping of str to str
+        Hash of the recording of each test, as it was read.
     """
 
     element: Element
@@ -55,6 +57,7 @@ class Added:
     after: float
     tests: tuple[str, ...]
     left_out: tuple[str, ...]
+    sha256: Mapping[str, str]
     worse: str
 
 
@@ -132,6 +135,7 @@ def fit_effect(
         after,
         tuple(m.name for m in measured if not m.test.hold_out),
         usable.left_out,
+        {m.name: m.sha256 for m in measured},
         _worse(final, none, fit, before, after),
     )  # fmt: skip
 

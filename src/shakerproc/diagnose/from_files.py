@@ -46,7 +46,18 @@ def diagnose(
     ShakerprocError
         If a recording cannot be used.
     """
-    usable = tests_of(log, model)
+    return diagnose_tests(model, log, tests_of(log, model), seed=seed, progress=progress)
+
+
+def diagnose_tests(
+    model: Model,
+    log: TestLog,
+    usable: Usable,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Return which effect a model lacks, judged from tests that were read from a log."""
     measured = usable.tests
     clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
     found = diagnose_arrays(

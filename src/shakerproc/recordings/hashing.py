@@ -112,7 +112,7 @@ class WatchedFile(SourceFile):
 
     def _fail(self, how: str) -> NoReturn:
         raise RecordingError(
-            f"{self._run}: the recording changed while it was read: {how}. Wait until nothing "
+            f"{self._run}: the file changed while it was read: {how}. Wait until nothing "
             "changes it any more, then call again."
         )
 
@@ -152,7 +152,7 @@ def open_regular(path: Path, run: str) -> BinaryIO:
         raise RecordingError(f"{run}: cannot be read: {error.strerror}.") from error
     raise RecordingError(
         f"{run}: {path} is {_KINDS.get(kind, 'something else')}, not a regular file. Give a "
-        "recording that lies on a disk."
+        "file that lies on a disk."
     )
 
 

@@ -42,7 +42,6 @@ def add(
     from shakerproc.diagnose.adding import fit_effect
     from shakerproc.errors import DiagnosisError
     from shakerproc.model_files import Provenance, add_element, read_model_file
-    from shakerproc.recordings import sha256
     from shakerproc.testlog import read_testlog
 
     announce()
@@ -68,7 +67,7 @@ def add(
         if p.low is not None and p.high is not None
     }
     hashes = {
-        f"{test.recording.parent.name}/{test.recording.name}": sha256(test.recording)
+        f"{test.recording.parent.name}/{test.recording.name}": added.sha256[str(test.id)]
         for test in log.tests
         if test.recording is not None and str(test.id) in added.tests
     }

@@ -99,7 +99,7 @@ def batch(
                 output.progress("model", 8 + 2 * len(log.tests)) as advance,
                 at_hand(log, recordings) as seen,
             ):
-                evidence = held_against(model, seen, testlog, advance)
+                evidence = held_against(model, seen, testlog, campaign.runs, advance)
             verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
             document = write_up(
                 log.title, campaign, root, wish, evidence=evidence, verdict=verdict

@@ -8,6 +8,9 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from shakerproc.cli.evidence import Document
     from shakerproc.compare import Comparison, Refit
 
 _SHOWN = (
@@ -47,7 +50,13 @@ def compare(
     """
     from shakerproc import files
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.evidence import Evidence, inputs_of, print_if, write_evidence
+    from shakerproc.cli.evidence import (
+        Evidence,
+        check_same,
+        inputs_of,
+        print_if,
+        write_evidence,
+    )
     from shakerproc.compare import (
         COLUMNS,
         compare_tests,
@@ -57,19 +66,26 @@ def compare(
         usable_tests,
     )
     from shakerproc.model_files import read_model
+    from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
     announce()
     folder = Path(f"{model.stem}_compare") if out is None else out
     output.checked_folder(folder)
-    campaign, shaken = read_testlog(log), read_model(model)
-    older = shaken if before is None else read_model(before)
+    campaign, log_hash = read_hashed(read_testlog, log)
+    shaken, model_hash = read_hashed(read_model, model)
+    documents = [("model", model, model_hash), ("test log", log, log_hash)]
+    older = shaken
+    if before is not None:
+        older, older_hash = read_hashed(read_model, before)
+        documents.insert(0, ("model", before, older_hash))
     with output.progress("compare", len(campaign.tests)) as advance:
         usable = given = usable_tests(campaign, shaken)
         if before is not None:
             given = usable_tests(campaign, older).with_those_of(usable)
             usable = usable.with_those_of(given)
+            check_same(given.tests, usable.tests)
         found = compare_tests(
             shaken, usable.tests, left_out=usable.left_out, fit=fit, tell=advance
         )
@@ -77,7 +93,7 @@ def compare(
         if before is not None or fit:
             old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
-    document = {**_provenance(model, log), **document_of(found)}
+    document = {**_provenance(documents[-2:]), **document_of(found)}
     files.write_json(folder / "compare.json", document)
     rows = rows_of(found)
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
@@ -86,7 +102,7 @@ def compare(
         from shakerproc.report.compare import draw_comparison
 
         draw_comparison(found, folder)
-    inputs = inputs_of(campaign, log, [path for path in (before, model) if path is not None])
+    inputs = inputs_of(documents, usable.tests)
     evidence = Evidence(models, None, inputs)
     verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
     page = write_evidence(folder, campaign.title, verdict, evidence)
@@ -103,16 +119,16 @@ def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
     return (old, new) if old != new else ("old model", "new model")
 
 
-def _provenance(model: Path, log: Path) -> dict[str, object]:
+def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
     from shakerproc import __version__
-    from shakerproc.recordings import sha256
 
+    (_, model, model_hash), (_, log, log_hash) = documents
     return {
         "version": __version__,
         "model_file": model.name,
-        "model_sha256": sha256(model),
+        "model_sha256": model_hash,
         "log_file": log.name,
-        "log_sha256": sha256(log),
+        "log_sha256": log_hash,
     }
 
 

@@ -98,6 +98,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.compare import compare, sentence
     from shakerproc.diagnose import diagnose
     from shakerproc.model_files import read_model
+    from shakerproc.recordings import sha256
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
@@ -125,7 +126,10 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     if figures:
         _draw(before, after, folder)
     models = Models(before, after, new=name_of_new(diagnosis))
-    evidence = Evidence(models, diagnosis, inputs_of(log, log_path, [model_path, new]))
+    files = (("model", model_path), ("model", new), ("test log", log_path))
+    documents = [(what, path, sha256(path)) for what, path in files]
+    inputs = inputs_of(documents, [test.measured for test in before.tests])
+    evidence = Evidence(models, diagnosis, inputs)
     _worked_through(
         log, folder / "results", figures=figures, json=json, evidence=evidence, verdict=verdict
     )

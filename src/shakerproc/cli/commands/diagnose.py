@@ -33,23 +33,27 @@ def diagnose(
     from shakerproc.cli.machines import LONG, MUCH, Machines
     from shakerproc.diagnose.from_files import tests_of
     from shakerproc.model_files import read_model
+    from shakerproc.recordings import read_hashed
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
 
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
     output.checked_folder(folder)
-    log, known = read_testlog(testlog), read_model(model)
+    log, log_hash = read_hashed(read_testlog, testlog)
+    known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
     with (
         output.progress("diagnose", 8 + 2 * len(log.tests)) as advance,
         at_hand(log, recordings) as seen,
     ):
         given = seen if scheduler is None else log
-        result = judged(known, given, machines, seed=seed, progress=advance)
-        measured = tests_of(seen, known).tests
+        usable = tests_of(seen, known)
+        measured = usable.tests
+        result = judged(known, given, usable, machines, seed=seed, progress=advance)
         models = evidence.judged(known, result, measured, advance)
-        inputs = evidence.inputs_of(seen, testlog, [model])
+    documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
+    inputs = evidence.inputs_of(documents, measured)
     show(result, json)
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
