@@ -137,7 +137,7 @@ def test_leaving_a_recording_that_changed_meanwhile_is_an_error(tmp_path, change
     other = write_recording(tmp_path / "two.tdms", 200.0, seconds=0.4)
     with (
         pytest.raises(
-            RecordingError, match=r"one.tdms: the recording changed while it was read"
+            RecordingError, match=r"one.tdms: the file changed while it was read"
         ),
         open_recording(path),
     ):
