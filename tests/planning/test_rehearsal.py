@@ -13,9 +13,10 @@ from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError
 from shakerproc.model_files import read_model
 from shakerproc.planning import Staging, rehearse, respond
-from shakerproc.planning.rehearsal import _filtered, _upsampled
+from shakerproc.planning.rehearsal import _filtered
 from shakerproc.recordings import open_recording
 from shakerproc.runs import open_test
+from shakerproc.simulate.interpolation import finer
 from shakerproc.testlog import read_testlog
 
 RATE = 2560.0
@@ -260,7 +261,7 @@ def test_a_recording_that_begins_in_motion_is_not_rung_at_its_ends():
     """There and back: finer steps of a sine that is cut off, then the recorder's filter."""
     time = np.arange(4000) / RATE
     wave = np.cos(2.0 * np.pi * 133.0 * time) + 0.3 * time
-    fine = _upsampled(wave, 4)
+    fine = finer(wave, 4, 0, beyond=4 - 1)[0]
     expected = np.cos(2.0 * np.pi * 133.0 * np.arange(16000) / (4.0 * RATE))
     expected += 0.3 * np.arange(16000) / (4.0 * RATE)
     assert_allclose(fine[200:-200], expected[200:-200], atol=2e-3)

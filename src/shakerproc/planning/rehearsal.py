@@ -17,7 +17,9 @@ from shakerproc.planning.acquisition import sample_rate_of_test
 from shakerproc.planning.drive import drive_of_test, length_of_run
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
-from shakerproc.simulate import Simulation, simulate
+from shakerproc.simulate import Input, InterpolationError, Simulation, prepare, simulate
+from shakerproc.simulate.interpolation import finer as finer_samples
+from shakerproc.simulate.interpolation import interpolation_error
 from shakerproc.testlog import Test
 
 LAB_RATE: Final = 5688.9
@@ -113,6 +115,7 @@ class Rehearsed:
             "switchings": shown.switchings,
             "solver": shown.solver,
             "error": shown.error,
+            "interpolation_error": shown.interpolation,
             "growth": shown.growth,
             "chaotic": shown.chaotic,
             "notes": list(shown.notes),
@@ -200,7 +203,9 @@ def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
     samples = recording.select(rows).samples().mean(axis=0)
     samples = samples - samples.mean()
     finer = _finer(samples.size)
-    driven = _Driven(_upsampled(samples, finer), recording.sample_rate, finer)
+    (steps,) = finer_samples(samples, finer, 0, beyond=finer - 1)
+    error = interpolation_error(samples)
+    driven = _Driven(steps, recording.sample_rate, finer, error)
     made, found = _recorded(model, test, driven, staging, noisy)
     return Rehearsed(test, replace(made, run=f"{recording.run} simulated"), found)
 
@@ -213,6 +218,7 @@ class _Driven:
     samples: FloatArray
     sample_rate: float
     finer: int
+    error: InterpolationError | None = None
 
 
 def _recorded(
@@ -220,13 +226,7 @@ def _recorded(
 ) -> tuple[Recording, Simulation]:
     channels = written_channels(test, model)
     try:
-        found = simulate(
-            model,
-            driven.samples,
-            driven.sample_rate * driven.finer,
-            tolerance=_TOLERANCE,
-            growth=staging.growth,
-        )
+        found = simulate(model, _input(driven), tolerance=_TOLERANCE, growth=staging.growth)
     except SimulationError as error:
         raise SimulationError(f"test {test.id}: {error}") from error
     rows = [
@@ -241,6 +241,18 @@ def _recorded(
         driven.sample_rate,
     )
     return replace(recording, start_time=START), found
+
+
+def _input(driven: _Driven) -> Input:
+    """Return what shakes the model, with what was missed in making finer steps of samples."""
+    given = prepare(driven.samples, driven.sample_rate * driven.finer)
+    if driven.error is None or given.interpolation is None:
+        return given
+    error = InterpolationError(
+        given.interpolation.first + driven.error.first,
+        given.interpolation.middle + driven.error.middle,
+    )
+    return replace(given, missed=error.largest, interpolation=error)
 
 
 def _check_drive(model: Model, test: Test) -> None:
@@ -312,15 +324,6 @@ def _filtered(steps: FloatArray, finer: int) -> FloatArray:
     )
     inside: FloatArray = (kept + line[::finer])[_MARGIN : _MARGIN + n]
     return inside
-
-
-def _upsampled(samples: FloatArray, finer: int) -> FloatArray:
-    """Return band-limited samples at finer steps, (n * finer,) array."""
-    longer, line = _led_past_its_ends(samples, _MARGIN)
-    size = longer.size * finer
-    steps: FloatArray = scipy.fft.irfft(scipy.fft.rfft(longer), size) * finer
-    steps += np.interp(np.arange(size) / finer, np.arange(line.size), line)
-    return steps[_MARGIN * finer : (_MARGIN + samples.size) * finer]
 
 
 def _led_past_its_ends(samples: FloatArray, margin: int) -> tuple[FloatArray, FloatArray]:

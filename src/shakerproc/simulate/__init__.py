@@ -1,6 +1,7 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
 from shakerproc.simulate.inputs import Input, prepare
+from shakerproc.simulate.interpolation import InterpolationError
 from shakerproc.simulate.response import simulate, simulate_many
 from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
 
@@ -8,6 +9,7 @@ __all__ = [
     "CHAOTIC_GROWTH",
     "SENSITIVE_GROWTH",
     "Input",
+    "InterpolationError",
     "Simulation",
     "prepare",
     "simulate",

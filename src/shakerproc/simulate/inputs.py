@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.simulate.chirps import ROUNDING, Chirp
+from shakerproc.simulate.interpolation import InterpolationError, interpolation_error
 from shakerproc.simulate.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
 
 
@@ -29,7 +30,10 @@ class Input:
     surplus : int
         Samples at the end of the last piece that are not wanted.
     missed : float
-        Share of its amplitude by which the pieces may miss a function of time [-].
+        Share of its amplitude by which the pieces may miss a function of time, or the
+        band-limited signal through samples [-].
+    interpolation : InterpolationError, optional
+        The latter, near the ends and elsewhere.
     """
 
     pieces: FloatArray
@@ -38,6 +42,7 @@ class Input:
     span: int = 1
     surplus: int = 0
     missed: float = 0.0
+    interpolation: InterpolationError | None = None
 
     @property
     def part(self) -> float:
@@ -108,9 +113,11 @@ def prepare(
     if not np.all(np.isfinite(samples)):
         at = int(np.flatnonzero(~np.isfinite(samples))[0])
         raise ValueError(f"excitation must be finite; sample {at} is {samples[at]}")
-    return Input(
-        pieces_of_samples(samples, upsample=upsample, hold=hold), upsample, sample_rate
-    )
+    pieces = pieces_of_samples(samples, upsample=upsample, hold=hold)
+    if hold == "linear":
+        return Input(pieces, upsample, sample_rate)
+    error = interpolation_error(samples, pieces, upsample)
+    return Input(pieces, upsample, sample_rate, missed=error.largest, interpolation=error)
 
 
 def prepare_long(

@@ -4,17 +4,16 @@ from collections.abc import Callable
 from typing import Literal, TypeAlias
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.simulate.chirps import ROUNDING, Chirp
+from shakerproc.simulate.interpolation import finer
 from shakerproc.simulate.kernels.powers import through
 
 Hold: TypeAlias = Literal["band-limited", "linear"]
 Signal: TypeAlias = Callable[[FloatArray], FloatArray]
 """A function of time [s] that gives the input, in its SI unit."""
 
-_MARGIN = 256  # samples on either side over which a signal is led to its ends
 _ANALYTIC_DEGREE = 9
 
 
@@ -30,7 +29,8 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
     hold : {"band-limited", "linear"}
         ``band-limited`` takes the signal for one without content above half the sample rate:
         each piece is the quintic with its values, slopes and curvatures at both ends, which
-        misses a sine by (omega h)^6 / 46080 (6e-7 at 500 Hz for 5.69 kHz, upsample 1).
+        misses a sine by (omega h)^6 / 46080 (6e-7 at 500 Hz for 5.69 kHz, upsample 1), near
+        both ends by more; `interpolation.interpolation_error` says by how much.
         ``linear`` draws straight lines, which droop by (omega h)^2 / 12 (2.5 % there).
 
     Returns
@@ -39,9 +39,9 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
         Coefficients.
     """
     if hold == "linear":
-        values = samples if upsample == 1 else _finer(samples, upsample, 0)[0]
+        values = samples if upsample == 1 else finer(samples, upsample, 0)[0]
         return np.stack((values[:-1], np.diff(values)), axis=1)
-    p, v, a = _finer(samples, upsample, 2)
+    p, v, a = finer(samples, upsample, 2)
     rise = np.diff(p)
     left, right = v[:-1], v[1:]
     bend, end_bend = a[:-1], a[1:]
@@ -85,40 +85,3 @@ def pieces_of_signal(
     apart = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
     through(np.asarray(values, dtype=float), nodes, apart, pieces)
     return pieces
-
-
-def _finer(samples: FloatArray, upsample: int, derivatives: int) -> tuple[FloatArray, ...]:
-    """Return a band-limited signal at finer steps, and its derivatives by such a step.
-
-    The signal is led past both ends by turning it round them (its value and slope go on), and
-    the line between the new ends is taken out, so that its Fourier series has no jump.
-    """
-    n = samples.size
-    margin = min(_MARGIN, n - 1)
-    before = 2.0 * samples[0] - samples[margin:0:-1]
-    after = 2.0 * samples[-1] - samples[-2 : -margin - 2 : -1]
-    longer = np.concatenate((before, samples, after))
-    slope = (longer[-1] - longer[0]) / (longer.size - 1)
-    size = _odd_fast_length(longer.size)
-    periodic = np.zeros(size)
-    periodic[: longer.size] = longer - longer[0] - slope * np.arange(longer.size)
-    spectrum = scipy.fft.rfft(periodic)
-    angle = 2j * np.pi * np.arange(spectrum.size) / (size * upsample)
-    first, count = margin * upsample, (n - 1) * upsample + 1
-    result = [
-        upsample
-        * scipy.fft.irfft(spectrum * angle**order, size * upsample)[first : first + count]
-        for order in range(derivatives + 1)
-    ]
-    result[0] += longer[0] + slope * (margin + np.arange(count) / upsample)
-    if derivatives > 0:
-        result[1] += slope / upsample
-    return tuple(result)
-
-
-def _odd_fast_length(least: int) -> int:
-    """Return an odd length that transforms fast: it has no frequency without a sign."""
-    length = int(scipy.fft.next_fast_len(least))
-    while length % 2 == 0:
-        length = int(scipy.fft.next_fast_len(length + 1))
-    return length

@@ -261,6 +261,7 @@ def _simulate(case: _Case, *, growth: bool) -> Simulation:
         error=error * max(1.0, grown or 1.0),
         growth=grown,
         notes=_notes(grown, stats),
+        interpolation=case.given.interpolation,
     )
     return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
 

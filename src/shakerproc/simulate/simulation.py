@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.model import BASE
+from shakerproc.simulate.interpolation import InterpolationError
 
 SENSITIVE_GROWTH: Final = 1e4
 """Past it no measured input is known well enough to foretell the motion in time [-]."""
@@ -42,13 +43,16 @@ class Simulation:
     switchings : int
         Changes of branch: contacts made or lost, joints that stuck or slid.
     error : float
-        Estimated error of displacement, as a share of the largest; truncation of the series
-        and rounding, times the growth where that is known [-].
+        Estimated error of displacement, as a share of the largest; truncation of the series,
+        rounding and the interpolation of a sampled input, times the growth where that is
+        known [-].
     growth : float, optional
         What a disturbance of 1e-10, of the start and of the input all along, made of the
         motion, as a multiple of 1e-10 of the largest; None where it was not asked for [-].
     notes : tuple of str
         What the reader should know, a sentence each.
+    interpolation : InterpolationError, optional
+        How far a sampled input may be from the band-limited signal through its samples.
     """
 
     sample_rate: float
@@ -64,6 +68,7 @@ class Simulation:
     error: float
     growth: float | None
     notes: tuple[str, ...] = ()
+    interpolation: InterpolationError | None = None
 
     @property
     def time(self) -> FloatArray:
