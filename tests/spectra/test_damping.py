@@ -11,7 +11,12 @@ from shakerproc.spectra.damping import (
     damping_of_response,
     half_power_ratio,
 )
-from shakerproc.spectra.single_mode import window_correlation
+from shakerproc.spectra.windows import (
+    COSINE_TERMS,
+    CosineCorrelation,
+    SampledCorrelation,
+    window_samples,
+)
 
 RATE = 5688.9
 BAND = (5.0, 1500.0)
@@ -159,9 +164,13 @@ def test_half_power_needs_both_sides():
     assert half_power_ratio(np.arange(5.0), np.array([1.0, 4.0, 5.0, 4.0, 6.0]), 2) is None
 
 
-def test_window_correlation_is_numpys():
-    window = np.hamming(64)
-    wanted = np.correlate(window, window, mode="full")[63:] / (window @ window)
-    wanted[0] /= 2.0
-    assert_allclose(window_correlation(window, 100)[:64], wanted, atol=1e-14)
-    assert not window_correlation(window, 100)[64:].any()
+@pytest.mark.parametrize("name", [*COSINE_TERMS, "periodic hann"])
+def test_the_transformed_correlation_of_a_window_is_numpys(name):
+    window, exponent = window_samples(name, 64), np.array([-0.01 + 0.2j, -0.3 + 1.0j])
+    correlation = np.correlate(window, window, mode="full")[63:] / (window @ window)
+    shifts = np.arange(64)
+    for made in (CosineCorrelation(name, 64), SampledCorrelation(window)):
+        spectrum, slope = made.transform(exponent)
+        decay = np.exp(np.outer(exponent, shifts))
+        assert_allclose(spectrum, decay @ correlation - 0.5, rtol=1e-9)
+        assert_allclose(slope, decay @ (shifts * correlation), rtol=1e-9)

@@ -1,24 +1,25 @@
 """Natural frequency and damping of a peak, or the reason why they cannot be read."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.spectra.chance import Chance, plain_chance, smearing_of, steady_chance
 from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.peaks import local_maxima
-from shakerproc.spectra.responses import coherence, h1, psd, psd_ratio
-from shakerproc.spectra.single_mode import (
+from shakerproc.spectra.mode_fit import (
     Kind,
-    ModeFit,
+    ModesFit,
     ModeShape,
-    bin_correlation,
-    fit_mode,
-    window_correlation,
+    best_ratio,
+    fit_modes,
 )
+from shakerproc.spectra.peaks import IndexArray, local_maxima, resolved
+from shakerproc.spectra.responses import coherence, h1, psd, psd_ratio
+from shakerproc.spectra.windows import correlation_of
 
 RESOLVED: Final = 0.04
 """Largest half-width of the 95 % interval of a damping ratio that is reported [-]."""
@@ -35,14 +36,20 @@ REACH_BINS: Final = 6
 REACH_WIDTHS: Final = 2.0
 """Half-power widths to each side of a peak that are fitted."""
 
-FURTHEST: Final = 600
+FURTHEST: Final = 64
 """Bins to each side of a peak that are fitted at most."""
 
 LEAST_BINS: Final = 7
 """Bins below which six or eight unknowns are too many."""
 
-NEIGHBOUR: Final = 0.03
-"""Height of another peak, over that of this one, that ends the fit between them [-]."""
+SEEN: Final = 400
+"""Bins to each side of a peak in which its neighbours are looked for."""
+
+MOST_MODES: Final = 6
+"""Modes that are fitted together at most."""
+
+FIRST_RATIOS: Final = np.geomspace(2e-4, 0.3, 13)
+"""Damping ratios tried before the search [-]."""
 
 FEW: Final = 3.5
 """Segments that light a bin below which a sweep does not average the window's leakage."""
@@ -52,6 +59,12 @@ WIDE: Final = 30.0
 
 UNLIKE: Final = 0.05
 """Misfit over the height of a peak that no linear mode has [-]."""
+
+UNLIKELY: Final = 4.0
+"""Squared misfit over chance from which a misfit is not chance [-]."""
+
+UNSTEADY: Final = 3.0
+"""Standard deviations by which fewer segments light a bin than random vibration lights."""
 
 FLOOR: Final = 1e-6
 """Least share of noise assumed in the power of a response [-]."""
@@ -106,10 +119,12 @@ def damping_of_response(
     .. math:: \hat H_1(f) \approx \sum_\tau h(\tau) r_w(\tau) e^{-i 2 \pi f \tau}, \quad
               r_w(\tau) = \frac{\sum_t w_t w_{t + \tau}}{\sum_t w_t^2}
 
-    is fitted by least squares with :math:`h` of one mode and a straight background, so that
-    a peak narrower than the window is still read rightly as long as chance allows. The ratio
-    is withheld where the 95 % interval is wider than 4 % to each side, or where the peak has
-    not the shape of one linear mode.
+    is fitted by least squares with :math:`h` of the mode, of its resolved neighbours, of
+    further modes as long as the information criterion of Takeuchi falls, and a straight
+    background for the rest, so that a peak narrower than the window or beside others is still
+    read rightly as long as chance allows. The interval is that of chance (`steady_chance`),
+    widened by the misfit where that is larger. The ratio is withheld where the 95 % interval
+    is wider than 4 % to each side, or where no linear mode fits the peak.
 
     Parameters
     ----------
@@ -131,14 +146,13 @@ def damping_of_response(
     """
     values = h1(spectra, controls, [response])[0]
     ratio = psd_ratio_of_mean(spectra, controls, response)
-    noise = np.maximum(1.0 - coherence(spectra, controls, [response])[0], FLOOR)
-    errors = np.sqrt(ratio * noise / spectra.effective_averages / 2.0)
-    return _damping(
-        spectra,
-        _Data("response", values, errors, spectra.lit_segments[controls[0]]),
-        frequency,
-        band,
-    )
+    missing = np.maximum(1.0 - coherence(spectra, controls, [response])[0], FLOOR) * ratio
+    averages = spectra.effective_averages
+    if averages > 1.0:  # a measured coherence is too large by chance
+        missing *= averages / (averages - 1.0)
+    errors = np.sqrt(missing / averages / 2.0)
+    lit = spectra.lit_segments[controls[0]]
+    return _damping(spectra, _Data("response", values, errors, lit, missing), frequency, band)
 
 
 def damping_of_density(
@@ -235,100 +249,211 @@ class _Data:
     values: ComplexArray | FloatArray
     errors: FloatArray
     lit_segments: FloatArray
+    missing: FloatArray | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reading:
+    """The modes that fit a peak (the first) and what is beside it, and what chance made."""
+
+    fit: ModesFit
+    chance: Chance
+    covariance: FloatArray  # of the weighted values
+    errors: FloatArray
+
+    @property
+    def followed(self) -> float:
+        """How much of the squared errors the fit follows: its penalty."""
+        return float(np.sum(self.fit.basis * (self.covariance @ self.fit.basis)))
+
+    @property
+    def scale(self) -> float:
+        """Squared misfit over what chance makes of it [-]."""
+        left = float(np.trace(self.covariance)) - self.followed
+        return self.fit.squares / max(left, 1e-3 * self.fit.residual.size)
+
+    @property
+    def spread(self) -> FloatArray:
+        """Variances of the logarithms of frequencies and ratios, the misfit included."""
+        slopes = self.fit.slopes
+        inverse = np.linalg.pinv(slopes.T @ slopes) @ slopes.T
+        return np.asarray(np.diag(inverse @ self.covariance @ inverse.T) * max(1.0, self.scale))
 
 
 def _damping(
     spectra: CrossSpectra, data: _Data, frequency: float, band: tuple[float, float]
 ) -> Damping:
     """Return what a fit around a peak says, and what may be said of it."""
-    values, errors = data.values, data.errors
-    usable = np.isfinite(values) & np.isfinite(errors) & (errors > 0.0)
+    usable = np.isfinite(data.values) & np.isfinite(data.errors) & (data.errors > 0.0)
     usable &= (spectra.frequency >= band[0]) & (spectra.frequency <= band[1])
     usable[[0, -1]] = False
-    power = np.where(usable, np.abs(values) ** (2 if data.kind == "response" else 1), 0.0)
     place = frequency / spectra.bin_width
+    power = np.where(usable, np.abs(data.values) ** (2 if data.kind == "response" else 1), 0.0)
     n_smooth = _smoothing(power, data, place)
     smooth = np.convolve(power, np.full(n_smooth, 1.0 / n_smooth), mode="same")
-    peak = _nearest_peak(smooth, place)
+    maxima = _maxima(data, usable, place)
+    peak = _nearest_peak(maxima, smooth, place)
     reading = half_power_ratio(spectra.frequency, smooth, peak)
     width = reading[1] / spectra.bin_width if reading else 0.0
     least = READABLE * max(spectra.resolution / spectra.bin_width, float(n_smooth))
     readable = reading[0] if reading and width >= least else None
-    fit: ModeFit | None = None
+    found: _Reading | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
-        bins = _bins(smooth, usable, peak, reach)
+        bins, inside = _bins(usable, maxima, peak, reach)
         if bins.size < LEAST_BINS:
             break
-        fit = _fit(spectra, data, bins)
-        wanted = 2.0 * fit.ratio * fit.frequency / spectra.bin_width
-        if reach > REACH_WIDTHS * wanted * 0.8:
+        found = _reading(spectra, data, bins, (peak, *inside), maxima)
+        wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
+        if reach > REACH_WIDTHS * min(wanted, FURTHEST / REACH_WIDTHS) * 0.8:
             break
         width = min(wanted, 4.0 * reach)
-    return _judged(spectra, fit, peak, float(data.lit_segments[peak]), readable)
+    return _judged(spectra, found, peak, float(data.lit_segments[peak]), readable)
 
 
-def _fit(spectra: CrossSpectra, data: _Data, bins: NDArray[np.intp]) -> ModeFit:
-    """Return the fit in these bins; a density's errors follow the fit, not its chance."""
-    kernel = window_correlation(spectra.window, spectra.n_fft)
-    shape = ModeShape(data.kind, bins, kernel, spectra.sample_rate)
-    correlation = bin_correlation(spectra.window, spectra.n_fft)
-    values = data.values[bins]
-    start = float(spectra.frequency[bins[np.argmax(np.abs(values))]])
-    fit = fit_mode(shape, values, data.errors[bins], correlation, start)
-    for _ in range(3 if data.kind == "density" else 0):
-        least = 1e-3 * np.abs(values).max()
-        expected = np.maximum(fit.fitted.real, least) / np.sqrt(spectra.effective_averages)
-        fit = fit_mode(shape, values, expected, correlation, fit.frequency, fit.ratio)
-    return fit
+def _reading(
+    spectra: CrossSpectra,
+    data: _Data,
+    bins: IndexArray,
+    starts: tuple[int, ...],
+    maxima: IndexArray,
+) -> _Reading:
+    """Return the modes that fit these bins, as many as the data tell apart."""
+    kernel = correlation_of(spectra.window_name, spectra.window)
+    shape = ModeShape(data.kind, bins, kernel, spectra.n_fft, spectra.sample_rate)
+    frequency = spectra.frequency[list(starts)]
+    near = bins[np.abs(bins - starts[0]) <= _clearance(starts)]
+    alone = replace(shape, bins=near)
+    first = best_ratio(
+        alone, data.values[near], data.errors[near], float(frequency[0]), FIRST_RATIOS
+    )
+    ratio = first * frequency[0] / frequency
+    fit = fit_modes(shape, data.values[bins], data.errors[bins], frequency, ratio)
+    found = _settled(spectra, data, shape, fit)
+    while found.scale > 1.0 and found.fit.frequency.size < MOST_MODES:
+        more = _one_more(spectra, data, shape, found, maxima)
+        if more is None:
+            break
+        found = more
+    return found
+
+
+def _settled(spectra: CrossSpectra, data: _Data, shape: ModeShape, fit: ModesFit) -> _Reading:
+    """Return modes fitted again with the errors that they themselves imply."""
+    chance = _chance(spectra, data, shape.bins, fit)
+    errors = chance.errors
+    values = data.values[shape.bins] - chance.bias
+    again = fit_modes(shape, values, errors, fit.frequency, fit.ratio)
+    return _Reading(again, chance, _weighted(chance, errors, data.kind), errors)
+
+
+def _one_more(
+    spectra: CrossSpectra, data: _Data, shape: ModeShape, found: _Reading, maxima: IndexArray
+) -> _Reading | None:
+    """Return a reading with one more mode if the information criterion falls, else None."""
+    values = data.values[shape.bins] - found.chance.bias
+    trials = []
+    for place in _candidates(shape.bins, found, maxima):
+        frequency = float(spectra.frequency[place])
+        ratio = spectra.bin_width / frequency
+        trial = fit_modes(
+            shape,
+            values,
+            found.errors,
+            np.append(found.fit.frequency, frequency),
+            np.append(found.fit.ratio, ratio),
+        )
+        if trial.converged:
+            trials.append(trial)
+    if not trials:
+        return None
+    best = min(trials, key=lambda trial: trial.squares)
+    more = _Reading(best, found.chance, found.covariance, found.errors)
+    gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
+    if gained <= 2.0 * (more.followed - found.followed):
+        return None
+    return _settled(spectra, data, shape, best)
+
+
+def _candidates(bins: IndexArray, found: _Reading, maxima: IndexArray) -> Iterator[int]:
+    """Yield where another mode may be: at the largest misfit, at the peaks beside the bins."""
+    missed = np.sum(found.fit.residual.reshape(-1, bins.size) ** 2, axis=0)
+    yield int(bins[int(np.argmax(missed))])
+    below, above = maxima[maxima < bins[0]], maxima[maxima > bins[-1]]
+    if below.size:
+        yield int(below.max())
+    if above.size:
+        yield int(above.min())
+
+
+def _chance(spectra: CrossSpectra, data: _Data, bins: IndexArray, fit: ModesFit) -> Chance:
+    """Return the errors of the values: by theory where the excitation was steady and random."""
+    smearing = smearing_of(spectra)
+    wanted = 0.5 * spectra.n_segments * (1.0 - UNSTEADY / np.sqrt(spectra.effective_averages))
+    if float(data.lit_segments[bins].mean()) < wanted:
+        is_complex = data.kind == "response"
+        return plain_chance(smearing, data.errors[bins], is_complex=is_complex)
+    missing = None if data.missing is None else data.missing[bins]
+    return steady_chance(smearing, data.kind, spectra.frequency[bins], fit, missing)
+
+
+def _weighted(chance: Chance, errors: FloatArray, kind: Kind) -> FloatArray:
+    """Return the covariance of values over their errors."""
+    every = errors if kind == "density" else np.concatenate([errors, errors])
+    return np.asarray(chance.covariance / (every * every[:, np.newaxis]))
 
 
 def _judged(
-    spectra: CrossSpectra, fit: ModeFit | None, where: int, lit: float, readable: float | None
-) -> Damping:
+    spectra: CrossSpectra, found: _Reading | None, where: int, lit: float,
+    readable: float | None,
+) -> Damping:  # fmt: skip
     """Return the damping, withheld where it is not resolved."""
     step, peak = spectra.bin_width, float(spectra.frequency[where])
-    few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz between this peak and the next"
-    unlike = few if fit is None else _no_mode(fit, peak, step, lit)
-    if fit is None or unlike:
+    few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz are excited around this peak"
+    unlike = few if found is None else _no_mode(found, peak, step, lit)
+    if found is None or unlike:
         return Damping(None, None, None, None, None, None, unlike, readable, step)
-    half = NORMAL * fit.ratio_error
-    coarse = _uncertain(fit, half, step)
-    spread = NORMAL * fit.frequency_error
+    fit, errors = found.fit, NORMAL * np.sqrt(found.spread)
+    frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
+    spread, half = float(errors[0]), float(errors[fit.frequency.size])
+    coarse = _uncertain(ratio, half, step)
     return Damping(
-        frequency=fit.frequency,
-        frequency_low=fit.frequency * (1.0 - spread),
-        frequency_high=fit.frequency * (1.0 + spread),
-        ratio=None if coarse else fit.ratio,
-        ratio_low=None if coarse else float(fit.ratio * np.exp(-half)),
-        ratio_high=None if coarse else float(fit.ratio * np.exp(half)),
+        frequency=frequency,
+        frequency_low=frequency * (1.0 - spread),
+        frequency_high=frequency * (1.0 + spread),
+        ratio=None if coarse else ratio,
+        ratio_low=None if coarse else ratio * float(np.exp(-half)),
+        ratio_high=None if coarse else ratio * float(np.exp(half)),
         reason=coarse,
         half_power=readable,
         bin_width=step,
     )
 
 
-def _no_mode(fit: ModeFit, peak: float, step: float, lit: float) -> str | None:
+def _no_mode(found: _Reading, peak: float, step: float, lit: float) -> str | None:
     """Return why a fit says nothing of a mode at the peak, if it does not."""
-    if not fit.converged or not 1e-5 < fit.ratio < 0.5:
-        return "the fit of one mode does not converge"
-    if abs(fit.frequency - peak) > max(2.0 * step, fit.ratio * peak):
-        return f"the mode that fits best lies at {fit.frequency:.4g} Hz, beside the peak"
-    if lit < FEW and 2.0 * fit.ratio * fit.frequency < WIDE * step:
+    fit, scale = found.fit, found.scale
+    frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
+    if not fit.converged or not 1e-5 < ratio < 0.5:
+        return "the fit of the modes does not converge"
+    if abs(frequency - peak) > max(2.0 * step, ratio * peak):
+        return f"the mode that fits best lies at {frequency:.4g} Hz, beside the peak"
+    if lit < FEW and 2.0 * ratio * frequency < WIDE * step:
         return (
             "the sweep passes the peak within a segment or two: take shorter segments, or "
             "overlap them more"
         )
-    if fit.misfit > UNLIKE and fit.chi_square > 4.0:
-        return f"the peak has not the shape of one linear mode (misfit {fit.misfit:.0%})"
+    if fit.misfit > UNLIKE and scale > UNLIKELY:
+        return f"the peak has not the shape of linear modes (misfit {fit.misfit:.0%})"
     return None
 
 
-def _uncertain(fit: ModeFit, half: float, step: float) -> str | None:
+def _uncertain(ratio: float, half: float, step: float) -> str | None:
     """Return why the ratio of a mode is withheld although its frequency is known, if it is."""
     if half <= RESOLVED:
         return None
-    about = f"zeta about {fit.ratio:.2g} +- {half:.0%}, " if half < 0.5 else ""
+    about = f"zeta about {ratio:.2g} +- {half:.0%}, " if half < 0.5 else ""
     return f"{about}not resolved by bins of {step:.3g} Hz and this length of run"
 
 
@@ -344,44 +469,49 @@ def _smoothing(power: FloatArray, data: _Data, place: float) -> int:
     return min(1 + 2 * round(8.0 * float(error) ** 2), 201)
 
 
-def _nearest_peak(power: FloatArray, place: float) -> int:
-    """Return the local maximum nearest to a place, or the bin there if there is none."""
-    maxima = local_maxima(power)
-    if not maxima.size:
-        return round(min(max(place, 0.0), power.size - 1.0))
-    return int(maxima[np.argmin(np.abs(maxima - place))])
+def _maxima(data: _Data, usable: NDArray[np.bool_], place: float) -> IndexArray:
+    """Return the peaks around a place that chance does not make."""
+    low = max(0, int(place) - SEEN)
+    part = slice(low, int(place) + SEEN + 1)
+    height = np.where(usable[part], np.abs(data.values[part]), np.nan)
+    share = np.full(height.shape, np.nan)
+    np.divide(data.errors[part], height, out=share, where=height > 0.0)
+    return low + resolved(local_maxima(height), height, share)
+
+
+def _nearest_peak(maxima: IndexArray, power: FloatArray, place: float) -> int:
+    """Return the peak nearest to a place, or the tallest bin there if there is none near."""
+    near = maxima[np.abs(maxima - place) <= SEEN / 4]
+    if near.size:
+        return int(near[np.argmin(np.abs(near - place))])
+    low = min(max(round(place) - 2, 1), power.size - 2)
+    return low + int(np.argmax(power[low : low + 5]))
 
 
 def _bins(
-    power: FloatArray, usable: NDArray[np.bool_], peak: int, reach: float
-) -> NDArray[np.intp]:
-    """Return the bins around a peak, up to half-way to the next peaks that matter."""
-    maxima = local_maxima(power)
-    others = maxima[(power[maxima] > NEIGHBOUR * power[peak]) & _valleys(power, maxima, peak)]
-    low, high = peak - reach, peak + reach
-    if (others < peak).any():
-        low = max(low, (peak + others[others < peak].max()) / 2.0)
-    if (others > peak).any():
-        high = min(high, (peak + others[others > peak].min()) / 2.0)
-    number = np.arange(power.size)
-    bins = number[(number >= low) & (number <= high)]
+    usable: NDArray[np.bool_], maxima: IndexArray, peak: int, reach: float
+) -> tuple[IndexArray, tuple[int, ...]]:
+    """Return the bins around a peak, those of near neighbours included, and these."""
+    others = maxima[(maxima != peak) & (np.abs(maxima - peak) <= 2.0 * reach)]
+    beyond = max(reach / 2.0, REACH_BINS / 2.0)
+    low = min([peak - reach, *(others - beyond)])
+    high = max([peak + reach, *(others + beyond)])
+    number = np.arange(usable.size)
+    bins = number[(number >= low) & (number <= high) & (np.abs(number - peak) <= 2 * FURTHEST)]
     broken = bins[~usable[bins]]
     if (broken < peak).any():
         bins = bins[bins > broken[broken < peak].max()]
     if (broken > peak).any():
         bins = bins[bins < broken[broken > peak].min()]
-    return bins
+    inside = others[np.isin(others, bins)]
+    nearest = inside[np.argsort(np.abs(inside - peak), kind="stable")][: MOST_MODES - 1]
+    return bins, tuple(int(k) for k in nearest)
 
 
-def _valleys(power: FloatArray, maxima: NDArray[np.intp], peak: int) -> NDArray[np.bool_]:
-    """Return which maxima a real valley, to half of the lower peak, parts from the peak."""
-    return np.array(
-        [
-            m != peak and power[min(m, peak) : max(m, peak) + 1].min() < 0.5 * power[m]
-            for m in maxima
-        ],
-        dtype=bool,
-    )
+def _clearance(starts: tuple[int, ...]) -> float:
+    """Return how many bins around the first of some peaks are nearer to it than to others."""
+    nearest = min((abs(other - starts[0]) for other in starts[1:]), default=2 * FURTHEST)
+    return max(nearest / 2.0, LEAST_BINS / 2.0)
 
 
 def _crossing(power: FloatArray, peak: int, level: float, step: int) -> float | None:

@@ -1,12 +1,14 @@
 """Windows: sums of cosines, symmetric as in MATLAB or periodic as for an FFT."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 
 COSINE_TERMS: Final[Mapping[str, tuple[float, ...]]] = MappingProxyType({
     "rectangular": (1.0,),
@@ -59,6 +61,98 @@ def window_samples(name: str, length: int) -> FloatArray:
     angle = 2.0 * np.pi * np.arange(length) / period
     signed = ((-1) ** m * weight * np.cos(m * angle) for m, weight in enumerate(terms))
     return np.array(np.sum(list(signed), axis=0))
+
+
+class AbstractCorrelation(ABC):
+    """Correlation of a window with itself, 1 at no shift, over the shifts from 0."""
+
+    @abstractmethod
+    def transform(self, exponent: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        r"""Return its transform, the first sample halved, and the slope along the exponent.
+
+        .. math:: R(s) = \sum_{\tau \ge 0} r(\tau) e^{s \tau} - 1/2
+
+        Parameters
+        ----------
+        exponent : (n,) array
+            Exponents :math:`s` per sample, with a negative real part.
+        """
+
+
+@final
+class CosineCorrelation(AbstractCorrelation):
+    r"""That of a sum of cosines, in closed form.
+
+    .. math:: r(\tau) = \sum_k (\alpha_k + \beta_k (L - \tau)) e^{i k a \tau}
+    """
+
+    def __init__(self, name: str, length: int) -> None:
+        terms = COSINE_TERMS[name.removeprefix(PERIODIC)]
+        period = length if name.startswith(PERIODIC) else length - 1
+        most = len(terms) - 1
+        order = np.arange(-most, most + 1)
+        weight = np.array([(-1) ** k * terms[k] * (0.5 if k else 1.0) for k in np.abs(order)])
+        step = 2.0 * np.pi / period
+        alpha, beta = np.zeros((2, order.size), dtype=np.complex128)
+        for m, one in zip(order, weight, strict=True):
+            for k, other in zip(order, weight, strict=True):
+                if m + k == 0:
+                    beta[k + most] += one * other
+                    continue
+                share = one * other / (1.0 - np.exp(1j * step * (m + k)))
+                alpha[k + most] += share
+                alpha[most - m] -= share * np.exp(1j * step * (m + k) * length)
+        power = complex(np.sum(alpha + beta * length)).real
+        self.alpha = (alpha + beta * length) / power
+        self.beta = beta / power
+        self.exponents = 1j * step * order
+        self.length = length
+
+    def transform(self, exponent: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        n = self.length
+        every = exponent + self.exponents[:, np.newaxis]
+        with np.errstate(under="ignore"):
+            ratio, end = np.exp(every), np.exp(n * every)
+            left = 1.0 / -np.expm1(every)
+            plain = (1.0 - end) * left
+            first = (ratio * plain - n * end) * left
+            second = (ratio * (plain + 2.0 * first) - n * n * end) * left
+        spectrum = self.alpha @ plain - self.beta @ first - 0.5
+        return spectrum, self.alpha @ first - self.beta @ second
+
+
+@final
+class SampledCorrelation(AbstractCorrelation):
+    """That of any weights, summed sample by sample."""
+
+    def __init__(self, window: FloatArray) -> None:
+        spectrum = scipy.fft.rfft(window, 2 * window.size)
+        correlation = scipy.fft.irfft(np.abs(spectrum) ** 2)[: window.size]
+        self.correlation = correlation / correlation[0]
+
+    def transform(self, exponent: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        shifts = np.arange(self.correlation.size)
+        both = np.stack([self.correlation, self.correlation * shifts], axis=1)
+        sums = np.empty((exponent.size, 2), dtype=np.complex128)
+        with np.errstate(under="ignore"):
+            for k, one in enumerate(exponent):
+                sums[k] = np.exp(one * shifts) @ both
+        return sums[:, 0] - 0.5, sums[:, 1]
+
+
+def correlation_of(name: str, window: FloatArray) -> AbstractCorrelation:
+    """Return the correlation of a window with itself, in closed form where it has one.
+
+    Parameters
+    ----------
+    name : str
+        A name as in `window_samples`, or another one for weights of one's own.
+    window : (length,) array
+        Its weights [-].
+    """
+    if name.removeprefix(PERIODIC) in COSINE_TERMS:
+        return CosineCorrelation(name, window.size)
+    return SampledCorrelation(window)
 
 
 def effective_averages(window: FloatArray, step: int, n_segments: int) -> float:
