@@ -136,9 +136,7 @@ def test_leaving_a_recording_that_changed_meanwhile_is_an_error(tmp_path, change
     path = write_recording(tmp_path / "one.tdms", 300.0, seconds=0.5)
     other = write_recording(tmp_path / "two.tdms", 200.0, seconds=0.4)
     with (
-        pytest.raises(
-            RecordingError, match=r"one.tdms: the file changed while it was read"
-        ),
+        pytest.raises(RecordingError, match=r"one.tdms: the file changed while it was read"),
         open_recording(path),
     ):
         change(path, other)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from benchmarks.damping_pairs import Pair, mode, campaign, readings
+from benchmarks.damping_pairs import Pair, campaign, mode, readings
 
 from shakerproc.spectra import cross_spectra, damping_of_density, damping_of_response
 
