@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# where it is set, each of some hundred processes of the tests compiles every module anew
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test quick long check lint types kernels docs oldest benchmark verdicts fuzz blind
 .PHONY: chaos clean

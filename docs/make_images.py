@@ -1,7 +1,7 @@
 """Draw the pictures of README.md and the tutorial, as the commands shown there do.
 
 python docs/make_images.py            # into docs/images
-python docs/make_images.py FOLDER     # elsewhere; a test compares them with those kept
+python docs/make_images.py FOLDER     # elsewhere
 """
 
 import subprocess
@@ -18,10 +18,10 @@ BATCH = {
     "runs/test_12/sweep.png": "test_12_sweep.png",
 }
 TUTORIAL = {
-    "results/trends/omega_e_against_level_g2_per_hz.png": "tutorial_trend.png",
-    "before/response_ch3.png": "tutorial_response_before.png",
-    "before/restoring_force_base_coupon.png": "restoring_force.png",
-    "after/response_ch3.png": "tutorial_response_after.png",
+    "campaign/results/trends/omega_e_against_level_g2_per_hz.png": "tutorial_trend.png",
+    "comparison/response_ch3.png": "tutorial_response_before.png",
+    "comparison/restoring_force_base_coupon.png": "restoring_force.png",
+    "comparison_with_gap/response_ch3.png": "tutorial_response_after.png",
 }
 
 
@@ -42,28 +42,37 @@ def keep(source: Path, target: Path) -> None:
         )
 
 
-def main() -> None:
-    """Run the commands, and keep some of their pictures."""
-    if len(sys.argv) > 2:
-        draw(Path(sys.argv[1]), Path(sys.argv[2]))
-        return
-    with tempfile.TemporaryDirectory() as name:
-        draw(IMAGES, Path(name))
-
-
-def draw(images: Path, folder: Path) -> None:
-    """Work the sample data and a new campaign through below a folder; fill the images."""
+def sample(folder: Path) -> None:
+    """Work the sample data through below a folder."""
     shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
-    shakerproc("init", folder / "campaign")
+
+
+def tutorial(folder: Path) -> None:
+    """Work a new campaign through below a folder, as the tutorial does."""
     model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
-    shakerproc("batch", log, "--out", folder / "results")
-    shakerproc("compare", model, log, "--out", folder / "before")
-    shakerproc("add", "gap", model, log, "-o", folder / "with-gap.yaml")
-    shakerproc("compare", folder / "with-gap.yaml", log, "--out", folder / "after")
+    extended = folder / "with-gap.yaml"
+    shakerproc("init", folder / "campaign")
+    shakerproc("batch", log)
+    shakerproc("compare", model, log, "--out", folder / "comparison")
+    shakerproc("add", "gap", model, log, "-o", extended)
+    shakerproc("compare", extended, log, "--out", folder / "comparison_with_gap")
+
+
+def pictures(folder: Path, images: Path) -> None:
+    """Keep some of the pictures that `sample` and `tutorial` drew."""
     for source, target in BATCH.items():
         keep(folder / "batch" / source, images / target)
     for source, target in TUTORIAL.items():
         keep(folder / source, images / target)
+
+
+def main() -> None:
+    """Run the commands, and keep some of their pictures."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        sample(folder)
+        tutorial(folder)
+        pictures(folder, Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES)
 
 
 if __name__ == "__main__":

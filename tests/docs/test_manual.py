@@ -26,17 +26,40 @@ def script(name):
 
 
 effect_pages, make_mimics = script("effect_pages"), script("make_mimics")
+make_images = script("make_images")
+TUTORIAL = DOCS / "tutorial.md"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if "```console" in p.read_text(encoding="utf-8"))
+
+
+def played(page, folder):
+    """Run the commands of a page beside what they read; return what differs from the page."""
+    for name in ("sample_data", "configs", "examples", "docs"):
+        (folder / name).symlink_to(ROOT / name)
+    write_recordings(folder)
+    return console.play(page, folder)
+
+
+@pytest.fixture(scope="module")
+def tutorial(tmp_path_factory):
+    """Where the commands of the tutorial were run, and what differs from the page."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    return folder, played(TUTORIAL, folder)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page != TUTORIAL], ids=lambda path: path.stem
+)
 def test_every_command_of_a_page_prints_what_the_page_shows(page, tmp_path):
-    for name in ("sample_data", "configs", "examples", "docs"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    write_recordings(tmp_path)
-    wrong = console.play(page, tmp_path)
+    wrong = played(page, tmp_path)
+    assert not wrong, "\n\n".join(wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_every_command_of_the_tutorial_prints_what_it_shows(tutorial):
+    _, wrong = tutorial
     assert not wrong, "\n\n".join(wrong)
 
 
@@ -145,23 +168,19 @@ def test_the_table_of_what_passes_for_what_is_current(truth, other):
 
 
 @pytest.fixture(scope="module")
-def worked(tmp_path_factory):
-    """What docs/make_images.py draws, and what it worked out for that."""
-    folder = tmp_path_factory.mktemp("worked")
-    done = subprocess.run(
-        [sys.executable, DOCS / "make_images.py", folder / "images", folder],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+def worked(tutorial):
+    """Where the tutorial and a batch of the sample data were worked through, with pictures."""
+    folder, _ = tutorial
+    make_images.sample(folder)
+    make_images.pictures(folder, folder / "images")
     return folder
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize(
-    ("heading", "out"), [("Tables of a batch", "batch"), ("Tables of a comparison", "before")]
+    ("heading", "out"),
+    [("Tables of a batch", "batch"), ("Tables of a comparison", "comparison")],
 )
 def test_the_columns_that_the_page_of_formats_names_are_written(heading, out, worked):
     rows = list(columns_named((DOCS / "formats.md").read_text(encoding="utf-8"), heading))
