@@ -54,6 +54,7 @@ def inspect(
             measurement=chosen,
             sample_rate=sample_rate_hz,
             bad_rows=skip,
+            hashed=True,
         ) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:
@@ -71,13 +72,12 @@ def _show(
     recording: "Recording", groups: "tuple[RawGroup, ...]", json: str | None, *, health: bool
 ) -> None:
     from shakerproc.recordings import health as find_flags
-    from shakerproc.recordings import sha256
     from shakerproc.runs.remarks import unused_lines
 
     path = recording.path or Path(recording.run)
     flags = find_flags(recording) if health else ()
     levels = _levels(recording) if health else []
-    fingerprint = sha256(path)
+    fingerprint = recording.sha256()
     output.write_json(
         {
             "schema": SCHEMA,

@@ -58,7 +58,7 @@ def response(
     from shakerproc.simulate import harmonic_balance as hb
 
     announce()
-    shaken = _read(model)
+    shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
     _check_sensor(shaken, sensor)
@@ -72,15 +72,16 @@ def response(
     folder = output.out_folder(out, f"{model.stem}_response")
     _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
     document = _document(found, tuple(others), free)
-    output.write_json({**_provenance(model, level), **document}, json)
+    output.write_json({**_provenance(model, digest, level), **document}, json)
     _print(found, tuple(others), level, sensor, json)
     output.message(f"results in {folder}")
 
 
-def _read(path: Path) -> "Model":
+def _read(path: Path) -> "tuple[Model, str]":
     from shakerproc.model_files import read_model
+    from shakerproc.recordings import read_hashed
 
-    return read_model(path)
+    return read_hashed(read_model, path)
 
 
 def _level(model: "Model", text: str) -> float:
@@ -200,8 +201,7 @@ def _write(
             save(response_figure(found, others, free, sensor), folder / "response.png")
 
 
-def _provenance(path: Path, level: str) -> dict[str, object]:
-    import hashlib
+def _provenance(path: Path, digest: str, level: str) -> dict[str, object]:
 
     from shakerproc import __version__
 
@@ -209,7 +209,7 @@ def _provenance(path: Path, level: str) -> dict[str, object]:
         "schema": "shakerproc-response/1",
         "version": __version__,
         "model": path.name,
-        "model_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "model_sha256": digest,
         "level": level,
     }
 

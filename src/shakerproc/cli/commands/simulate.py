@@ -78,6 +78,7 @@ def simulate(
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.planning.rehearsal import USUAL_NOISE
+    from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
 
     announce()
@@ -91,16 +92,19 @@ def simulate(
         seed=seed,
         growth=growth,
     )
-    shaken = read_model(model)
+    shaken, model_hash = read_hashed(read_model, model)
     if excitation.suffix.lower() in {".yaml", ".yml"}:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
+        log, driven_by = read_hashed(read_testlog, excitation)
         found = rehearse_campaign(
-            shaken, read_testlog(excitation), staging,
+            shaken, log, staging,
             folder=out, wanted=wanted, overwrite=overwrite,
         )  # fmt: skip
     else:
-        found = [_respond(shaken, excitation, staging, out, overwrite=overwrite)]
-    output.write_json(_document(model, excitation, seed, found), json)
+        one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
+        found = [one]
+    inputs = {model.name: model_hash, excitation.name: driven_by}
+    output.write_json(_document(inputs, seed, found), json)
     _print(found, json)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recordings below {place}")
@@ -137,8 +141,8 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
 
 def _respond(
     model: "Model", path: Path, staging: "Staging", out: Path | None, *, overwrite: bool
-) -> dict[str, object]:
-    """Write what the model makes of the input of a recording.
+) -> tuple[dict[str, object], str]:
+    """Write what the model makes of the input of a recording; return the hash of that too.
 
     Raises
     ------
@@ -153,22 +157,22 @@ def _respond(
     target = (path.parent if out is None else out) / f"{path.stem}_simulated.tdms"
     if target.exists() and not overwrite:
         raise LogError(f"{target} is there already; give --out FOLDER or --overwrite")
-    with open_recording(path) as recording:
+    with open_recording(path, hashed=True) as recording:
         made = respond(model, with_usual_roles(recording), staging)
+        digest = recording.sha256()
     write_recording(target, made.recording)
-    return {**made.facts, "recording": target.name}
+    return {**made.facts, "recording": target.name}, digest
 
 
 def _document(
-    model: Path, excitation: Path, seed: int, found: "Sequence[Mapping[str, object]]"
+    inputs: "Mapping[str, str]", seed: int, found: "Sequence[Mapping[str, object]]"
 ) -> dict[str, object]:
     from shakerproc import __version__
-    from shakerproc.recordings import sha256
 
     return {
         "schema": "shakerproc-simulation/1",
         "shakerproc": __version__,
-        "inputs": {path.name: sha256(path) for path in (model, excitation)},
+        "inputs": inputs,
         "seed": seed,
         "recordings": found,
     }

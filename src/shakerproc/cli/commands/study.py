@@ -57,8 +57,8 @@ def study(
     documents = []
     for path in files or []:
         machines = Machines(workers, LONG, MUCH, scheduler)
-        result = _run(path, out, machines, resume=resume, figures=figures)
-        documents.append(_document(path, result))
+        result, digest = _run(path, out, machines, resume=resume, figures=figures)
+        documents.append(_document(path, digest, result))
         _print(result, json)
     output.write_json(
         {"schema": "shakerproc-studies/1", "studies": documents} if documents else None, json
@@ -71,14 +71,15 @@ def _folder(out: Path | None, path: Path) -> Path:
 
 def _run(
     path: Path, out: Path | None, machines: "Machines", *, resume: bool, figures: bool
-) -> "StudyResult":
+) -> "tuple[StudyResult, str]":
     import os
 
     from shakerproc import files
+    from shakerproc.recordings import read_hashed
     from shakerproc.studies import read_study, run_study
     from shakerproc.studies.kinds.base import jobs_of
 
-    read = read_study(path)
+    read, digest = read_hashed(read_study, path)
     total = len(jobs_of(read))
     folder = _folder(out, path)
     with output.progress(read.title, total) as advance:
@@ -98,18 +99,16 @@ def _run(
         with style.look():
             save(study_figure(result), folder / "figure.png")
     output.message(f"results in {folder}")
-    return result
+    return result, digest
 
 
-def _document(path: Path, result: "StudyResult") -> dict[str, object]:
-    import hashlib
-
+def _document(path: Path, digest: str, result: "StudyResult") -> dict[str, object]:
     from shakerproc import __version__
 
     return {
         "version": __version__,
         "study": path.name,
-        "study_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "study_sha256": digest,
         "title": result.title,
         "figure": result.figure,
         "method": result.method,
