@@ -141,10 +141,10 @@ def file_of_arrays(
         found = _lines(array, length)
         if not found:
             odd.append(name)
-        named, headers = _headers(name, len(found), texts)
+        headers = _headers(name, len(found), texts)
         for line, (header, unit) in zip(found, headers, strict=True):
             plain, in_header = (header, unit) if unit else split_header(header)
-            like = like_time(header if named else "", unit, _head(line, length))
+            like = like_time(header, unit, _head(line, length))
             if like:
                 notes.append(f"{shown(plain)} is no channel: {like}.")
             channels.append(
@@ -287,11 +287,11 @@ def _lines(array: ArrayLike, length: int) -> list[_Row]:
 
 def _headers(
     name: str, count: int, texts: Mapping[str, Sequence[str]]
-) -> tuple[bool, list[tuple[str, str]]]:
-    """Return whether the lines of an array have names, and name and unit of each."""
+) -> list[tuple[str, str]]:
+    """Return name and unit of each line of an array."""
     units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
     names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
     if count == 1 and not names:
-        return True, [(name, "")]
+        return [(name, "")]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
-    return bool(names), [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]
+    return [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]

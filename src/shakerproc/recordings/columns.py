@@ -11,15 +11,13 @@ import numpy as np
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.si import split_header
+from shakerproc.recordings.si import parse_unit, split_header
 
 _TIME: Final = re.compile(
     r"(?:x[_ ]?values?|time ?stamp|times?|t|zeit|seconds?|elapsed(?: time)?)"
     r"(?:[_ ]?(?P<unit>s|sec|ms|msec|us|\u00b5s|ns|min|h))?(?:[._ ]?\d{1,3})?",
     re.IGNORECASE,
 )
-_LIKE_TIME: Final = re.compile(r"time|zeit|clock|elapsed", re.IGNORECASE)
-_UNNAMED: Final = re.compile(r"column \d+|")
 SECONDS: Final = {
     "": 1.0,
     "s": 1.0,
@@ -153,20 +151,21 @@ def _digit(step: float) -> float:
 def like_time(header: str, unit: str, values: FloatArray) -> str:
     """Return why a column is taken for a time rather than a channel, or an empty text.
 
-    A column that nothing names, or whose name speaks of time, and that advances evenly.
+    Nothing that is measured advances evenly to the last digit; only a column in the unit of
+    something measured is believed to be that.
     """
     name, in_header = split_header(header)
     said = (unit or in_header).strip()
     if _TIME.fullmatch(name.strip()) and len(name.strip()) > 1 and not is_time(header, unit):
         return f"it is a time in {shown(said, 20)}, not in s, ms, us, ns, min or h"
-    if values.size < FEWEST or not (_UNNAMED.fullmatch(name) or _LIKE_TIME.search(name)):
+    if values.size < FEWEST or parse_unit(said) is not None:
         return ""
     step = (float(values[-1]) - float(values[0])) / (values.size - 1)
     if not (math.isfinite(step) and step > 0.0 and _is_even(np.diff(values) / step)):
         return ""
     return (
-        f"it advances evenly by {step:.6g}, as a time does; if it is one in seconds, "
-        'call it "time [s]", and a vector of its own "t"'
+        f"it advances evenly by {step:.6g}, as a time or a count does; if it is a time in "
+        'seconds, call it "time [s]", and a vector of its own "t"'
     )
 
 

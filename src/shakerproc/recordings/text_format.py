@@ -92,8 +92,13 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
             file, encoding = io.BytesIO(text.encode("utf-8", errors="replace")), "utf-8-sig"
             start = file.read(LOOK)
         lines = [line.decode(encoding, errors="replace") for line in start.splitlines()]
-        if len(start) == LOOK and len(lines) > 1:
+        if len(start) == LOOK and not start.endswith((b"\n", b"\r")):
             lines.pop()  # the look ends inside it
+            if not lines:
+                raise RecordingError(
+                    f"{run}: line 1 is longer than {LOOK} bytes. A table with a line for each "
+                    "sample is read; turn rows into columns."
+                )
     except OSError as error:
         file.close()
         raise RecordingError(f"{run}: cannot be read: {error.strerror}.") from error
