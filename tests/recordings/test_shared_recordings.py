@@ -17,7 +17,7 @@ pytestmark = pytest.mark.shared
 
 LVM = "no sample rate .* the file contradicts itself: .*1706.48 Hz .*165[23].* Hz"
 NO_RATE = "the file does not say the sample rate"
-MOVELLA = ("no sample rate for channel 'PacketCounter'", {"sample_rate": 120.0}, (10, 120.0))
+MOVELLA = ("no sample rate for channel 'Euler_X'", {"sample_rate": 120.0}, (9, 120.0))
 GROUPS = "groups hold data"
 LENGTHS = "Use only channels of one length"
 MOVELLA_FILES = (
@@ -33,7 +33,7 @@ EXPECTED = {
     **{f"mini_shaketable_brace2/stiff1_{name}.csv": MOVELLA for name in MOVELLA_FILES},
     "bobcat_analyzer_vibrationtesting/case1.mat": (2, 1280.0),
     "bobcat_analyzer_vibrationtesting/case2.mat": (2, 1280.0),
-    "cued_gc4/tf_data.npz": "no sample rate for channel 'f'",
+    "cued_gc4/tf_data.npz": "'f' is no channel: it advances evenly",
     "cued_gc4/time_data.npz": (5, 1000.0),
     "friction_backlash_arts/ds1_0.5Hz70lbtension.json": "no reader for .json",
     "friction_backlash_arts/ds1_1Hz20lbtension.json": "no reader for .json",
