@@ -15,9 +15,11 @@ def share(number: int, count: int, every: int) -> tuple[Counter, list[str], floa
     """Judge one worker's share; return counts, examples of what is bad, peak memory [MB]."""
     counts: Counter[tuple[str, str]] = Counter()
     bad: list[str] = []
-    with tempfile.TemporaryDirectory() as name:
+    memory = Path("/dev/shm")  # noqa: S108  a file system in memory spares the disk
+    with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as name:
         folder = Path(name)
-        seeds = make_seeds(folder)
+        with tempfile.TemporaryDirectory() as elsewhere:
+            seeds = make_seeds(Path(elsewhere))
         judge = Judge(folder, seeds)
         every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
         for i, mutant in enumerate(every_mutant):

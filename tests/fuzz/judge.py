@@ -12,7 +12,7 @@ from tests.fuzz.seeds import Seed
 
 from shakerproc.data import Recording
 from shakerproc.errors import ShakerprocError
-from shakerproc.recordings import health
+from shakerproc.recordings import hashing, health
 from shakerproc.runs import open_path
 from shakerproc.testlog import Test, read_testlog
 
@@ -24,14 +24,19 @@ OUTCOMES = (
     "prefix, marked",
     "numbers differ, noted",
     "numbers differ",
+    "rows gone at an end of a file without a count",
     "lost silently",
+    "rows displaced",
     "name, rate or unit wrong",
     "refusal not one line",
     "hang",
     "out of memory",
     "traceback",
 )
-GOOD = OUTCOMES[:5]
+GOOD = OUTCOMES[:6]
+
+
+hashing._TICK = 0
 
 
 class TooLongError(BaseException):
@@ -57,20 +62,20 @@ class Judge:
 
     def __init__(self, folder: Path, seeds: list[Seed]) -> None:
         self.folder = folder
-        self.tests = {seed.name: self._test(seed) for seed in seeds}
+        self.tests = {seed.name: self._tests(seed) for seed in seeds}
         self.usual = {seed.name: self._said(seed) for seed in seeds}
 
-    def _test(self, seed: Seed) -> Test:
+    def _tests(self, seed: Seed) -> tuple[Test, ...]:
         (self.folder / seed.name).write_bytes(seed.content)
         log = self.folder / "testlog.yaml"
         log.write_text(seed.log())
-        (test,) = read_testlog(log).tests
-        return test
+        return read_testlog(log).tests
 
     def _said(self, seed: Seed) -> set[tuple[str, str]]:
         """Return what is said of the good file."""
         (self.folder / seed.name).write_bytes(seed.content)
-        with open_path(self.folder / seed.name, self.tests[seed.name]) as recording:
+        with open_path(self.folder / seed.name, self.tests[seed.name][0]) as recording:
+            assert compared(recording, recording.samples(), Mutant("", seed, b""))[0] == GOOD[1]
             return said(recording)
 
     def outcome(self, mutant: Mutant) -> tuple[str, str]:
@@ -99,13 +104,13 @@ class Judge:
             index.unlink(missing_ok=True)
 
     def _read(self, path: Path, mutant: Mutant) -> tuple[str, str]:
-        with open_path(path, self.tests[mutant.seed.name]) as recording:
+        with open_path(path, self.tests[mutant.seed.name][mutant.skip]) as recording:
             if mutant.while_open is not None:
                 path.write_bytes(mutant.while_open)
             samples = recording.samples()
             if wrong_description(recording, mutant.seed):
                 return "name, rate or unit wrong", ""
-            outcome = compared(recording, samples, mutant.seed.values)
+            outcome = compared(recording, samples, mutant)
             if (
                 outcome[0] == "numbers differ"
                 and said(recording) - self.usual[mutant.seed.name]
@@ -130,12 +135,41 @@ def wrong_description(recording: Recording, seed: Seed) -> bool:
     )
 
 
-def compared(recording: Recording, samples: np.ndarray, values: np.ndarray) -> tuple[str, str]:
+def compared(recording: Recording, samples: np.ndarray, mutant: Mutant) -> tuple[str, str]:
+    """Return how what was read stands to the original, row by row.
+
+    Rows that are missing have to be counted: as skipped, or by "incomplete". A file that does
+    not say how many rows it has may lack whole rows at an end. No more rows may differ than
+    were changed or skipped.
+    """
+    values = mutant.seed.values
     n, whole = samples.shape[1], values.shape[1]
-    common = min(n, whole)
-    alike = np.allclose(samples[:, :common], values[:, :common], rtol=1e-14, atol=0.0)
-    if n != whole and not recording.incomplete:
+    skipped = 0 if recording.skipped is None else recording.skipped.count
+    if n > whole or (n < whole and not recording.incomplete and skipped < whole - n):
+        if (
+            not mutant.seed.counted
+            and n < whole
+            and fewest_changes(samples, values, whole) <= 1
+        ):
+            return "rows gone at an end of a file without a count", ""
         return "lost silently", f"{n} of {whole} samples"
-    if alike and n <= whole:
+    differ = fewest_changes(samples, values, skipped)
+    if not differ:
         return ("read as it was" if n == whole else "prefix, marked"), ""
+    if mutant.rows >= 0 and differ > mutant.rows + skipped:
+        return "rows displaced", f"{differ} rows differ, {mutant.rows} were changed"
     return "numbers differ", ""
+
+
+def fewest_changes(samples: np.ndarray, values: np.ndarray, most: int) -> int:
+    """Return how many rows differ from a stretch of the original, begun at most so late."""
+    n = samples.shape[1]
+    return min(
+        int((~alike(samples, values[:, at : at + n])).sum())
+        for at in range(min(most, values.shape[1] - n) + 1)
+    )
+
+
+def alike(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return for each row whether it is the same."""
+    return np.isclose(one, other, rtol=1e-14, atol=0.0).all(axis=0)

@@ -1,10 +1,12 @@
 """Small recordings of every layout, each with the log that says what to expect of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import h5py
 import numpy as np
+from scipy import io as scipy_io
 from tests.recordings import tdms_bytes
 from tests.recordings.tdms_bytes import Builder
 
@@ -30,6 +32,12 @@ class Seed:
         In SI.
     metadata : list of range
         Bytes that are not payload.
+    table : range, optional
+        Lines of the rows of numbers, of a text file.
+    delimiter : str
+        Between its cells.
+    counted : bool
+        Whether the file says how many values there are.
     """
 
     name: str
@@ -37,16 +45,26 @@ class Seed:
     channels: tuple[str, ...]
     values: np.ndarray
     metadata: tuple[range, ...]
+    table: range | None = None
+    delimiter: str = ","
+    counted: bool = True
 
     def log(self) -> str:
-        """The test log that describes the file."""
-        duration = self.values.shape[1] / RATE
+        """The test log that describes the file, with a test for each use of bad rows.
+
+        Of TDMS it says the duration too; of the others the readers have to find out by
+        themselves what is missing.
+        """
+        duration = ""
+        if self.name.endswith(".tdms"):
+            seconds = self.values.shape[1] / RATE
+            duration = f"duration: {seconds!r} s, duration_tolerance: 0.01 %, "
         roles = ", ".join(f"{name}: {{role: response}}" for name in self.channels)
         return (
             f"testlog: 1\nrecordings: .\nchannels: {{{roles}}}\n"
-            f"expect: {{duration: {duration!r} s, duration_tolerance: 0.01 %, "
-            f"sample_rate: {RATE:g} Hz, channels: {len(self.channels)}, unit: g}}\n"
-            f"tests:\n  - {{id: 1, recording: {self.name}}}\n"
+            f"expect: {{{duration}sample_rate: {RATE:g} Hz, channels: {len(self.channels)}, "
+            f"unit: g}}\ntests:\n  - {{id: 1, recording: {self.name}}}\n"
+            f"  - {{id: 2, recording: {self.name}, processing: {{bad_rows: skip}}}}\n"
         )
 
 
@@ -128,56 +146,137 @@ def scaled() -> Seed:
     )
 
 
-def written(ending: str) -> Callable[[Path], Seed]:
+N_ROWS = 80
+CHANNELS = ("ch1", "ch2")
+
+
+def numbers(seed: int) -> np.ndarray:
+    """Two channels of noise with six decimals [g]."""
+    return np.round(np.random.default_rng(seed).standard_normal((2, N_ROWS)), 6)
+
+
+def written(ending: str, seed: int) -> Callable[[Path], Seed]:
     """Return what writes a seed in one of the formats that shakerproc writes."""
 
-    def seed(folder: Path) -> Seed:
-        rng = np.random.default_rng(7)
-        names = ("control 1", "control 2")
-        channels = [Channel(name, "m/s^2", name, "g") for name in names]
-        values = np.round(rng.standard_normal((2, 80)), 6) * STANDARD_GRAVITY
-        path = folder / f"seed{ending}"
+    def make(folder: Path) -> Seed:
+        channels = [Channel(name, "m/s^2", name, "g") for name in CHANNELS]
+        values = numbers(seed) * STANDARD_GRAVITY
+        path = folder / f"written{ending}"
         WRITERS[ending](path, recording_of_arrays("seed", channels, values, RATE))
-        content = path.read_bytes()
-        path.unlink()
-        if ending == ".tdms":
-            return Seed(path.name, content, names, values, tdms_metadata(content))
-        return Seed(path.name, content, names, values, ())
+        content = taken(path)
+        metadata = tdms_metadata(content) if ending == ".tdms" else ()
+        return Seed(path.name, content, CHANNELS, values, metadata)
 
-    return seed
+    return make
 
 
-def numpy_archive(folder: Path) -> Seed:
-    values = np.random.default_rng(8).standard_normal((2, 80))
-    path = folder / "seed.npz"
-    np.savez(path, t=np.arange(80) / RATE, ch1_g=values[0], ch2_g=values[1])
+def taken(path: Path) -> bytes:
+    """The content of a file, which goes."""
     content = path.read_bytes()
     path.unlink()
-    return Seed(path.name, content, ("ch1", "ch2"), values * STANDARD_GRAVITY, ())
+    return content
 
 
-def labview_text() -> Seed:
-    values = np.round(np.random.default_rng(9).standard_normal((2, 80)), 6)
-    lines = [
+def text(name: str, head: list[str], seed: int, delimiter: str, decimal: str = ".") -> Seed:
+    """A table of text below some lines."""
+    values = numbers(seed)
+    rows = [
+        delimiter.join([f"{i / RATE:.3f}", *(f"{value:.6f}" for value in row)])
+        for i, row in enumerate(values.T)
+    ]
+    lines = [*head, *(row.replace(".", decimal) for row in rows)]
+    return Seed(
+        name,
+        ("\n".join(lines) + "\n").encode(),
+        CHANNELS,
+        values * STANDARD_GRAVITY,
+        (),
+        range(len(head), len(lines)),
+        delimiter,
+        counted=name.endswith(".lvm"),
+    )
+
+
+def csv(folder: Path) -> Seed:
+    return text("comma.csv", ["Recorder 5", "", "t [s],ch1 [g],ch2 [g]"], 10, ",")
+
+
+def german_csv(folder: Path) -> Seed:
+    return text("semicolon.csv", ["Zeit;ch1;ch2", "s;g;g"], 11, ";", ",")
+
+
+def labview_text(folder: Path) -> Seed:
+    head = [
         "LabVIEW Measurement\t",
         "Separator\tTab",
         "Decimal_Separator\t.",
         "***End_of_Header***\t",
         "Channels\t2\t\t",
-        "Samples\t80\t80\t",
+        f"Samples\t{N_ROWS}\t{N_ROWS}\t",
         "Y_Unit_Label\tg\tg\t",
         "Delta_X\t0.001\t0.001\t",
         "***End_of_Header***\t\t",
         "X_Value\tch1\tch2\tComment",
-        *(f"{i / RATE:.3f}\t{a:.6f}\t{b:.6f}\t" for i, (a, b) in enumerate(values.T)),
     ]
+    return text("seed.lvm", head, 9, "\t")
+
+
+def universal_text(folder: Path) -> Seed:
+    """Two records of data set 58 in the text form, 4E20.12."""
+    values, lines = numbers(12), []
+    for name, row in zip(CHANNELS, values, strict=True):
+        axis = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} "
+        lines += [
+            "    -1", "    58", name.ljust(80), "seed".ljust(80), "NONE".ljust(80),
+            "NONE".ljust(80), "NONE".ljust(80),
+            f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':10}{1:10d}{0:4d} {'NONE':10}{0:10d}{0:4d}",
+            f"{4:10d}{N_ROWS:10d}{1:10d}{0.0:13.5e}{1.0 / RATE:13.5e}{0.0:13.5e}",
+            f"{axis}{'s':20}", f"{axis}{'g':20}", f"{axis}{'NONE':20}", f"{axis}{'NONE':20}",
+        ]  # fmt: skip
+        pieces = [f"{value:20.12e}" for value in row]
+        lines += ["".join(pieces[at : at + 4]) for at in range(0, N_ROWS, 4)]
+        lines.append("    -1")
     content = ("\n".join(lines) + "\n").encode()
-    return Seed("seed.lvm", content, ("ch1", "ch2"), values * STANDARD_GRAVITY, ())
+    return Seed("text.uff", content, CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def numpy_archive(folder: Path) -> Seed:
+    values, path = numbers(8), folder / "seed.npz"
+    np.savez(path, t=np.arange(N_ROWS) / RATE, ch1_g=values[0], ch2_g=values[1])
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def packed_archive(folder: Path) -> Seed:
+    values, path = numbers(13), folder / "packed.npz"
+    np.savez_compressed(path, fs=RATE, ch1_g=values[0], ch2_g=values[1])
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def matlab(folder: Path) -> Seed:
+    values, path = numbers(14), folder / "packed.mat"
+    content = {"fs": RATE, "ch1_g": values[0], "ch2_g": values[1].astype("f4")}
+    scipy_io.savemat(path, content, do_compression=True)
+    values[1] = values[1].astype("f4")
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def matlab_7_3(folder: Path) -> Seed:
+    values, path = numbers(15), folder / "hdf.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["fs"] = np.array([[RATE]])
+        for name, row in zip(CHANNELS, values, strict=True):
+            file[f"{name}_g"] = row[None]
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
 def make_seeds(folder: Path) -> list[Seed]:
     """All seeds; those of TDMS first."""
     tdms = [contiguous(), one_chunk(), interleaved(), big_endian(), daqmx(), scaled()]
     endings = (".tdms", ".csv", ".mat", ".uff", ".parquet")
-    others = [written(ending)(folder) for ending in endings]
-    return [*tdms, *others, numpy_archive(folder), labview_text()]
+    others = [written(ending, number)(folder) for number, ending in enumerate(endings)]
+    others[1] = replace(others[1], table=range(1, 1 + N_ROWS), counted=False)
+    more = (
+        csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
+        matlab_7_3,
+    )  # fmt: skip
+    return [*tdms, *others, *(make(folder) for make in more)]
