@@ -18,9 +18,11 @@ $(READY): pyproject.toml
 demo: $(READY)  ## the main job on sample_data, then the hidden gap
 	$(BIN)/shakerproc demo demo_output
 
+# one file is one process's, in the order of their names: no fixture is made twice, and what takes
+# long does not come last
 test: $(READY)  ## everything that CI runs; the manual is built by a test
 	$(MAKE) --no-print-directory --jobs 2 lint types kernels
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"

@@ -282,7 +282,7 @@ def test_a_long_recording_that_repeats_itself_takes_little_memory():
             pass
 
     one = recording_of(second, roles=["response"] * 8)
-    recording = replace(one, source=Source(), n_samples=2**23)
+    recording = replace(one, source=Source(), n_samples=2**21)
     tracemalloc.start()
     health(recording)
     _, peak = tracemalloc.get_traced_memory()
