@@ -1,11 +1,13 @@
 """Where the model fails, in one sentence."""
 
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.compare.comparison import Comparison, TestComparison
 from shakerproc.compare.joints import by_range
+from shakerproc.runs.levels import AMPLITUDE_TOLERANCE, Level, demanded
 
 NEAR_NOISE: Final = 1.5
 """Times the noise below which an error is taken for noise [-]."""
@@ -120,18 +122,15 @@ def _joint(worst: TestComparison) -> str:
 
 
 def _levels(comparison: Comparison) -> str:
-    """Say whether the error depends on the level."""
-    by_kind = [t for t in comparison.tests if t.measured.test.level]
-    if len({t.measured.test.level for t in by_kind}) < 2:
+    """Say whether the error depends on the level, where one kind of test has several."""
+    alike = max(_by_level(comparison), key=len)
+    if len(alike) < 2:
         return (
             "All tests have one level, so what depends on amplitude cannot be told from what "
             "does not."
         )
-    first = by_kind[0].measured.test
-    alike = [t for t in by_kind if t.measured.test.excitation == first.excitation]
-    alike.sort(key=lambda t: t.measured.test.level or 0.0)
     low, high = alike[0], alike[-1]
-    span = f"from {low.error:.1%}{_level(low)} to {high.error:.1%}{_level(high)}"
+    span = f"from {low.told} to {high.told}"
     if high.error > _GROWS * low.error:
         return f"The error grows with the level, {span}: something depends on amplitude."
     if low.error > _GROWS * high.error:
@@ -139,6 +138,63 @@ def _levels(comparison: Comparison) -> str:
     if comparison.refit:
         return f"The error is much the same at every level, {span}."
     return f"The error is much the same at every level, {span}: fit the numbers first (--fit)."
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _AtLevel:
+    """A test at its level, with its error."""
+
+    level: Level
+    text: str
+    error: float
+
+    @property
+    def told(self) -> str:
+        return f"{self.error:.1%} ({self.text})"
+
+
+def _by_level(comparison: Comparison) -> list[list[_AtLevel]]:
+    """Return the tests that can be compared, one for each level, lowest first.
+
+    Those of one kind of excitation whose levels have one unit: as the log says them or, where
+    it does not say all, as the input was measured.
+    """
+    kinds: dict[str | None, list[TestComparison]] = {}
+    for test in comparison.tests:
+        kinds.setdefault(test.measured.test.excitation, []).append(test)
+    unit = "m/s^2" if comparison.model.excitation.on is None else "N"
+    found: list[list[_AtLevel]] = []
+    for tests in kinds.values():
+        said = [demanded(test.measured.test) for test in tests]
+        if None in said:
+            seen = [_seen(test, unit) for test in tests]
+            found.append(_apart(seen, AMPLITUDE_TOLERANCE))
+            continue
+        groups: dict[tuple[str, str], list[_AtLevel]] = {}
+        for test, level in zip(tests, said, strict=True):
+            if level is not None:
+                one = _AtLevel(level, test.measured.test.level_text, test.error)
+                groups.setdefault((level.kind, level.unit), []).append(one)
+        found += [_apart(group, 0.0) for group in groups.values()]
+    return found
+
+
+def _seen(test: TestComparison, unit: str) -> _AtLevel:
+    """Return a test at the level of its measured input."""
+    measured = test.measured
+    part = measured.input[measured.start : measured.stop]
+    level = Level("rms", float(np.sqrt(np.mean(part**2))), unit)
+    return _AtLevel(level, str(level), test.error)
+
+
+def _apart(tests: list[_AtLevel], tolerance: float) -> list[_AtLevel]:
+    """Return the tests whose levels differ by more than this share, lowest first."""
+    kept: list[_AtLevel] = []
+    for test in sorted(tests, key=lambda test: test.level.value):
+        if not kept or test.level.value > (1.0 + tolerance) * kept[-1].level.value:
+            kept.append(test)
+    return kept
 
 
 def _drift(worst: TestComparison) -> str:

@@ -95,16 +95,16 @@ def _control_density(result: RunResult) -> Flag | None:
 
 def control_density(result: RunResult) -> ControlSummary | None:
     """Return how well the density of the mean control keeps to the one demanded, if one is."""
-    wanted = levels.demanded(result.test)
-    if wanted is None or wanted.kind != "density" or not result.controls:
+    wanted, rows = levels.demanded(result.test), levels.watched(result.test, result.channels)
+    if wanted is None or wanted.kind != "density" or not rows:
         return None
     frequency, width = result.spectra.frequency, EDGE_BINS * result.spectra.bin_width
     inside = (frequency > result.band[0] + width) & (frequency < result.band[1] - width)
-    density = result.psd[list(result.controls)].mean(axis=0)[inside]
+    density = result.psd[list(rows)].mean(axis=0)[inside]
     if not density.size or not (density > 0.0).all():
         return None
     off = 10.0 * np.log10(density / wanted.value)
-    sure = np.maximum(np.abs(off) - _chance(result), 0.0)
+    sure = np.maximum(np.abs(off) - _chance(result, rows[0]), 0.0)
     return _judged(result, wanted, off, sure, frequency[inside])
 
 
@@ -121,6 +121,8 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
     wanted = levels.demanded(result.test)
     if wanted is None or wanted.kind != "amplitude" or result.test.excitation != "sine sweep":
         return None
+    if levels.watched(result.test, result.channels) != result.controls:
+        return None  # what is tracked along a sweep is the controls
     parts = []
     for sweep in result.tracking.sweeps:
         edge = int(np.ceil(EDGE_OF_SWEEP * sweep.frequency.size))
@@ -155,13 +157,13 @@ def _judged(
     )
 
 
-def _chance(result: RunResult) -> float:
+def _chance(result: RunResult, row: int) -> float:
     """Return how far chance alone may carry a density, 95 % of the time [dB]."""
     middle = result.spectra.frequency.size // 2
-    density = result.psd[result.controls[0], middle]
+    density = result.psd[row, middle]
     if not density > 0.0:
         return 0.0
-    high = result.bounds.high[result.controls[0], middle]
+    high = result.bounds.high[row, middle]
     return float(10.0 * np.log10(high / density))
 
 

@@ -8,7 +8,7 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc import spectra
-from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.data import STANDARD_GRAVITY, Channel
 from shakerproc.runs.telling import beside
 from shakerproc.spectra import CrossSpectra
 from shakerproc.testlog import Test
@@ -70,14 +70,40 @@ def demanded(test: Test) -> Level | None:
     return Level(_KINDS[test.level_unit], test.level, unit)
 
 
+def watched(test: Test, channels: Sequence[Channel]) -> tuple[int, ...]:
+    """Return the rows of the channels that tell the level of a test, in the unit of the log.
+
+    The controls; where the log demands a force, the channels that measure one. None where no
+    channel measures what the log demands.
+    """
+    wanted = demanded(test)
+    role = "force" if wanted is not None and wanted.unit == "N" else "control"
+    return tuple(
+        i
+        for i, channel in enumerate(channels)
+        if channel.role == role and (wanted is None or channel.unit == wanted.unit)
+    )
+
+
+def unseen(test: Test, channels: Sequence[Channel]) -> str:
+    """Return why the level that the log demands is not checked; empty where it is."""
+    wanted = demanded(test)
+    if wanted is None or watched(test, channels):
+        return ""
+    role = "force" if wanted.unit == "N" else "control"
+    return (
+        f"The level is not checked: the log demands {wanted}, and no channel has the role "
+        f"{role}, which would measure it."
+    )
+
+
 def measured(
     test: Test,
     cross: CrossSpectra,
-    controls: Sequence[int],
-    unit: str,
+    channels: Sequence[Channel],
     band: tuple[float, float],
 ) -> Level | None:
-    """Return what the controls saw in the mean, as the log or the kind of excitation puts it.
+    """Return what the watched channels saw in the mean, as the log or the excitation puts it.
 
     Parameters
     ----------
@@ -85,39 +111,40 @@ def measured(
         What the log says.
     cross : CrossSpectra
         Of the crop.
-    controls : sequence of int
-        Rows of the controls, from 0.
-    unit : str
-        SI unit of the controls.
+    channels : sequence of Channel
+        What each row is.
     band : (float, float)
         Excited band [Hz].
 
     Returns
     -------
     Level or None
-        None without controls, or where no kind of level is known.
+        None where no channel measures it, or where no kind of level is known.
     """
     wanted = demanded(test)
     by_excitation: dict[str | None, Kind] = {"random": "density", "sine sweep": "amplitude"}
     kind = wanted.kind if wanted else by_excitation.get(test.excitation)
     if test.excitation == "sine" and not wanted:
         kind = "amplitude"
-    if kind is None or not controls:
+    rows = watched(test, channels)
+    if kind is None or not rows:
         return None
-    each = spectra.rms_in_band(cross, band)[list(controls)]
+    each = spectra.rms_in_band(cross, band)[list(rows)]
     power = float(np.mean(each**2))
     values = {
         "amplitude": math.sqrt(2.0 * power),
         "density": power / (band[1] - band[0]),
         "rms": math.sqrt(power),
     }
-    return Level(kind, values[kind], unit)
+    return Level(kind, values[kind], channels[rows[0]].unit)
 
 
 def mismatch(test: Test, seen: Level | None) -> str:
     """Return what to say of a level outside its tolerance; empty where it is inside."""
     wanted = demanded(test)
-    if wanted is None or seen is None or not (wanted.value > 0.0 and seen.value > 0.0):
+    if wanted is None or seen is None or wanted.unit != seen.unit:
+        return ""
+    if not (wanted.value > 0.0 and seen.value > 0.0):
         return ""
     if wanted.kind == "density":
         off = 10.0 * math.log10(seen.value / wanted.value)
@@ -131,7 +158,8 @@ def mismatch(test: Test, seen: Level | None) -> str:
         told, tolerance = f"{beside(100.0 * off, limit, 0)}%", f"{limit:g}%"
     if inside:
         return ""
+    whose = "force channels" if seen.unit == "N" else "controls"
     return (
-        f"the controls saw a mean {wanted.kind} of {seen}, {told} from the {wanted} of the log "
+        f"the {whose} saw a mean {wanted.kind} of {seen}, {told} from the {wanted} of the log "
         f"(tolerance {tolerance})"
     )

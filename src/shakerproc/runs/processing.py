@@ -128,7 +128,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_no_response(channels, controls)),
+        notes=(*recording.notes, *_why_not(test, channels, controls)),
         unused=recording.unused,
         crop=crop,
         crop_channel=_crop_channel(recording, test),
@@ -142,7 +142,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         psd_peaks=_psd_peaks(search, density, against, responses),
         response_peaks=_response_peaks(search, against, controls, responses),
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
-        measured_level=levels.measured(test, cross, controls, _unit(channels, controls), band),
+        measured_level=levels.measured(test, cross, channels, band),
         tracking=tracked(recording, crop, test, controls, band),
         spectrogram=density_against_time(recording, crop, loudest, cross.segment),
         loudest=loudest,
@@ -152,6 +152,12 @@ def _process(recording: Recording, test: Test) -> RunResult:
         flags=(),
     )
     return replace(result, flags=flagging.flags_of(recording, result))
+
+
+def _why_not(test: Test, channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
+    """Return why the level is not checked and why there is no response function, if so."""
+    unseen = levels.unseen(test, channels)
+    return [*([unseen] if unseen else []), *_why_no_response(channels, controls)]
 
 
 def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
@@ -169,10 +175,6 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> li
         f"a force ({', '.join(forces)}); spectra and peaks are those of each channel alone. "
         "compare and diagnose take the force as the input (excitation: {force on: ...})."
     ]
-
-
-def _unit(channels: Sequence[Channel], controls: Sequence[int]) -> str:
-    return channels[controls[0]].unit if controls else ""
 
 
 def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
