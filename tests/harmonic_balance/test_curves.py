@@ -1,5 +1,7 @@
 """Response curves against shooting, exact backbones and limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -414,3 +416,51 @@ def test_superharmonic_spikes_are_not_stepped_over():
     fine = samples_of_branch(response.branches[0], 64)
     assert fine.shape == (third.size, 1, 64)
     assert balance_of_system(response.branches[0].balance.system, 3).n_unknowns == 4
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.3, 7.0), (1.3, 6.0), (1.3, 15.0), (1.3, 5.0)])
+def test_every_motion_that_reaches_an_end_of_the_band_is_followed(low, high):
+    """A fold beyond the band: the lower branch is inside it and must be there.
+
+    One harmonic is the closed form of eq. 3.47, whose roots count the motions at a frequency.
+    """
+    elements = (
+        Element(EFFECTS["spring"](stiffness=1000.0), ("base", "m")),
+        Element(EFFECTS["cubic_stiffness"](coefficient=1e7), ("base", "m")),
+        Element(EFFECTS["damper"](damping=2.0 * 0.01 * np.sqrt(1000.0)), ("base", "m")),
+    )
+    duffing = Model("duffing", {"m": 1.0}, elements, Excitation("force", "m"))
+    found = frequency_response(duffing, 0.5, from_hz=low, to_hz=high, harmonics=1)
+    for hertz in np.linspace(low, high, 23)[1:-1]:
+        omega = 2.0 * np.pi * hertz
+        damped = (2.0 * 0.01 * np.sqrt(1000.0) * omega) ** 2
+        detuned = 1000.0 - omega**2
+        roots = np.roots([(0.75e7) ** 2, 1.5e7 * detuned, detuned**2 + damped, -(0.5**2)])
+        real = roots[np.abs(roots.imag) < 1e-9 * np.abs(roots)].real
+        expected = np.sort(np.sqrt(real[real > 0.0]))
+        crossed = []
+        for branch in found.branches:
+            amplitude = np.max(np.abs(samples_of_branch(branch, 256)[:, 0]), axis=-1)
+            before, after = branch.frequency[:-1], branch.frequency[1:]
+            for i in np.flatnonzero((before - hertz) * (after - hertz) < 0.0):
+                share = (hertz - before[i]) / (after[i] - before[i])
+                crossed.append(amplitude[i] + share * (amplitude[i + 1] - amplitude[i]))
+        assert len(crossed) == expected.size
+        assert_allclose(np.sort(crossed), expected, rtol=0.05)
+    sentences = " ".join(found.not_followed)
+    assert f"beyond {low:g} Hz and {high:g} Hz" in sentences
+    assert "isolated branches" in sentences
+    assert "even number" not in sentences
+
+
+def test_an_even_number_of_motions_at_an_end_is_said_to_lack_one():
+    elements = (
+        Element(EFFECTS["spring"](stiffness=1000.0), ("base", "m")),
+        Element(EFFECTS["cubic_stiffness"](coefficient=1e7), ("base", "m")),
+        Element(EFFECTS["damper"](damping=2.0 * 0.01 * np.sqrt(1000.0)), ("base", "m")),
+    )
+    duffing = Model("duffing", {"m": 1.0}, elements, Excitation("force", "m"))
+    found = frequency_response(duffing, 0.5, from_hz=1.3, to_hz=7.0, harmonics=1)
+    assert len(found.branches) == 2
+    one = replace(found, branches=found.branches[1:])
+    assert "at 7 Hz 2 motions were found, an even number" in " ".join(one.not_followed)

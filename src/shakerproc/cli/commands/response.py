@@ -233,6 +233,7 @@ def _document(
             }
             for branch in (*found.branches, *others)
         ],
+        "not_followed": found.not_followed,
         "points": response_columns(found, others),
         "backbone": None
         if free is None
@@ -288,3 +289,5 @@ def _print(
     )
     for number, branch in enumerate((*found.branches, *others), start=1):
         output.data(f"branch {number}: {branch.ended}", json_target=json)
+    for sentence in found.not_followed:
+        output.data(f"not followed: {sentence}", json_target=json)

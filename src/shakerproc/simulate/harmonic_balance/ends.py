@@ -68,7 +68,7 @@ def end_of_trace(
     in_hz = balance.order / (2.0 * np.pi)
     if trace.ended == LEFT:
         trace = _cut(curve, trace, (band[0] / in_hz, band[1] / in_hz))
-        return trace, f"reached {trace.points[-1, -1] * in_hz:.6g} Hz"
+        return trace, f"reached {trace.points[-1, -1] * in_hz:.6g} Hz, an end of the band"
     if trace.ended == LOST or hardly_touches(balance, trace.points[-1]):
         trace = _cut_at_contact(balance, curve, trace)
         return trace, (

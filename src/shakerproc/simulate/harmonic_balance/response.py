@@ -14,7 +14,7 @@ from shakerproc.simulate.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulate.harmonic_balance.branch import Branch, branch_of_trace, joined
 from shakerproc.simulate.harmonic_balance.continuation import Steps, follow
 from shakerproc.simulate.harmonic_balance.curves import ForcedCurve
-from shakerproc.simulate.harmonic_balance.ends import CLOSED, end_of_trace, limits
+from shakerproc.simulate.harmonic_balance.ends import CLOSED, LOST, end_of_trace, limits
 from shakerproc.simulate.harmonic_balance.from_model import system_of_model
 from shakerproc.simulate.harmonic_balance.polishing import polished
 from shakerproc.simulate.harmonic_balance.solve import floats, held, solve_at
@@ -38,14 +38,46 @@ class Response:
     band : tuple of float
         Frequencies of the excitation, from and to [Hz].
     branches : tuple of Branch
-        The curve from the lower frequency; where it does not reach the upper one, also the
-        curves from there and from between.
+        The curve from the lower frequency, that from the upper one where it is another, and,
+        where neither runs from end to end, those from between.
     """
 
     model: Model
     level: float
     band: tuple[float, float]
     branches: tuple[Branch, ...]
+
+    @property
+    def not_followed(self) -> tuple[str, ...]:
+        """What else there may be or must be, a sentence each.
+
+        Motions of a mass that something holds come in odd numbers at every frequency but the
+        folds, so that an even number at an end of the band lacks one.
+        """
+        told = []
+        if not any(_cut_short(branch) for branch in self.branches):
+            for edge in self.band:
+                count = sum(_crossings(branch, edge) for branch in self.branches)
+                if count % 2 == 0:
+                    told.append(
+                        f"at {edge:g} Hz {count} motions were found, an even number: at least "
+                        f"one more goes on there and was not followed; widen the band"
+                    )
+        beyond = [
+            f"{edge:g} Hz"
+            for edge in self.band
+            if any(_crossings(branch, edge) for branch in self.branches)
+        ]
+        if beyond:
+            told.append(f"the curves beyond {' and '.join(beyond)}")
+        begun = "at the ends of the band"
+        if not any(_whole(branch, self.band) for branch in self.branches):
+            begun += " and near the resonances"
+        told.append(
+            f"isolated branches, and others that are not reached from where the curves begin "
+            f"({begun}); a wider band may join them"
+        )
+        return tuple(told)
 
 
 def frequency_response(
@@ -78,7 +110,7 @@ def frequency_response(
     Returns
     -------
     Response
-        With one branch, or several where the curve from below does not reach the upper end.
+        With one branch, or several where the curve from above is another than that from below.
 
     Raises
     ------
@@ -101,8 +133,8 @@ def frequency_response(
     band, chosen = (from_hz, to_hz), steps or _steps(balance)
     branches: list[Branch] = []
     for frequency in _starts(balance, band):
-        if any(_whole(branch, band) for branch in branches):
-            break
+        if frequency not in band and any(_whole(branch, band) for branch in branches):
+            break  # both ends are begun at whatever the first curve did: a fold may lie beyond
         branch = _branch_through(balance, frequency, band, chosen, branches)
         branches += [] if branch is None else [branch]
     if not branches:
@@ -201,12 +233,18 @@ def _branch_through(
 
 def _holds(branch: Branch, frequency: float, solution: FloatArray) -> bool:
     """Return whether a branch runs through a solution."""
-    shares = (frequency - branch.frequency[:-1]) / np.diff(branch.frequency)
-    for i in np.flatnonzero((shares >= 0.0) & (shares <= 1.0)):
+    before, after = branch.frequency[:-1], branch.frequency[1:]
+    room = 1e-9 * frequency  # the ends of a branch lie at those of the band but for rounding
+    between = (np.minimum(before, after) - room <= frequency) & (
+        frequency <= np.maximum(before, after) + room
+    )
+    rise = np.where(after == before, 1.0, after - before)
+    shares = np.clip((frequency - before) / rise, 0.0, 1.0)
+    for i in np.flatnonzero(between):
         step = branch.unknowns[i + 1] - branch.unknowns[i]
-        between = branch.unknowns[i] + shares[i] * step
+        here = branch.unknowns[i] + shares[i] * step
         size = np.linalg.norm(solution)
-        if np.linalg.norm(between - solution) < 0.02 * size + 0.5 * np.linalg.norm(step):
+        if np.linalg.norm(here - solution) < 0.02 * size + 0.5 * np.linalg.norm(step):
             return True
     return False
 
@@ -215,7 +253,18 @@ def _whole(branch: Branch, band: tuple[float, float]) -> bool:
     """Return whether a branch runs from the lower end of a band to the upper, or floats off."""
     first, last = branch.frequency[0], branch.frequency[-1]
     through = np.isclose(sorted((first, last)), band, rtol=1e-6).all()
-    return bool(through) or "contact lost" in branch.ended
+    return bool(through) or LOST in branch.ended
+
+
+def _crossings(branch: Branch, edge: float) -> int:
+    """Return how many ends of a branch lie at an end of the band."""
+    ends = (branch.frequency[0], branch.frequency[-1])
+    return sum(bool(np.isclose(end, edge, rtol=1e-6)) for end in ends)
+
+
+def _cut_short(branch: Branch) -> bool:
+    """Return whether a branch ends elsewhere than at the band's ends or on itself."""
+    return any(word in branch.ended for word in (LOST, "too short", "too many"))
 
 
 def _complain(balance: HarmonicBalance, title: str, band: tuple[float, float]) -> NoReturn:
