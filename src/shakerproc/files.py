@@ -22,6 +22,7 @@ TEMPORARY_PREFIX: Final = ".shakerproc-"
 
 _REPLACE_TRIES: Final = 25
 _REPLACE_PAUSE: Final = 0.1  # [s]; 2.5 s in all, as long as a virus scanner holds a handle
+_HANDLES: Final = ("/dev/fd/", "/dev/std", "/proc/")
 _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -96,10 +97,11 @@ def _replace(source: Path, target: Path) -> None:
 def is_special(path: Path) -> bool:
     """Return whether a path is written into and never replaced: a device, a pipe, a handle.
 
-    What stands below ``/dev`` or ``/proc`` is a handle even where it leads to a regular file,
-    which somebody else has open.
+    A name of a handle, such as ``/dev/stdout``, is one even where it leads to a regular file,
+    which somebody else has open. Other files below ``/dev``, such as those in ``/dev/shm``, are
+    files like any other, and so is what a folder ``dev`` of a drive of Windows holds.
     """
-    if Path(os.path.abspath(path)).parts[1:2] in {("dev",), ("proc",)}:  # noqa: PTH100 no links
+    if os.path.abspath(path).startswith(_HANDLES):  # noqa: PTH100 links are left as they are
         return True
     try:
         return not stat.S_ISREG(path.stat().st_mode)

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 from pathlib import Path
 
@@ -53,6 +54,18 @@ def test_json_goes_into_a_device_which_stays_one(tmp_path, capsys):
     if Path("/dev/full").exists():
         assert run(*EFFECT, "/dev/full") == 1
         assert "/dev/full: No space left on device" in capsys.readouterr().err
+
+
+MEMORY = Path("/dev/shm")  # noqa: S108  a file system in memory
+
+
+@pytest.mark.skipif(not os.access(MEMORY, os.W_OK), reason="no file system in memory")
+def test_json_in_a_file_system_in_memory_is_replaced_like_any_other():
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        target = Path(folder) / "effects.json"
+        for _ in range(2):
+            assert run(*EFFECT, target) == 0
+            assert names_of(target.read_text(encoding="utf-8")) == {"gap"}
 
 
 @posix
