@@ -222,6 +222,8 @@ class Recording:
         What was left out of a text file, on request.
     unused : tuple of UnusedChannel
         Every channel of the file that is none of `channels`.
+    rate_doubt : float
+        How far `sample_rate` may be off, relative: what the digits of the file resolve [-].
     driven : bool
         Whether the log says that the test was driven, so that nothing rests while it lasts.
     """
@@ -240,6 +242,7 @@ class Recording:
     file: SourceFile | None = None
     skipped: SkippedRows | None = None
     unused: tuple[UnusedChannel, ...] = ()
+    rate_doubt: float = 0.0
     driven: bool = False
 
     def __post_init__(self) -> None:

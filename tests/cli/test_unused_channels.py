@@ -112,7 +112,7 @@ def _judge_nothing(monkeypatch):
     """Let a diagnosis end at once: what is told of channels does not depend on it."""
     none = Errors(Pair(1.0, 1.0), Pair(1.0, 1.0), 1.0)
     found = Diagnosis("cannot tell", "Nothing was tried.", (), (), none, (), Where(), ())
-    monkeypatch.setattr(judging, "diagnose", lambda *_, **__: found)
+    monkeypatch.setattr(judging, "diagnose_tests", lambda *_, **__: found)
 
 
 def test_inspect_names_what_holds_no_numbers(tmp_path, capsys):

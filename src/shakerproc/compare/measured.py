@@ -84,6 +84,8 @@ class Measured:
         Noise of every channel, where the recording begins or ends at rest.
     notes : tuple of str
         What had to be decided, a sentence each.
+    rate_doubt : float
+        How far `sample_rate` may be off, relative [-].
     read : tuple of str
         What the reader of the recording had to decide.
     unused : tuple of UnusedChannel
@@ -104,6 +106,7 @@ class Measured:
     stop: int
     quiet: Quiet | None
     notes: tuple[str, ...]
+    rate_doubt: float = 0.0
     read: tuple[str, ...] = ()
     unused: tuple[UnusedChannel, ...] = ()
     sha256: str = ""
@@ -251,6 +254,7 @@ def measure(
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
             found,
+            rate_doubt=recording.rate_doubt,
             read=recording.notes,
             unused=_unused(recording, {*inputs, *rows}),
             sha256=recording.sha256(),

@@ -1,6 +1,6 @@
 """A diagnosis from a model and a test log."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -10,6 +10,7 @@ from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+from shakerproc.recordings.choosing import SAME_RATE
 from shakerproc.testlog import TestLog, TimeCrop
 
 MOST_CLIPPED: Final = 0.5
@@ -83,13 +84,7 @@ def tests_of(log: TestLog, model: Model) -> Usable:
         If a recording cannot be used.
     """
     usable = usable_tests(log, model, most_clipped=MOST_CLIPPED)
-    rates = {m.sample_rate for m in usable.tests}
-    if len(rates) > 1:
-        listed = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
-        raise DiagnosisError(
-            f"{log.path.name}: tests at different rates ({listed}) cannot be judged together; "
-            "put them into logs of their own."
-        )
+    usable = replace(usable, tests=at_one_rate(log, usable.tests))
     if all(m.test.hold_out for m in usable.tests):
         why = f" {usable.left_out[0]}" if usable.left_out else ""
         raise DiagnosisError(
@@ -97,6 +92,28 @@ def tests_of(log: TestLog, model: Model) -> Usable:
             f"hold_out from some.{why}"
         )
     return usable
+
+
+def at_one_rate(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, ...]:
+    """Return the tests at the rate that is known best, where they have one.
+
+    Rates are one where they differ by no more than the files resolve.
+
+    Raises
+    ------
+    DiagnosisError
+        If they differ.
+    """
+    best = min(tests, key=lambda test: test.rate_doubt)
+    for test in tests:
+        allowed = max(SAME_RATE, best.rate_doubt + test.rate_doubt)
+        if abs(test.sample_rate / best.sample_rate - 1.0) > allowed:
+            raise DiagnosisError(
+                f"{log.path.name}: test {best.name} has {best.sample_rate:.9g} samples per "
+                f"second, test {test.name} {test.sample_rate:.9g}: they cannot be judged "
+                "together; put them into logs of their own."
+            )
+    return tuple(replace(test, sample_rate=best.sample_rate) for test in tests)
 
 
 def arrays(measured: Measured) -> TestArrays:

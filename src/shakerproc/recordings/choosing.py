@@ -330,6 +330,8 @@ def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
 def common_rate(chosen: Sequence[Chosen], logged: float | None, run: str) -> tuple[float, str]:
     """Return the sample rate [Hz] and what had to be decided about it.
 
+    The log's where the file resolves no difference to it, else the file's.
+
     Raises
     ------
     RecordingError
@@ -358,7 +360,8 @@ def common_rate(chosen: Sequence[Chosen], logged: float | None, run: str) -> tup
             "Take sample_rate out of the log, or correct it."
         )
     if rates and not silent:
-        return rates[0], ""
+        doubt = max(c.rate_doubt for c, _ in chosen)
+        return (logged if abs(rates[0] / logged - 1.0) <= doubt else rates[0]), ""
     return (
         rates[0] if rates else logged,
         f"The sample rate of {logged:.9g} Hz is taken as given: {silent[0].rate_problem}.",

@@ -113,7 +113,7 @@ def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
             f"off a step of {step:.3g} s"
         )
     whole = round(rate)
-    doubt = max(2.0 * float(off[worst]) / span, 1e-9)
+    doubt = rate_doubt(times)
     return (float(whole) if whole and abs(rate / whole - 1.0) <= doubt else rate), ""
 
 
@@ -177,6 +177,23 @@ def _is_even(steps: FloatArray) -> bool:
     return bool(np.unique(np.round(steps, 3)).size <= 4 and np.all(steps >= 0.0))
 
 
+def rate_doubt(times: FloatArray) -> float:
+    """Return how far the rate of an even time axis may be off, relative [-].
+
+    Times that are printed to so many digits lie off their line by up to the last one, and the
+    rate is wrong by twice that over the whole length; a double holds no more than nine digits
+    of a rate for sure.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times of the samples [s].
+    """
+    span = float(times[-1]) - float(times[0])
+    line = times[0] + span / (times.size - 1) * np.arange(times.size)
+    return max(2.0 * float(np.abs(times - line).max()) / span, 1e-9)
+
+
 def file_of_columns(
     table: Columns,
     *,
@@ -209,9 +226,11 @@ def file_of_columns(
     units = list(table.units) or [""] * len(table.headers)
     axis = time_column(table.headers, units)
     lengths = lengths or [length_of(row) for row in table.values]
+    doubt = 0.0
     if axis is not None and sample_rate is None and not rate_problem:
         times = table.values[axis[0], : lengths[axis[0]]] * axis[1]
         sample_rate, rate_problem = rate_of_times(times)
+        doubt = 0.0 if sample_rate is None else rate_doubt(times)
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else [])]
     channels = []
     for row, (header, unit) in enumerate(zip(table.headers, units, strict=True)):
@@ -234,6 +253,7 @@ def file_of_columns(
                 promised=max(lengths[row], until if lengths[row] else 0) + bool(cut),
                 unit=unit.strip() or in_header,
                 sample_rate=sample_rate,
+                rate_doubt=doubt,
                 rate_problem=rate_problem or "the file does not say the sample rate",
                 problem=problem,
                 alias=header,

@@ -239,6 +239,7 @@ def _recording(  # noqa: PLR0917
             for (channel, use), scale in zip(chosen, scales, strict=True)
         ),
         sample_rate=rate,
+        rate_doubt=0.0 if rate == sample_rate else max(c.rate_doubt for c, _ in chosen),
         n_samples=n_samples,
         source=ScaledSource(raw.source, factors, file),
         rows=tuple(channel.row for channel, _ in chosen),

@@ -28,6 +28,8 @@ class RawChannel:
         Unit as it stands in the file; empty where the file does not say it.
     sample_rate : float, optional
         Samples per second [Hz]; None where the file does not say it in a usable way.
+    rate_doubt : float
+        How far that may be off, relative [-]: what the digits of a time column resolve.
     rate_problem : str
         What is wrong with the file's sample rate, where `sample_rate` is None.
     rate_hint : float, optional
@@ -46,6 +48,7 @@ class RawChannel:
     promised: int
     unit: str = ""
     sample_rate: float | None = None
+    rate_doubt: float = 0.0
     rate_problem: str = "the file does not say the sample rate"
     rate_hint: float | None = None
     start_time: datetime | None = None
