@@ -38,7 +38,7 @@ def processed(folder, response, base, *options):
         return read_summary(out / "summary.json"), list(csv.DictReader(file))
 
 
-def two_modes(seconds=30.0):
+def two_modes(seconds=60.0):
     """Base and response: the taller mode at 62 Hz, the other one at 240 Hz with Q = 39."""
     base = np.random.default_rng(1).standard_normal(round(seconds * RATE))
     response = mode(base, 62.0, 0.01) + 0.4 * mode(base, 240.0, 0.5 / 39.0)
@@ -49,7 +49,7 @@ def test_every_resolved_mode_stands_on_the_terminal_and_in_the_report(tmp_path, 
     base, response = two_modes()
     summary, _ = processed(tmp_path, response, base, "--excitation", "random")
     shown = capfd.readouterr().out
-    listed = [float(hz) for hz in re.findall(r"^ch3 +(\d+\.?\d*) +\d", shown, re.MULTILINE)]
+    listed = [float(hz) for hz in re.findall(r"^ch3 +(\d+\.?\d*) +[>\d]", shown, re.MULTILINE)]
     found = [
         min(listed, key=lambda hz, wanted=wanted: abs(hz - wanted)) for wanted in (62, 240)
     ]
@@ -58,7 +58,8 @@ def test_every_resolved_mode_stands_on_the_terminal_and_in_the_report(tmp_path, 
     assert max(len(line) for line in tables) <= 80
     cells = run_view(summary, 1).peaks
     np.testing.assert_allclose([float(row[1]) for row in cells], [62.0, 240.0], atol=1.0)
-    assert abs(float(cells[1][4]) / 39.0 - 1.0) < 0.05
+    qualities = [float(row[5]) for row in cells]
+    np.testing.assert_allclose(qualities, [50.0, 39.0], rtol=0.05)
 
 
 def test_no_natural_frequency_where_no_mode_fits_the_peak(tmp_path):
@@ -75,8 +76,25 @@ def test_no_natural_frequency_where_no_mode_fits_the_peak(tmp_path):
         if "not resolved" not in row["damping_withheld"]:
             assert row["natural_frequency_hz"] == ""
     assert any(row["natural_frequency_hz"] == "" for row in plateau)
-    (cells,) = {row[3] for row in run_view(summary, 1).peaks}
+    (cells,) = {row[4] for row in run_view(summary, 1).peaks}
     assert cells == ""
+
+
+def test_a_peak_that_the_bins_do_not_resolve_says_so_beside_its_height(tmp_path, capfd):
+    """Bins of 2 Hz, a peak 1 Hz wide: a gain of 100 is read as half of that."""
+    base = np.random.default_rng(2).standard_normal(round(120.0 * RATE))
+    response = mode(base, 100.0, 0.005) + mode(base, 400.0, 0.06)
+    summary, rows = processed(tmp_path, response, base, "--excitation", "random")
+    shown = capfd.readouterr().out
+    narrow, broad = (row for row in rows if row["quantity"] == "h1")
+    assert float(narrow["height"]) < 60.0
+    assert narrow["height_resolved"] == "false"
+    assert abs(float(narrow["height_fitted"]) / 100.0 - 1.0) < 0.05
+    assert broad["height_resolved"] == "true"
+    assert abs(float(broad["height"]) / float(broad["height_fitted"]) - 1.0) < 0.1
+    assert f"> {float(narrow['height']):.3g}" in shown
+    assert "bins of 2 Hz are too coarse for these peaks: their height is at least" in shown
+    assert any("too coarse" in line for line in run_view(summary, 1).withheld)
 
 
 @pytest.mark.parametrize("seed", range(5))

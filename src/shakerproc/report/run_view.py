@@ -101,7 +101,9 @@ def run_view(run: RunSummary, number: int) -> RunView:
         peaks_of=peak_rows.quantity_of(run),
         peak_columns=PEAK_COLUMNS,
         peaks=[[_cell(value) for value in row.cells] for row in rows],
-        withheld=tuple(peak_rows.withheld(rows)),
+        withheld=tuple(
+            filter(None, (peak_rows.unresolved(run, rows), *peak_rows.withheld(rows)))
+        ),
         remarks=run.remarks,
         recording=run.recording,
         sha256=run.sha256,

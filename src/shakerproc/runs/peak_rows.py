@@ -10,10 +10,10 @@ COLUMNS: Final = (
     "channel",
     "peak [Hz]",
     "height",
+    "by fit",
     "f_n [Hz]",
     "Q",
-    "zeta [%]",
-    "95 % interval",
+    "zeta, 95 % [%]",
     "coherence",
 )
 """Headers of `PeakRow.cells`."""
@@ -45,10 +45,10 @@ class PeakRow:
         return (
             self.channel.name,
             peak.frequency_hz,
-            peak.height,
+            peak.height if peak.resolved else f"> {peak.height:.3g}",
+            peak.fitted_height,
             peak.natural_frequency_hz,
             peak.quality,
-            None if peak.damping_ratio is None else 100.0 * peak.damping_ratio,
             interval,
             peak.coherence,
         )
@@ -70,6 +70,16 @@ def peak_rows(run: RunSummary) -> tuple[PeakRow, ...]:
             channel.response_peaks if of_response else channel.psd_peaks,
             key=lambda found: found.frequency_hz,
         )
+    )
+
+
+def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
+    """Return what ``>`` means beside a height; empty where the bins resolve every peak."""
+    if run.spectrum is None or all(row.peak.resolved for row in rows):
+        return ""
+    return (
+        f"> bins of {run.spectrum.bin_width_hz:.3g} Hz are too coarse for these peaks: their "
+        "height is at least this; the fit allows for the bins"
     )
 
 

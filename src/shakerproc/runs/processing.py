@@ -23,7 +23,8 @@ from shakerproc.runs.result import (
     shown_unit,
 )
 from shakerproc.runs.tracking import density_against_time, tracked
-from shakerproc.spectra import Crop, CrossSpectra, Damping, Peak, masks
+from shakerproc.spectra import Crop, CrossSpectra, Damping, Line, Peak, masks
+from shakerproc.spectra.lines import told
 from shakerproc.testlog import Test, TestLog, TimeCrop
 
 IN_MEMORY: Final = 3.2e7
@@ -34,6 +35,9 @@ FILTERED: Final = 2**20
 
 SINGLE_FREQUENCY: Final = ("sine",)
 """Kinds of excitation that reach one frequency only."""
+
+STILL: Final = (None, "random")
+"""Kinds of excitation, or none said, in which a steady tone of the control is odd."""
 
 AUDIBLE: Final = 1e-4
 """Share of the largest control density in the band below which a bin is not excited [-]."""
@@ -112,7 +116,9 @@ def _process(recording: Recording, test: Test) -> RunResult:
     crop = find_crop(recording, test)
     cross = welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test)
     band = excited_band(test, cross)
-    search = _Search(cross, test, band, _finer(recording, crop, test))
+    still = test.excitation in STILL
+    lines = spectra.steady_lines(cross, controls, band) if still else ()
+    search = _Search(cross, test, band, _finer(recording, crop, test), lines)
     against = _against(search, controls, responses)
     density = spectra.psd(cross)
     notch, problem = _notch(recording, crop, test)
@@ -128,7 +134,11 @@ def _process(recording: Recording, test: Test) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, channels, controls)),
+        notes=(
+            *recording.notes,
+            *_why_not(test, channels, controls),
+            *filter(None, (told(lines),)),
+        ),
         unused=recording.unused,
         crop=crop,
         crop_channel=_crop_channel(recording, test),
@@ -293,6 +303,7 @@ class _Search:
     test: Test
     band: tuple[float, float]
     finer: Callable[[], CrossSpectra | None]
+    lines: tuple[Line, ...]  # tones of the control, which are no resonances
 
     @property
     def one_frequency(self) -> bool:
@@ -354,8 +365,12 @@ def _psd_peaks(
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
         read = None if against or search.one_frequency else _reader_of_density(search, i)
         chance = np.full(values.shape, search.spectra.effective_averages**-0.5)
-        peaks = search.peaks(values, chance) or search.peaks(values, None)
-        found.append(_read(peaks, coherence, read))
+        if search.lines and i in responses:
+            left = spectra.beside_lines(search.spectra, search.lines, i)
+            peaks = search.peaks(spectra.masked(values, left), chance)
+        else:
+            peaks = search.peaks(values, chance) or search.peaks(values, None)
+        found.append(_read(search, values, peaks, coherence, read))
     return tuple(found)
 
 
@@ -369,12 +384,14 @@ def _response_peaks(
     found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
-            gain = spectra.masked(np.abs(against.h1[row]), against.valid)
+            apart = spectra.beside_lines(search.spectra, search.lines, channel)
+            gain = spectra.masked(np.abs(against.h1[row]), against.valid & apart)
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
             )
             read = _reader_of_response(search, controls, channel)
-            found[channel] = _read(search.peaks(gain, chance), against.coherence[row], read)
+            peaks = search.peaks(gain, chance)
+            found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
     return tuple(found)
 
 
@@ -436,7 +453,11 @@ def _finer(recording: Recording, crop: Crop, test: Test) -> Callable[[], CrossSp
 
 
 def _read(
-    peaks: Sequence[Peak], coherence: FloatArray | None, read: Reader | None
+    search: _Search,
+    power: FloatArray,
+    peaks: Sequence[Peak],
+    coherence: FloatArray | None,
+    read: Reader | None,
 ) -> tuple[ResonancePeak, ...]:
     """Return peaks with the coherence there and their damping."""
     return tuple(
@@ -444,6 +465,7 @@ def _read(
             peak,
             None if read is None else read(peak.frequency),
             None if coherence is None else float(coherence[peak.index]),
+            spectra.is_resolved(search.spectra, power, peak.index),
         )
         for peak in peaks
     )

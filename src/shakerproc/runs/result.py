@@ -71,11 +71,14 @@ class ResonancePeak:
         What the shape of the peak says; of the tallest only.
     coherence : float, optional
         With the control, in the bin of the peak [-].
+    resolved : bool
+        Whether the bins resolve its width, so that its height is what fine bins would show.
     """
 
     peak: Peak
     damping: Damping | None = None
     coherence: float | None = None
+    resolved: bool = True
 
 
 @final

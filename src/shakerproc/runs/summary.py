@@ -63,6 +63,10 @@ class PeakSummary:
         Why the damping is withheld.
     coherence : float or None
         Coherence with the control in that bin [-].
+    fitted_height : float or None
+        Height by the fit, the window's leakage taken away.
+    resolved : bool
+        Whether the bins resolve the peak; `height` is too low where they do not.
     """
 
     frequency_hz: float
@@ -76,6 +80,8 @@ class PeakSummary:
     damping_bin_hz: float | None
     why_not: str
     coherence: float | None
+    fitted_height: float | None = None
+    resolved: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -155,6 +155,10 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
         damping_bin_hz=damping.bin_width if damping else None,
         why_not=(damping.reason or "") if damping else "",
         coherence=found.coherence,
+        fitted_height=None
+        if damping is None or damping.height is None
+        else damping.height * factor,
+        resolved=found.resolved,
     )
 
 

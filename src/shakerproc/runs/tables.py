@@ -199,6 +199,8 @@ def _peak_cells(
         "bin_hz": peak.bin_hz,
         "bin_width_hz": run.spectrum.bin_width_hz if run.spectrum else None,
         "height": peak.height,
+        "height_resolved": peak.resolved,
+        "height_fitted": peak.fitted_height,
         "natural_frequency_hz": peak.natural_frequency_hz,
         "damping_ratio": peak.damping_ratio,
         "damping_low": peak.damping_low,

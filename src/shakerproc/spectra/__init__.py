@@ -19,6 +19,7 @@ from shakerproc.spectra.damping import (
     damping_of_density,
     damping_of_response,
     half_power_ratio,
+    is_resolved,
 )
 from shakerproc.spectra.description import Statistics, statistics
 from shakerproc.spectra.engine import cross_spectra
@@ -28,6 +29,7 @@ from shakerproc.spectra.levels import (
     cumulative_rms,
     rms_in_band,
 )
+from shakerproc.spectra.lines import Line, beside_lines, steady_lines
 from shakerproc.spectra.masks import excited, has_input, masked
 from shakerproc.spectra.notch_filters import Notched, notch, thesis_notch
 from shakerproc.spectra.peaks import Peak, effective_frequencies, find_peaks
@@ -61,6 +63,7 @@ __all__ = [
     "Damping",
     "Detrend",
     "Imbalance",
+    "Line",
     "Notched",
     "Peak",
     "Spectrogram",
@@ -72,6 +75,7 @@ __all__ = [
     "ThesisTables",
     "ThresholdNotReachedError",
     "Tone",
+    "beside_lines",
     "coherence",
     "control_imbalance",
     "crop_by_threshold",
@@ -90,6 +94,7 @@ __all__ = [
     "half_power_ratio",
     "has_input",
     "hv",
+    "is_resolved",
     "masked",
     "multiple_coherence",
     "notch",
@@ -102,6 +107,7 @@ __all__ = [
     "sample_at",
     "spectrogram",
     "statistics",
+    "steady_lines",
     "stepped_response",
     "stitched",
     "swept_response",

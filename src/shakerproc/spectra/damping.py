@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.chance import Chance, plain_chance, smearing_of, steady_chance
+from shakerproc.spectra.chance import Chance, modelled, plain_chance, smearing_of, steady_chance
 from shakerproc.spectra.cross import CrossSpectra
 from shakerproc.spectra.mode_fit import (
     Kind,
@@ -89,6 +89,9 @@ class Damping:
         Damping ratio read from the half-power width [-], where the width is resolved.
     bin_width : float
         Distance of the frequencies that it was read from [Hz].
+    height : float or None
+        Height of the peak by the fit, the window's leakage taken away [unit of the values];
+        None where the ratio is withheld.
     """
 
     frequency: float | None
@@ -100,6 +103,7 @@ class Damping:
     reason: str | None
     half_power: float | None
     bin_width: float
+    height: float | None = None
 
     @property
     def quality_factor(self) -> float | None:
@@ -229,6 +233,22 @@ def half_power_ratio(
     return float(ratio), float(high - low)
 
 
+def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
+    """Return whether the bins resolve a peak: its width and height are what they seem to be.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What it was read from.
+    power : (n_frequencies,) array
+        Squared magnitude or density.
+    peak : int
+        Bin of the peak.
+    """
+    reading = half_power_ratio(spectra.frequency, power, peak)
+    return reading is not None and reading[1] >= READABLE * spectra.resolution
+
+
 def psd_ratio_of_mean(
     spectra: CrossSpectra, controls: Sequence[int], response: int
 ) -> FloatArray:
@@ -257,6 +277,7 @@ class _Data:
 class _Reading:
     """The modes that fit a peak (the first) and what is beside it, and what chance made."""
 
+    shape: ModeShape
     fit: ModesFit
     chance: Chance
     covariance: FloatArray  # of the weighted values
@@ -345,7 +366,7 @@ def _settled(spectra: CrossSpectra, data: _Data, shape: ModeShape, fit: ModesFit
     errors = chance.errors
     values = data.values[shape.bins] - chance.bias
     again = fit_modes(shape, values, errors, fit.frequency, fit.ratio)
-    return _Reading(again, chance, _weighted(chance, errors, data.kind), errors)
+    return _Reading(shape, again, chance, _weighted(chance, errors, data.kind), errors)
 
 
 def _one_more(
@@ -369,7 +390,7 @@ def _one_more(
     if not trials:
         return None
     best = min(trials, key=lambda trial: trial.squares)
-    more = _Reading(best, found.chance, found.covariance, found.errors)
+    more = _Reading(shape, best, found.chance, found.covariance, found.errors)
     gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
     if gained <= 2.0 * (more.followed - found.followed):
         return None
@@ -428,7 +449,17 @@ def _judged(
         reason=coarse,
         half_power=readable,
         bin_width=step,
+        height=None if coarse else _height(spectra, found),
     )
+
+
+def _height(spectra: CrossSpectra, found: _Reading) -> float:
+    """Return the height of the first mode's peak, all modes together, before smearing."""
+    frequency, ratio = float(found.fit.frequency[0]), float(found.fit.ratio[0])
+    near = frequency * (1.0 + ratio * np.linspace(-1.0, 1.0, 101))
+    bins = spectra.frequency[found.shape.bins]
+    values = modelled(found.shape.kind, near, bins, found.fit, spectra.sample_rate)
+    return float(np.abs(values).max())
 
 
 def _no_mode(found: _Reading, peak: float, step: float, lit: float) -> str | None:

@@ -333,7 +333,7 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
             f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
             json_target=json,
         )
-    for text in peak_rows.withheld(rows):
+    for text in filter(None, (peak_rows.unresolved(summary, rows), *peak_rows.withheld(rows))):
         output.data(text, json_target=json)
     output.message(f"results in {folder}")
 
