@@ -115,6 +115,8 @@ _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _COMMA: Final = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _WRITABLE: Final = re.compile(r"[A-Za-zµΩ0-9_%/*^()\- ]{0,40}")
 _SYMBOL: Final = re.compile(r"[A-Za-zµΩ_%]+")
+_POWER: Final = re.compile(r"(?<=[A-Za-z)])([23])(?![0-9.])")
+"""A power without its sign, as in ``g2/Hz``."""
 _SUPERSCRIPT: Final = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _LOOK_ALIKE: Final = str.maketrans({"μ": "µ", "·": "*", "×": "*", "−": "-", "\u00a0": " "})
 
@@ -374,7 +376,7 @@ def _parsed(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
         # The text holds known symbols, digits and operators only.
         parsed = _registry().parse_expression(expression)
     except Exception:  # noqa: BLE001  pint passes on whatever its parser stumbles over
-        return f'"{written}" is not written as a unit'
+        return _not_written(written)
     return _scale_and_dimensions(parsed)
 
 
@@ -392,12 +394,19 @@ def _name_of(symbol: str, gravity: str) -> str:
     return own.get(symbol, symbol)
 
 
+def _not_written(unit: str) -> str:
+    """Return that a text is no unit, and how it is written where a power lacks its sign."""
+    meant = _POWER.sub(r"^\1", unit)
+    advice = "" if meant == unit or isinstance(_parsed(meant, "g_n"), str) else meant
+    return f'"{unit}" is not written as a unit' + (f"; write {advice}" if advice else "")
+
+
 def _problem_of(unit: str) -> str | None:
     """Return what is wrong with the spelling of a unit, before pint sees it."""
     if _WRITABLE.fullmatch(unit) is None:
         return f"{quoted(unit)} is not a unit"
     if re.search(r"\d\d|\d\.|\.\d|\*\*.*\*\*|\^[^-\d]|(?<!\^)-|--|\^-?\d*\^|\(\(\(", unit):
-        return f'"{unit}" is not written as a unit'
+        return _not_written(unit)
     for symbol in _SYMBOL.findall(unit):
         if symbol not in _KNOWN:
             meant = near_miss(symbol, _SYMBOLS)

@@ -2,8 +2,12 @@
 """Model files: what is read, what is refused and in which words, what a change leaves alone."""
 
 import difflib
+import re
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from shakerproc.errors import DocumentError
 from shakerproc.model_files import (
@@ -16,7 +20,7 @@ from shakerproc.model_files import (
     read_model_file,
     write_model,
 )
-from shakerproc.model_files.writing import number
+from shakerproc.model_files.writing import number, within
 from shakerproc.models.effects import EFFECTS, Damper, Gap, Spring, Stop
 from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
 from shakerproc.models.faults import Clipping, SensorDelay
@@ -194,8 +198,10 @@ def test_elements_are_added_to_any_layout(tmp_path, elements, line_end, last_end
     text = f"model: 1\nmasses: {{a: 1 kg}}\nexcitation: {{base: acceleration}}\n{elements}"
     text = (text + "\n" * last_end).replace("\n", line_end)
     path, out = written(tmp_path, text), tmp_path / "new.yaml"
-    add_element(path, Element(Gap(1e5, 1e-5), ("base", "a")), out, PROVENANCE)
+    title = "x, with gap (base to a)"
+    add_element(path, Element(Gap(1e5, 1e-5), ("base", "a")), out, PROVENANCE, title=title)
     model = read_model(out)
+    assert model.title == title
     assert [element.effect.kind for element in model.elements] == ["spring", "gap"]
     new = out.read_bytes().decode()
     assert "# x" in new
@@ -203,6 +209,47 @@ def test_elements_are_added_to_any_layout(tmp_path, elements, line_end, last_end
     assert new.count("\n") == new.count(line_end)
     change_parameters(out, {0: {"stiffness": 3.0}, 1: {"clearance": 2e-5}}, out)
     assert read_model(out).elements[1].effect == Gap(1e5, 2e-5)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "model: 1\ntitle: glued  # by hand",
+        "model: 1  # one",
+        "title: >\n  glued\n  joint\nmodel: 1",
+        'title: "glued"\nmodel: 1',
+    ],
+)
+def test_a_model_with_an_effect_more_has_a_title_that_names_it(tmp_path, head):
+    rest = "masses: {a: 1 kg}\nexcitation: {base: acceleration}\nelements:\n"
+    text = f"{head}\n{rest}- {{kind: spring, between: [base, a], stiffness: 1 N/m}}\n"
+    path, out = written(tmp_path, text), tmp_path / "new.yaml"
+    title = "glued, with gap: (base to a)"
+    add_element(path, Element(Gap(1e5, 1e-5), ("base", "a")), out, title=title)
+    assert read_model(out).title == title
+    assert out.read_text().count("title:") == 1
+    assert ("# by hand" in out.read_text()) == ("# by hand" in head)
+
+
+@given(
+    value=st.floats(1e-9, 1e9),
+    half=st.floats(1e-6, 2.0),
+    unit=st.sampled_from(["m", "N/m", "N", "1", "N s/m"]),
+)
+def test_a_fitted_number_has_the_digits_that_its_interval_bears_out(value, half, unit):
+    low, high = value * (1.0 - half), value * (1.0 + half)
+    found = within(value, unit, low, high)
+    assert abs(found - value) <= 1.01e-3 * half * value
+    assert to_si(number(found, unit), unit) == found
+    digits = sum(c.isdigit() for c in f"{found:.17g}".split("e")[0].strip("0."))
+    written_digits = len(re.sub(r"e.*| .*|\D", "", number(found, unit)).strip("0"))
+    assert written_digits <= min(digits, max(2.0, 5.0 - np.log10(half)))
+
+
+def test_a_fitted_number_without_an_interval_keeps_six_digits():
+    assert within(91207.2665684035, "N/m", None, None) == 91207.3
+    assert within(91207.2665684035, "N/m", 90848.8, 91565.7) == 91207.0
+    assert within(5.0019179e-05, "m", 4.982e-05, 5.022e-05) == 5.0019e-05
 
 
 def test_a_parameter_that_the_file_does_not_hold_cannot_be_changed(tmp_path):

@@ -1,6 +1,7 @@
 """Options that several commands share, and what they change in a test."""
 
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -10,6 +11,104 @@ if TYPE_CHECKING:
     from shakerproc.data import BadRows
     from shakerproc.recordings.choosing import Measurement
     from shakerproc.testlog import Test
+
+
+def positive(value: float | None) -> float | None:
+    """Return the number of an option that must be above 0.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not, or no number.
+    """
+    if value is not None and not 0.0 < value < inf:
+        raise typer.BadParameter(f"must be a number above 0, not {value:g}")
+    return value
+
+
+def not_negative(value: float | None) -> float | None:
+    """Return the number of an option that must be 0 or more.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not, or no number.
+    """
+    if value is not None and not 0.0 <= value < inf:
+        raise typer.BadParameter(f"must be a number of at least 0, not {value:g}")
+    return value
+
+
+def window_of(value: str | None) -> str | None:
+    """Return the name of a window.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is none of that name.
+    """
+    if value is None:
+        return None
+    from shakerproc.spectra.windows import COSINE_TERMS, PERIODIC
+
+    if value.removeprefix(PERIODIC) not in COSINE_TERMS:
+        raise typer.BadParameter(
+            f"no window {value!r}; there are {', '.join(COSINE_TERMS)}, each also with "
+            f"{PERIODIC.strip()} in front"
+        )
+    return value
+
+
+def detrend_of(value: str | None) -> str | None:
+    """Return what mean is removed.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is not known.
+    """
+    if value not in {None, "none", "mean", "segment mean"}:
+        raise typer.BadParameter(f"{value!r} is not one of none, mean, segment mean")
+    return value
+
+
+def exclusive(first: str, *others: str) -> None:
+    """Refuse an option beside others that it contradicts.
+
+    Raises
+    ------
+    typer.BadParameter
+        If others are given, by their names.
+    """
+    if others:
+        raise typer.BadParameter(
+            f"contradicts {' and '.join(others)}; give one or the other", param_hint=first
+        )
+
+
+def check_order(model: Path, log: Path) -> None:
+    """Refuse a model and a test log that are given in the wrong order.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the first file is no model but a log, or the second no log but a model.
+    """
+    from shakerproc.documents import kind_of_file
+
+    kinds = (kind_of_file(model), kind_of_file(log))
+    if kinds == ("a test log", "a model"):
+        raise typer.BadParameter(
+            "the first file is a test log, the second a model: swap them", param_hint="MODEL"
+        )
+    if kinds[0] not in {"a model", ""}:
+        raise typer.BadParameter(f"{model} is {kinds[0]}, not a model", param_hint="MODEL")
+    if kinds[1] not in {"a test log", ""}:
+        raise typer.BadParameter(f"{log} is {kinds[1]}, not a test log", param_hint="TESTLOG")
+
+
+MOST_SAMPLES = 2**24
+"""Samples of the longest segment: three channels of it take 400 MB."""
 
 LogArgument: TypeAlias = Annotated[
     Path,
@@ -28,19 +127,26 @@ MeasurementOption: TypeAlias = Annotated[
     ),
 ]
 SegmentOption: TypeAlias = Annotated[
-    int | None, typer.Option(help="Samples of a Welch segment.", min=8, show_default="1024")
+    int | None,
+    typer.Option(
+        help="Samples of a Welch segment.", min=8, max=MOST_SAMPLES, show_default="1024"
+    ),
 ]
 OverlapOption: TypeAlias = Annotated[
     int | None,
     typer.Option(help="Samples shared with the next segment.", min=0, show_default="half"),
 ]
 WindowOption: TypeAlias = Annotated[
-    str | None, typer.Option(help="Window of the segments.", show_default="hamming")
+    str | None,
+    typer.Option(help="Window of the segments.", callback=window_of, show_default="hamming"),
 ]
 DetrendOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        metavar="none|mean|segment mean", help="What mean is removed.", show_default="none"
+        metavar="none|mean|segment mean",
+        help="What mean is removed.",
+        callback=detrend_of,
+        show_default="none",
     ),
 ]
 FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
@@ -174,8 +280,6 @@ def with_averaging(
     if window is not None:
         welch = replace(welch, window=window)
     if detrend is not None:
-        if detrend not in {"none", "mean", "segment mean"}:
-            raise typer.BadParameter(f"{detrend!r} is not one of none, mean, segment mean")
         processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
     stitch = stitch or processing.stitch
     return replace(test, processing=replace(processing, welch=welch, stitch=stitch))

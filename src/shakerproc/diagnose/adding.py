@@ -17,6 +17,7 @@ from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import DRY, Context, annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.errors import DiagnosisError
+from shakerproc.model_files.writing import within
 from shakerproc.models import BASE, EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.testlog import TestLog
@@ -59,6 +60,12 @@ class Added:
     left_out: tuple[str, ...]
     sha256: Mapping[str, str]
     worse: str
+
+    def in_few_digits(self) -> Element:
+        """Return the element with as many digits as its intervals bear out."""
+        kind = self.element.effect.kind
+        values = {name: shortened(estimate) for name, estimate in self.parameters.items()}
+        return Element(EFFECTS[kind](**values), self.element.between)
 
 
 def fit_effect(
@@ -193,3 +200,11 @@ def effect_of(kind: str, numbers: Mapping[str, Estimate]) -> AbstractEffect:
     """Return the effect with these numbers."""
     values = {name: estimate.value for name, estimate in numbers.items()}
     return EFFECTS[kind](**values)
+
+
+def shortened(estimate: Estimate) -> float | str:
+    """Return a fitted number with as many digits as its interval bears out."""
+    value = estimate.value
+    if isinstance(value, str):
+        return value
+    return within(float(value), estimate.unit, estimate.low, estimate.high)

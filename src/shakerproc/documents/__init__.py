@@ -4,6 +4,7 @@ Every message opens with ``file:line:column:``, says where, what was expected, w
 """
 
 from shakerproc.documents.document import Document, read_document
+from shakerproc.documents.kinds import kind_of_file
 from shakerproc.documents.schema import FromList, Section, misplaced
 from shakerproc.documents.tree import Key, Place
 
@@ -13,6 +14,7 @@ __all__ = [
     "Key",
     "Place",
     "Section",
+    "kind_of_file",
     "misplaced",
     "read_document",
 ]

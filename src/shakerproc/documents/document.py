@@ -9,6 +9,7 @@ from typing import Final, Generic, TypeVar, final
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from shakerproc.documents.kinds import kind_of
 from shakerproc.documents.schema import message_of
 from shakerproc.documents.tree import Key, Place, read_tree
 from shakerproc.errors import DocumentError
@@ -86,11 +87,28 @@ def read_document(path: Path, schema: type[T]) -> Document[T]:
     values, place = read_tree(path, text)
     if values is None:
         raise DocumentError(path, 1, 1, "expected a mapping (key: value), got an empty file")
+    _refuse_other_kind(path, values, schema)
     try:
         return Document(schema.model_validate(values), path, place)
     except ValidationError as error:
         first: DocumentError = _first_of(error.errors(include_url=False), path, place)
         raise first from error
+
+
+def _refuse_other_kind(path: Path, values: object, schema: type[BaseModel]) -> None:
+    """Pass what may be the kind of file that is wanted.
+
+    Raises
+    ------
+    DocumentError
+        If it is another: a model where a test log is wanted.
+    """
+    if not isinstance(values, dict):
+        return
+    known = {field.alias or name for name, field in schema.model_fields.items()}
+    found, wanted = kind_of(set(values) - known), kind_of(known)
+    if found and wanted and wanted != kind_of(known & set(values)):
+        raise DocumentError(path, 1, 1, f"expected {wanted}, and this is {found}")
 
 
 def _first_of(errors: list[ErrorDetails], path: Path, root: Place) -> DocumentError:

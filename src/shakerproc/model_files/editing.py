@@ -63,6 +63,7 @@ def add_element(
     provenance: Provenance | None = None,
     *,
     changes: Changes = _NONE,
+    title: str | None = None,
 ) -> None:
     """Write the model file with one element more, comments and order kept.
 
@@ -78,13 +79,15 @@ def add_element(
         Written into a list at the end of the file.
     changes : mapping
         New values of parameters that the file gives already; see `change_parameters`.
+    title : str, optional
+        New title of the model.
 
     Raises
     ------
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    _edit(path, out, changes, element, provenance)
+    _edit(path, out, changes, element, provenance, title=title)
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -113,12 +116,16 @@ def _edit(
     changes: Changes,
     element: Element | None,
     provenance: Provenance | None,
+    *,
+    title: str | None = None,
 ) -> None:
     """Write the changed text, once it has been read back and says what it should."""
     before = read_model_file(path)
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     edits = _changes(before, root, changes)
+    if title is not None:
+        edits.append(_titled(text, root, title))
     if element is not None:
         edits.append(_addition(text, _value(root, "elements"), element))
         if provenance is not None:
@@ -178,6 +185,21 @@ def _changes(file: ModelFile, root: Any, changes: Changes) -> list[_Edit]:
             text = parameter_text(value, effect.parameters[name])
             edits.append(_Edit(node.start_mark.index, node.end_mark.index, text))
     return edits
+
+
+def _titled(text: str, root: Any, title: str) -> _Edit:
+    """Return the edit that gives the model another title, or its first one."""
+    node, written = _value(root, "title"), text_of(title)
+    if node is not None:
+        if node.style in {"|", ">"}:  # its end is that of its last line
+            written += _line_end(text)
+        return _Edit(node.start_mark.index, node.end_mark.index, written)
+    version = _value(root, "model")
+    if root.flow_style:
+        at = version.end_mark.index
+        return _Edit(at, at, f", title: {written}")
+    at, lead = _after_line(text, version.end_mark.index)
+    return _Edit(at, at, f"{lead}title: {written}{_line_end(text)}")
 
 
 def _line_end(text: str) -> str:

@@ -69,10 +69,41 @@ def number(value: float, unit: str) -> str:
     for shown in _SHOWN.get(unit, (unit,)):
         in_unit = from_si(value, unit, shown) if shown != unit else value
         if abs(in_unit) >= 1.0 or value == 0.0:
-            text = f"{_digits(in_unit)} {shown}"
-            if to_si(text, unit) == value:
-                return text
+            for digits in range(1, 18):
+                text = f"{_digits(float(f'{in_unit:.{digits}g}'))} {shown}"
+                if to_si(text, unit) == value:
+                    return text
     return f"{_digits(value)} {unit}"
+
+
+def within(value: float, unit: str, low: float | None, high: float | None) -> float:
+    """Return a value near, with as few digits as its interval bears out.
+
+    It moves by a thousandth of the way to the nearer end of the interval at most: numbers
+    that were fitted together lean on each other, and a tenth of it may double the error.
+
+    Parameters
+    ----------
+    value : float
+        A fitted number [SI].
+    unit : str
+        Its unit, in which, or in a smaller one, it is written.
+    low, high : float, optional
+        Its interval [SI]; without one, six digits are kept.
+
+    Returns
+    -------
+    float
+        What the shorter text reads back as.
+    """
+    ends = [abs(value - end) for end in (low, high) if end is not None and math.isfinite(end)]
+    room = 1e-3 * min(ends, default=0.0) or 1e-6 * abs(value)
+    for digits in range(2, 17):
+        text = f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
+        found = to_si(text, unit)
+        if abs(found - value) <= room:
+            return found
+    return value
 
 
 def text_of(text: str) -> str:

@@ -211,7 +211,7 @@ def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> Trend
         If the runs have no such column.
     """
     known = list(dict.fromkeys(name for run in runs for name in run.facts))
-    columns = [_column(name, known) for name in (x, *by)]
+    columns = [column_of(name, known) for name in (x, *by)]
     grouping = f" by {', '.join(by)}" if by else ""
     name = _file_name("", "_".join((columns[0], *(("by", *columns[1:]) if by else ()))))
     return TrendRequest(
@@ -219,7 +219,14 @@ def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> Trend
     )
 
 
-def _column(name: str, known: Sequence[str]) -> str:
+def column_of(name: str, known: Sequence[str]) -> str:
+    """Return the column that a name means: itself, or what ends in a unit besides.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
     plain = name.strip().replace(" ", "_")
     for candidate in (name, plain, *(plain + ending for ending in _UNITS)):
         if candidate in known:

@@ -19,6 +19,7 @@ from shakerproc.testlog.log import (
     Tolerance,
     Welch,
 )
+from shakerproc.testlog.merging import threshold_of
 from shakerproc.testlog.reading import read_testlog
 
 __all__ = [
@@ -41,4 +42,5 @@ __all__ = [
     "level_of",
     "nominal_duration",
     "read_testlog",
+    "threshold_of",
 ]

@@ -34,7 +34,8 @@ def level_of(written: object, excitation: Excitation | None) -> tuple[float, Lev
     if isinstance(written, str) and "," not in written and _is_a_level(unit):
         raise ValueError(f"expected {_examples(excitation)}, got {quoted(written)}")
     first = allowed[0].removesuffix(" rms")
-    to_si(_without_rms(written), "g^2/Hz" if "Hz" in first else first)  # says what is wrong
+    density = "Hz" in first or ("hz" in unit.casefold() and excitation is None)
+    to_si(_without_rms(written), "g^2/Hz" if density else first)  # says what is wrong
     raise ValueError(f"expected {_examples(excitation)}, got {quoted(written)}")
 
 
@@ -73,8 +74,12 @@ def _examples(excitation: Excitation | None) -> str:
             "the level of a random test as a density, such as 0.0002 g^2/Hz, "
             "or an rms value, such as 0.45 g rms"
         )
-    name = f"a {excitation} test" if excitation else "a test"
-    return f"the level of {name} as an amplitude, such as 0.5 g or 20 N"
+    if excitation is None:
+        return (
+            "a level: an amplitude such as 0.5 g or 20 N, a density such as 0.0002 g^2/Hz or "
+            "an rms value such as 0.45 g rms"
+        )
+    return f"the level of a {excitation} test as an amplitude, such as 0.5 g or 20 N"
 
 
 def _is_a_level(unit: str) -> bool:

@@ -198,7 +198,7 @@ def _threshold_crop(
     given = _given(section)
     if "threshold" in given:
         try:
-            given["threshold"] = _threshold(section.threshold)
+            given["threshold"] = threshold_of(section.threshold)
         except ValueError as error:
             raise MisfitError(str(error), "crop", "threshold") from error
     crop = _overridden_crop(base if isinstance(base, ThresholdCrop) else ThresholdCrop(), given)
@@ -213,7 +213,7 @@ def _overridden_crop(base: ThresholdCrop, given: Mapping[str, Any]) -> Threshold
     return ThresholdCrop(**(kept | {k: v for k, v in given.items() if v is not None}))
 
 
-def _threshold(written: object) -> float:
+def threshold_of(written: object) -> float:
     """Return a threshold in SI.
 
     Raises

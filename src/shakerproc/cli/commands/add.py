@@ -1,12 +1,15 @@
 """``shakerproc add``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shakerproc.cli import options, output
 from shakerproc.cli.commands.effects import complete_kind
+
+if TYPE_CHECKING:
+    from shakerproc.models import Model
 
 
 def add(
@@ -39,17 +42,19 @@ def add(
 
     from shakerproc import __version__
     from shakerproc.cli.compiling import announce
-    from shakerproc.diagnose.adding import fit_effect
+    from shakerproc.diagnose.adding import fit_effect, shortened
     from shakerproc.errors import DiagnosisError
     from shakerproc.model_files import Provenance, add_element, read_model_file
     from shakerproc.testlog import read_testlog
 
-    announce()
+    options.check_order(model, testlog)
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
     output.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model).model
-    places = None if between is None else [part.strip() for part in between.split(",")]
+    _check_kind(effect)
+    places = None if between is None else _places(between, known)
+    announce()
     with output.progress("add", 3) as advance:
         added = fit_effect(effect, known, log, between=places, progress=advance)
     for text in added.left_out:
@@ -71,19 +76,21 @@ def add(
         for test in log.tests
         if test.recording is not None and str(test.id) in added.tests
     }
+    element = added.in_few_digits()
     changes: dict[int, dict[str, float]] = {}
-    for i, element in enumerate(known.elements):
-        place = _place(element.between, added.stiffness)
+    for i, own in enumerate(known.elements):
+        place = _place(own.between, added.stiffness)
         if place is None:
             continue
-        if element.effect.kind == "spring" and _alone(known, i):
-            changes[i] = {"stiffness": float(added.stiffness[place].value)}
-        damping = getattr(element.effect, "damping", None)
-        if element.effect.kind == "damper" and damping is not None and _alone(known, i):
-            changes[i] = {"damping": float(added.damping[place].value)}
+        if own.effect.kind == "spring" and _alone(known, i):
+            changes[i] = {"stiffness": float(shortened(added.stiffness[place]))}
+        damping = getattr(own.effect, "damping", None)
+        if own.effect.kind == "damper" and damping is not None and _alone(known, i):
+            changes[i] = {"damping": float(shortened(added.damping[place]))}
     today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     source = Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
-    add_element(model, added.element, new, source, changes=changes)
+    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(element.between)})"
+    add_element(model, element, new, source, changes=changes, title=title)
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
         f"{added.before:.3g} -> {added.after:.3g}, written to {new}",
@@ -104,6 +111,49 @@ def add(
         },
         json,
     )
+
+
+def _check_kind(effect: str) -> None:
+    """Refuse an effect that there is not.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is none of that name.
+    """
+    from shakerproc.models import EFFECTS
+    from shakerproc.units import near_miss
+
+    if effect not in EFFECTS:
+        meant = near_miss(effect, list(EFFECTS))
+        question = f"; did you mean {meant}?" if meant else f"; there are {', '.join(EFFECTS)}"
+        raise typer.BadParameter(f"no effect {effect!r}{question}", param_hint="EFFECT")
+
+
+def _places(between: str, model: "Model") -> list[str]:
+    """Return two places of a model.
+
+    Raises
+    ------
+    typer.BadParameter
+        If they are not two of its places.
+    """
+    from shakerproc.models import BASE
+
+    there = [BASE, *model.masses]
+    places = [part.strip() for part in between.split(",")]
+    unknown = [place for place in places if place not in there]
+    if unknown:
+        raise typer.BadParameter(
+            f"{model.title} has no place {unknown[0]!r}; there are {', '.join(there)}",
+            param_hint="--between",
+        )
+    if len(places) != 2 or places[0] == places[1]:
+        raise typer.BadParameter(
+            f"expected two places such as {there[0]},{there[1]}, got {between!r}",
+            param_hint="--between",
+        )
+    return places
 
 
 def _place(between, known):  # type: ignore[no-untyped-def]

@@ -1,12 +1,22 @@
 """``shakerproc batch``."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.testlog import TestLog
+
+LONGEST_S = 7 * 86400.0
+"""A week."""
+
+LARGEST_MB = 1e8
+"""100 TB."""
 
 
 def batch(
@@ -16,11 +26,24 @@ def batch(
         int | None, typer.Option(help="Processes at a time.", min=1, show_default="processors")
     ] = None,
     time_limit_s: Annotated[
-        float, typer.Option("--time-limit", help="Longest that one test may take [s].", min=0.1)
+        float,
+        typer.Option(
+            "--time-limit",
+            help="Longest that one test may take [s].",
+            min=0.1,
+            max=LONGEST_S,
+            callback=options.positive,
+        ),
     ] = 600.0,
     memory_limit_mb: Annotated[
         float,
-        typer.Option("--memory-limit", help="Most that one test may allocate [MB].", min=100.0),
+        typer.Option(
+            "--memory-limit",
+            help="Most that one test may allocate [MB].",
+            min=100.0,
+            max=LARGEST_MB,
+            callback=options.positive,
+        ),
     ] = 4000.0,
     scheduler: options.SchedulerOption = None,
     recordings: options.RecordingsOption = None,
@@ -69,7 +92,11 @@ def batch(
     from shakerproc.cli.write_up import Wish, tell, write_up
     from shakerproc.testlog import read_testlog
 
+    options.exclusive(
+        "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
+    )
     log = read_testlog(testlog)
+    _check_trends(log, trend or [], _words(by))
     averaged = tuple(
         options.with_averaging(
             test,
@@ -109,6 +136,29 @@ def batch(
     print_if(pdf, root / "report.html")
     if any(summary.status == "failed" for summary in campaign.runs):
         output.finish(1)
+
+
+def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> None:
+    """Refuse further trends of columns that the log does not have, before any work.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a column is unknown, or series are asked for without a trend.
+    """
+    from shakerproc.errors import LogError
+    from shakerproc.runs.trends import column_of
+    from shakerproc.testlog import facts_of
+
+    if by and not trend:
+        raise typer.BadParameter("goes with --trend", param_hint="--by")
+    known = list(dict.fromkeys(name for test in log.tests for name in facts_of(test)))
+    for option, names in (("--trend", trend), ("--by", by)):
+        for name in names:
+            try:
+                column_of(name, known)
+            except LogError as error:
+                raise typer.BadParameter(str(error), param_hint=option) from error
 
 
 def _words(text: str) -> tuple[str, ...]:

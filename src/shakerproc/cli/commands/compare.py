@@ -70,6 +70,7 @@ def compare(
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
 
+    options.check_order(model, log)
     announce()
     folder = Path(f"{model.stem}_compare") if out is None else out
     output.checked_folder(folder)

@@ -21,7 +21,10 @@ def convert(
     ] = None,
     measurement: options.MeasurementOption = None,
     sample_rate_hz: Annotated[
-        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+        float | None,
+        typer.Option(
+            help="Where the recording does not say it [Hz].", callback=options.positive
+        ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
 ) -> None:

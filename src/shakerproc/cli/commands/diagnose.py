@@ -37,6 +37,7 @@ def diagnose(
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
 
+    options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
     output.checked_folder(folder)

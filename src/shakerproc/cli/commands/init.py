@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import options, output
 
 
 def init(
@@ -24,7 +24,8 @@ def init(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Of recordings that do not say it; with --recordings [Hz].", min=1e-6
+            help="Of recordings that do not say it; with --recordings [Hz].",
+            callback=options.positive,
         ),
     ] = None,
 ) -> None:

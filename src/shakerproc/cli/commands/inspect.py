@@ -32,7 +32,10 @@ def inspect(
     ] = None,
     measurement: options.MeasurementOption = None,
     sample_rate_hz: Annotated[
-        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+        float | None,
+        typer.Option(
+            help="Where the recording does not say it [Hz].", callback=options.positive
+        ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,

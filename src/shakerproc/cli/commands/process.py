@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from shakerproc.batch.campaign import Products
     from shakerproc.runs import RunSummary, UnitOption
     from shakerproc.runs.summary import ChannelSummary
@@ -30,10 +32,22 @@ def process(
         str | None,
         typer.Option(metavar="LEVEL", help='Demanded, such as "0.5 g", "1e-3 g^2/Hz".'),
     ] = None,
-    from_hz: Annotated[float | None, typer.Option(help="Excited band, low end [Hz].")] = None,
-    to_hz: Annotated[float | None, typer.Option(help="Excited band, high end [Hz].")] = None,
+    from_hz: Annotated[
+        float | None,
+        typer.Option(
+            help="Excited band, low end, or the frequency of a sine [Hz].",
+            callback=options.positive,
+        ),
+    ] = None,
+    to_hz: Annotated[
+        float | None,
+        typer.Option(help="Excited band, high end [Hz].", callback=options.positive),
+    ] = None,
     notch_hz: Annotated[
-        float | None, typer.Option(help="Take this tone out for a second look [Hz].")
+        float | None,
+        typer.Option(
+            help="Take this tone out for a second look [Hz].", callback=options.positive
+        ),
     ] = None,
     crop_channel: Annotated[
         str | None, typer.Option(help="Control channel to crop by.", show_default="control 2")
@@ -46,11 +60,21 @@ def process(
         bool, typer.Option("--crop-absolute", help="Compare magnitudes with the threshold.")
     ] = False,
     crop_hold_s: Annotated[
-        float, typer.Option(help="How long the threshold must hold [s].", min=0.0)
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            help="How long the threshold must hold [s].",
+            callback=options.not_negative,
+            show_default="0",
+        ),
+    ] = None,
     skip_s: Annotated[
-        float, typer.Option(help="Time at the start that is not looked at [s].", min=0.0)
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            help="Time at the start that is not looked at, to the nearest sample [s].",
+            callback=options.not_negative,
+            show_default="0",
+        ),
+    ] = None,
     control: Annotated[
         list[str] | None,
         typer.Option(
@@ -69,7 +93,10 @@ def process(
     ] = False,
     no_crop: Annotated[bool, typer.Option("--no-crop", help="Take it all.")] = False,
     sample_rate_hz: Annotated[
-        float | None, typer.Option(help="Where the recording does not say it [Hz].")
+        float | None,
+        typer.Option(
+            help="Where the recording does not say it [Hz].", callback=options.positive
+        ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
     group: Annotated[
@@ -99,13 +126,20 @@ def process(
 
     said = _unit(unit, override=override_unit)
     reading = Reading(_controls(control, log), said)
+    if test is not None and log is None:
+        raise typer.BadParameter("goes with --log", param_hint="--test")
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     chosen = _with_excitation(chosen, excitation, level, from_hz, to_hz, notch_hz)
+    crop = {
+        "--crop-channel": crop_channel,
+        "--crop-threshold": crop_threshold,
+        "--crop-hold-s": crop_hold_s,
+        "--skip-s": skip_s,
+        "--crop-absolute": crop_absolute or None,
+    }
     chosen = _with_crop(
-        chosen, crop_channel, crop_threshold, crop_hold_s, skip_s, crop_absolute
+        chosen, {k: v for k, v in crop.items() if v is not None}, no_crop=no_crop
     )
-    if no_crop:
-        chosen = replace(chosen, processing=replace(chosen.processing, crop=None))
     chosen = options.with_averaging(
         chosen,
         segment=segment,
@@ -185,45 +219,102 @@ def _with_excitation(
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--level") from error
         test = replace(test, level=value, level_unit=unit, level_text=level)
-    if kind == "sine" and from_hz is not None:
-        test = replace(test, frequency_hz=from_hz)
-    elif from_hz is not None or to_hz is not None:
-        test = replace(
-            test,
-            from_hz=test.from_hz if from_hz is None else from_hz,
-            to_hz=test.to_hz if to_hz is None else to_hz,
+    elif excitation is not None and test.level_text:
+        try:
+            level_of(test.level_text, kind)  # type: ignore[arg-type]
+        except ValueError as error:
+            raise typer.BadParameter(
+                f"the log's level {test.level_text} is none of a {kind} test; give --level too",
+                param_hint="--excitation",
+            ) from error
+    if notch_hz is not None:
+        test = replace(test, notch_hz=notch_hz)
+    if kind == "sine":
+        return test if from_hz is to_hz is None else _with_tone(test, from_hz, to_hz)
+    return test if from_hz is to_hz is None else _with_band(test, from_hz, to_hz)
+
+
+def _with_tone(test: "Test", from_hz: float | None, to_hz: float | None) -> "Test":
+    """Return a sine test at the frequency that the options say.
+
+    Raises
+    ------
+    typer.BadParameter
+        If they say a band.
+    """
+    if to_hz is not None:
+        raise typer.BadParameter(
+            "a sine has one frequency, which --from-hz says", param_hint="--to-hz"
         )
-    return test if notch_hz is None else replace(test, notch_hz=notch_hz)
+    return replace(test, frequency_hz=from_hz)
 
 
-def _with_crop(
-    test: "Test",
-    channel: str | None,
-    threshold: str | None,
-    hold: float,
-    skip: float,
-    absolute: bool,
-) -> "Test":
-    """Return a test with what the options say of the crop."""
-    from shakerproc.testlog import ThresholdCrop
-    from shakerproc.units import to_si
+def _with_band(test: "Test", from_hz: float | None, to_hz: float | None) -> "Test":
+    """Return a test with the excited band that the options, and the log, say.
+
+    Raises
+    ------
+    typer.BadParameter
+        If an end is missing, or the band does not rise.
+    """
+    band = test.processing.band or test.band or (None, None)
+    low = band[0] if from_hz is None else from_hz
+    high = band[1] if to_hz is None else to_hz
+    if low is None or high is None:
+        given, other = ("--from-hz", "--to-hz") if high is None else ("--to-hz", "--from-hz")
+        raise typer.BadParameter(
+            f"a band has two ends: give {other} too (the log says none)", param_hint=given
+        )
+    if not low < high:
+        raise typer.BadParameter(
+            f"the band from {low:g} to {high:g} Hz does not rise", param_hint="--from-hz"
+        )
+    processing = replace(test.processing, band=None)
+    return replace(test, from_hz=low, to_hz=high, processing=processing)
+
+
+def _with_crop(test: "Test", said: "Mapping[str, str | float]", *, no_crop: bool) -> "Test":
+    """Return a test with what the options say of the crop, by their names.
+
+    Raises
+    ------
+    typer.BadParameter
+        If they contradict each other or the crop of the log, or hold no threshold.
+    """
+    from shakerproc.testlog import ThresholdCrop, threshold_of
 
     crop = test.processing.crop
-    if channel or threshold or hold or skip or absolute:
-        crop = crop if isinstance(crop, ThresholdCrop) else ThresholdCrop()
+    if no_crop:
+        options.exclusive("--no-crop", *said)
+        return replace(test, processing=replace(test.processing, crop=None))
+    if not said:
+        return test
+    if not isinstance(crop, ThresholdCrop):
+        if "--crop-threshold" not in said:
+            has = "does not crop" if crop is None else "crops from one time to another"
+            raise typer.BadParameter(
+                f"goes with a threshold, and the log {has}; give --crop-threshold too",
+                param_hint=next(iter(said)),
+            )
+        crop = ThresholdCrop()
+    changed = {_CROP[name]: value for name, value in said.items()}
+    if "--crop-threshold" in said:
         try:
-            value = crop.threshold if threshold is None else to_si(threshold, "m/s^2")
+            changed["threshold"] = threshold_of(said["--crop-threshold"])
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--crop-threshold") from error
-        crop = replace(
-            crop,
-            channel=channel or crop.channel,
-            threshold=value,
-            hold=hold or crop.hold,
-            skip=skip or crop.skip,
-            absolute=absolute or crop.absolute,
-        )
+    crop = replace(crop, **changed)  # type: ignore[arg-type]
     return replace(test, processing=replace(test.processing, crop=crop))
+
+
+_CROP: "Final[Mapping[str, str]]" = {
+    "--crop-channel": "channel",
+    "--crop-threshold": "threshold",
+    "--crop-hold-s": "hold",
+    "--skip-s": "skip",
+    "--crop-absolute": "absolute",
+}
+"""What each option changes in the crop by threshold."""
 
 
 @dataclass(frozen=True, slots=True)

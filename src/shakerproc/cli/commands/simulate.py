@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -81,6 +81,9 @@ def simulate(
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
 
+    is_log = excitation.suffix.lower() in {".yaml", ".yml"}
+    if is_log:
+        options.check_order(model, excitation)
     announce()
     staging = Staging(
         sample_rate=sample_rate_hz,
@@ -93,7 +96,7 @@ def simulate(
         growth=growth,
     )
     shaken, model_hash = read_hashed(read_model, model)
-    if excitation.suffix.lower() in {".yaml", ".yml"}:
+    if is_log:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
         log, driven_by = read_hashed(read_testlog, excitation)
         found = rehearse_campaign(
