@@ -13,6 +13,7 @@ import stat
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -24,6 +25,20 @@ _REPLACE_TRIES: Final = 25
 _REPLACE_PAUSE: Final = 0.1  # [s]; 2.5 s in all, as long as a virus scanner holds a handle
 _HANDLES: Final = ("/dev/fd/", "/dev/std", "/proc/")
 _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
+
+
+_NOTED: Final[ContextVar[list[Path] | None]] = ContextVar("noted", default=None)
+
+
+@contextmanager
+def noted() -> Iterator[list[Path]]:
+    """Yield a list that every file is added to which is written within the block."""
+    written: list[Path] = []
+    token = _NOTED.set(written)
+    try:
+        yield written
+    finally:
+        _NOTED.reset(token)
 
 
 @contextmanager
@@ -47,6 +62,9 @@ def atomic_path(path: Path) -> Iterator[Path]:
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
         _replace(temporary, path)
+        written = _NOTED.get()
+        if written is not None:
+            written.append(path)
     except OSError as error:  # such as a full disk, which does not say of which file
         if error.errno is None or error.filename not in {None, str(temporary)}:
             raise

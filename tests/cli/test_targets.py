@@ -14,6 +14,8 @@ from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc import files
+from shakerproc.cli import output
+from shakerproc.errors import ShakerprocError
 
 EFFECT = ("effects", "gap", "--json")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes and devices")
@@ -163,7 +165,7 @@ def test_a_folder_of_another_recording_is_refused_untouched(tmp_path, capsys):
     assert "choose another folder with --out" in line
     assert {p: p.read_bytes() for p in out.iterdir()} == before
     assert run("batch", log, "--out", out, "--no-figures") == 1
-    assert "holds the results of a single recording" in capsys.readouterr().err
+    assert "holds the results of `shakerproc process`" in capsys.readouterr().err
     (out / "manifest.json").unlink()  # as after an older shakerproc
     assert processed(one, "--log", log, "--out", out) == 1
     assert "nothing says of which recording" in capsys.readouterr().err
@@ -190,7 +192,7 @@ def test_a_batch_folder_takes_no_single_recording(tmp_path, capsys):
     written = {"schema": "shakerproc-manifest/2", "runs": {"test_1": entry}}
     (out / "manifest.json").write_text(json.dumps(written), encoding="utf-8")
     assert processed(tmp_path / "recordings" / "test_1.tdms", "--log", log, "--out", out) == 1
-    assert "holds the results of a batch" in capsys.readouterr().err
+    assert "holds the results of `shakerproc batch`" in capsys.readouterr().err
 
 
 @posix
@@ -209,3 +211,33 @@ def test_a_pipe_is_no_recording(tmp_path, capsys, command):
     assert run(command, tmp_path / "pipe.tdms") == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "is a pipe, not a regular file" in line
+
+
+def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(tmp_path):
+    out = tmp_path / "out"
+    with output.results(out, "compare"):
+        files.write_text(out / "errors.csv", "old")
+        files.write_text(out / "test_4" / "motion.png", "old")
+    (out / "note.txt").write_text("mine", encoding="utf-8")
+    with output.results(out, "compare"):
+        files.write_text(out / "errors.csv", "new")
+    assert outputs(out) == {"errors.csv", "manifest.json", "note.txt"}
+    assert (out / "errors.csv").read_text(encoding="utf-8") == "new"
+    for command in ("diagnose", "batch", "process"):
+        with pytest.raises(ShakerprocError, match="holds the results of `shakerproc compare`"):
+            output.own_folder(out, command)
+
+
+def test_tables_and_trends_that_a_batch_no_longer_makes_do_not_stay(tmp_path, capsys):
+    log, out = write_campaign(tmp_path, 3), tmp_path / "out"
+    options = ("batch", log, "--out", out, "--no-figures", "--workers", "2")
+    assert run(*options, "--trend", "specimen") == 0
+    before = outputs(out / "trends")
+    (out / "report.pdf").write_text("of the old page", encoding="utf-8")
+    assert run(*options) == 0
+    assert outputs(out / "trends") < before
+    assert not (out / "report.pdf").exists()
+    capsys.readouterr()
+    (tmp_path / "model.yaml").write_text("model: 1", encoding="utf-8")
+    assert run("compare", tmp_path / "model.yaml", log, "--out", out) == 1
+    assert "holds the results of `shakerproc batch`" in capsys.readouterr().err

@@ -12,9 +12,9 @@ from typing import Final, TypeAlias
 from shakerproc import files
 from shakerproc.batch.manifest import (
     NOTHING,
-    SINGLE,
     Entry,
     Manifest,
+    check_owner,
     key_of,
     read_manifest,
     remove_outputs,
@@ -217,7 +217,7 @@ def _ready(
         ready.append((Job(test, root, root / RUNS / name, recording, digest, products), key))
         if before is not None:
             entries[name] = before
-    return ready, Manifest(entries)
+    return ready, Manifest(entries, files=known.files)
 
 
 Hashes: TypeAlias = Callable[[TestLog], Sequence[str | ShakerprocError]]
@@ -267,25 +267,16 @@ def input_of(test: Test) -> dict[str, object]:
 def _known(
     root: Path, names: Collection[str], on_outdated: Callable[[int], None] | None
 ) -> Manifest:
-    """Return what is known of a folder; of results that are not relied on, only their files.
-
-    Raises
-    ------
-    ShakerprocError
-        If it holds results that are not those of a batch.
-    """
+    """Return what is known of a folder; of results that are not relied on, only their files."""
+    check_owner(root, "batch")
     known = read_manifest(root)
-    if SINGLE in known.runs:
-        raise ShakerprocError(
-            f"{root}: holds the results of a single recording; choose another folder with "
-            "--out, or move this one away."
-        )
     if not known.outdated:
         return known
     done = [n for n, entry in known.runs.items() if entry.status == "done" and n in names]
     if on_outdated is not None and done:
         on_outdated(len(done))
-    return Manifest({n: replace(NOTHING, outputs=e.outputs) for n, e in known.runs.items()})
+    files_only = {n: replace(NOTHING, outputs=e.outputs) for n, e in known.runs.items()}
+    return Manifest(files_only, files=known.files)
 
 
 def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:

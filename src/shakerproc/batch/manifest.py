@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
@@ -64,11 +64,17 @@ class Manifest:
         Version of shakerproc that wrote it.
     schema : str
         What its entries mean.
+    command : str
+        Which command the folder belongs to.
+    files : tuple of str
+        What was written for no test alone, by its path in the folder.
     """
 
     runs: Mapping[str, Entry] = field(default_factory=dict)
     version: str = __version__
     schema: str = SCHEMA
+    command: str = "batch"
+    files: tuple[str, ...] = ()
 
     @property
     def outdated(self) -> bool:
@@ -77,7 +83,7 @@ class Manifest:
 
     def with_entry(self, name: str, entry: Entry) -> "Manifest":
         """Return the manifest with one entry added or replaced."""
-        return Manifest({**self.runs, name: entry})
+        return replace(self, runs={**self.runs, name: entry})
 
 
 NOTHING: Final = Entry("failed", "", "")
@@ -113,7 +119,42 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
 
 def fields_of(manifest: Manifest) -> dict[str, Any]:
     """Return the fields of a manifest, in an order that does not depend on who was first."""
-    return {"version": manifest.version, "runs": dict(sorted(manifest.runs.items()))}
+    return {
+        "version": manifest.version,
+        "command": manifest.command,
+        "files": sorted(manifest.files),
+        "runs": dict(sorted(manifest.runs.items())),
+    }
+
+
+def check_owner(folder: Path, command: str) -> None:
+    """Pass a folder that holds no results of another command.
+
+    Raises
+    ------
+    LogError
+        If it does.
+    """
+    if (folder / NAME).exists():
+        owner = read_manifest(folder).command
+        if owner != command:
+            raise LogError(
+                f"{folder}: holds the results of `shakerproc {owner}`; choose another folder "
+                "with --out, or move this one away."
+            )
+
+
+def settle(folder: Path, written: Iterable[Path], command: str = "batch") -> None:
+    """Note what was written into a folder now; what was only written before is removed."""
+    known = read_manifest(folder)
+    inside = [path.absolute() for path in written]
+    names = {
+        path.relative_to(folder.absolute()).as_posix()
+        for path in inside
+        if path.is_relative_to(folder.absolute()) and path.is_file()
+    }
+    remove_outputs(folder, set(known.files) - names)
+    write_manifest(folder, replace(known, command=command, files=tuple(sorted(names))))
 
 
 def key_of(recording_sha256: str, description: object) -> str:

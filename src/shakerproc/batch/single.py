@@ -10,6 +10,7 @@ from shakerproc.batch.manifest import (
     SINGLE,
     Entry,
     Manifest,
+    check_owner,
     hashes,
     key_of,
     read_manifest,
@@ -46,12 +47,10 @@ def check_folder(folder: Path, sha256: str) -> None:
     Raises
     ------
     ShakerprocError
-        If it holds those of another recording, or of a batch.
+        If it holds those of another recording, or of another command.
     """
-    runs = read_manifest(folder).runs
-    entry = runs.get(SINGLE)
-    if set(runs) - {SINGLE}:
-        raise ShakerprocError(f"{folder}: holds the results of a batch; {_REMEDY}.")
+    check_owner(folder, SINGLE)
+    entry = read_manifest(folder).runs.get(SINGLE)
     if entry is not None and entry.recording_sha256 != sha256:
         raise ShakerprocError(
             f"{folder}: holds the results of another recording (SHA-256 "
@@ -74,7 +73,8 @@ def put_in_place(folder: Path, staged: Path, sha256: str, described: object) -> 
     new = hashes(staged, [path for path in staged.rglob("*") if path.is_file()])
     key = key_of(sha256, described)
     underway = Entry("failed", key, sha256, {**old, **new}, "killed", "not finished")
-    write_manifest(folder, Manifest({SINGLE: underway}))
+    write_manifest(folder, Manifest({SINGLE: underway}, command=SINGLE))
     remove_outputs(folder, set(old) - set(new))
     files.move_into(folder, staged)
-    write_manifest(folder, Manifest({SINGLE: Entry("done", key, sha256, new)}))
+    done = Entry("done", key, sha256, new)
+    write_manifest(folder, Manifest({SINGLE: done}, command=SINGLE))

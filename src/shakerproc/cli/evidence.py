@@ -210,6 +210,7 @@ def held_against(
 def print_if(wanted: bool, page: Path) -> None:
     """Print a report beside its page, if that is wanted."""
     if not wanted:
+        page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
         return
     from shakerproc.report.pdf import print_report
 

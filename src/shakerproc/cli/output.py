@@ -124,6 +124,34 @@ def out_folder(folder: Path | None, default: str) -> Path:
     return chosen
 
 
+def own_folder(folder: Path, command: str) -> None:
+    """Pass a folder that a command may write its results into, before the long work.
+
+    Raises
+    ------
+    OutputError
+        If nothing can be written there.
+    ShakerprocError
+        If it holds the results of another command.
+    """
+    from shakerproc.batch.manifest import check_owner
+
+    checked_folder(folder)
+    check_owner(folder, command)
+
+
+@contextmanager
+def results(folder: Path, command: str) -> Iterator[None]:
+    """Write the results of a command in the block, in place of all those of an earlier run."""
+    from shakerproc.batch.manifest import settle
+
+    own_folder(folder, command)
+    folder.mkdir(parents=True, exist_ok=True)
+    with files.noted() as written:
+        yield
+    settle(folder, written, command)
+
+
 def message(text: str) -> None:
     """Say something to the person, on stderr; above the bar of progress where there is one."""
     said = files.printable(text, lines=True)

@@ -10,6 +10,7 @@ from typing import Any, Final
 from shakerproc import __version__, files
 from shakerproc.batch.campaign import Campaign
 from shakerproc.batch.collecting import write_tables
+from shakerproc.batch.manifest import settle
 from shakerproc.cli import output
 from shakerproc.cli.evidence import NONE, Evidence, document, methods_of, sections_of
 from shakerproc.report.page import Report, write_report
@@ -50,7 +51,19 @@ def write_up(
     evidence: Evidence = NONE,
     verdict: str = "",
 ) -> dict[str, Any]:
-    """Write everything that concerns the whole campaign; return what report.json holds."""
+    """Write everything that concerns the whole campaign; return what report.json holds.
+
+    What an earlier batch wrote of the kind, and this one does not, is removed.
+    """
+    with files.noted() as written:
+        content = _written_up(title, campaign, root, wish, evidence, verdict)
+    settle(root, written)
+    return content
+
+
+def _written_up(
+    title: str, campaign: Campaign, root: Path, wish: Wish, evidence: Evidence, verdict: str
+) -> dict[str, Any]:
     runs = campaign.runs
     channel = wish.channel or trends.trend_channel(runs)
     requests = [

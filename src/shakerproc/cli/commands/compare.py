@@ -73,7 +73,7 @@ def compare(
     options.check_order(model, log)
     announce()
     folder = Path(f"{model.stem}_compare") if out is None else out
-    output.checked_folder(folder)
+    output.own_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -95,18 +95,19 @@ def compare(
             old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
     document = {**_provenance(documents[-2:]), **document_of(found)}
-    files.write_json(folder / "compare.json", document)
-    rows = rows_of(found)
-    table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
-    files.write_text(folder / "errors.csv", files.csv_text(table))
-    if figures:
-        from shakerproc.report.compare import draw_comparison
+    with output.results(folder, "compare"):
+        files.write_json(folder / "compare.json", document)
+        rows = rows_of(found)
+        table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
+        files.write_text(folder / "errors.csv", files.csv_text(table))
+        if figures:
+            from shakerproc.report.compare import draw_comparison
 
-        draw_comparison(found, folder)
-    inputs = inputs_of(documents, usable.tests)
-    evidence = Evidence(models, None, inputs)
-    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
-    page = write_evidence(folder, campaign.title, verdict, evidence)
+            draw_comparison(found, folder)
+        inputs = inputs_of(documents, usable.tests)
+        evidence = Evidence(models, None, inputs)
+        verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
+        page = write_evidence(folder, campaign.title, verdict, evidence)
     output.write_json(document, json)
     _print(found, folder, json)
     output.data(sentence(found), json_target=json)

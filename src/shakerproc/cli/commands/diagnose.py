@@ -40,7 +40,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    output.checked_folder(folder)
+    output.own_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
@@ -61,9 +61,10 @@ def diagnose(
     for text in models.before.warnings:
         output.warning(text)
     output.write_json(result.as_json(), json)
-    files.write_json(folder / "diagnosis.json", result.as_json())
     found = evidence.Evidence(models, result, inputs)
-    page = evidence.write_evidence(folder, log.title, result.sentence, found)
+    with output.results(folder, "diagnose"):
+        files.write_json(folder / "diagnosis.json", result.as_json())
+        page = evidence.write_evidence(folder, log.title, result.sentence, found)
     output.message(f"results in {folder}, report: {page}")
     evidence.print_if(pdf, page)
 

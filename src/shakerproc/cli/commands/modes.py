@@ -92,7 +92,8 @@ def modes(
         print_static(described, hole, json)
     print_plays(plays, json)
     folder = output.out_folder(out, f"{coupon.stem}_modes")
-    _write(folder, described, found, holes, document, figures=figures)
+    with output.results(folder, "modes"):
+        _write(folder, described, found, holes, document, figures=figures)
     if model is not None:
         _write_model(model, described, holes, damping_ratio, model_modes, in_plane=in_plane)
     output.message(f"results in {folder}")

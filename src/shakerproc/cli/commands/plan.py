@@ -102,7 +102,8 @@ def plan(
     )
     plans = plan_campaign(log, wish)
     folder = output.out_folder(out, f"{testlog.stem}_plan")
-    _write(plans, wish, log.title, folder, figures=figures)
+    with output.results(folder, "plan"):
+        _write(plans, wish, log.title, folder, figures=figures)
     output.write_json(_document(testlog, model, log.title, plans), json)
     _print(plans, wish, folder, json)
     if rehearse and model is not None:

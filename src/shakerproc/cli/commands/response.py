@@ -58,6 +58,7 @@ def response(
     from shakerproc.simulate import harmonic_balance as hb
 
     announce()
+    output.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
@@ -70,7 +71,8 @@ def response(
     others = [hb.sharpened(branch) for branch in others]
     free = _backbone(found, harmonics) if backbone else None
     folder = output.out_folder(out, f"{model.stem}_response")
-    _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
+    with output.results(folder, "response"):
+        _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
     document = _document(found, tuple(others), free)
     output.write_json({**_provenance(model, digest, level), **document}, json)
     _print(found, tuple(others), level, sensor, json)

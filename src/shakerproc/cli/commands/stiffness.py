@@ -72,7 +72,8 @@ def stiffness(
     for text in warnings:
         output.warning(text)
     folder = output.out_folder(out, "stiffness_results")
-    _write(folder, found, list(specimens.values()), document, last, figures=figures)
+    with output.results(folder, "stiffness"):
+        _write(folder, found, list(specimens.values()), document, last, figures=figures)
     output.message(f"results in {folder}")
 
 

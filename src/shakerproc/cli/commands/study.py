@@ -82,6 +82,7 @@ def _run(
     read, digest = read_hashed(read_study, path)
     total = len(jobs_of(read))
     folder = _folder(out, path)
+    output.own_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,
@@ -90,14 +91,15 @@ def _run(
             executor=None if machines.scheduler is None else machines.executor(),
             progress=advance,
         )
-    files.write_csv(folder / "table.csv", result.columns)
-    if figures:
-        from shakerproc.report import style
-        from shakerproc.report.run_figures import save
-        from shakerproc.report.study import study_figure
+    with output.results(folder, "study"):
+        files.write_csv(folder / "table.csv", result.columns)
+        if figures:
+            from shakerproc.report import style
+            from shakerproc.report.run_figures import save
+            from shakerproc.report.study import study_figure
 
-        with style.look():
-            save(study_figure(result), folder / "figure.png")
+            with style.look():
+                save(study_figure(result), folder / "figure.png")
     output.message(f"results in {folder}")
     return result, digest
 
