@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.in_process import run
 
-from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import health, open_recording
 from shakerproc.runs import open_path
@@ -195,12 +195,29 @@ def test_times_are_understood_in_other_units_than_seconds(tmp_path, unit, second
         assert recording.sample_rate == pytest.approx(RATE, rel=1e-9)
 
 
-def test_two_time_columns_are_two_recordings(tmp_path):
-    lines = [f"{i / RATE:.3f},{WAVE[i]:.6f},{i / 500:.3f},{WAVE[i]:.6f}" for i in range(1000)]
-    path = written(tmp_path, lines, ["time 1 [s],a [g],time 2 [s],b [g]"])
-    with open_recording(path) as recording:
-        assert [channel.name for channel in recording.channels] == ["a", "b"]
-        assert "'time 2' is no channel: it is a second time column" in recording.notes[0]
+def two_rates(tmp_path, start=0.0):
+    """A table of a at 1000 Hz and b at 500 Hz, half as long."""
+    lines = [f"{i / RATE:.3f},{WAVE[i]:.6f}" for i in range(1000)]
+    lines = [
+        f"{line},{start + i / 500:.3f},{WAVE[i]:.6f}" if i < 500 else f"{line},,"
+        for i, line in enumerate(lines)
+    ]
+    return written(tmp_path, lines, ["time 1 [s],a [g],time 2 [s],b [g]"])
+
+
+def test_each_time_column_is_that_of_the_columns_behind_it(tmp_path):
+    path = two_rates(tmp_path)
+    assert "channel 'a' has 1000 samples per second, 'b' 500. Use only" in refusal(path)
+    for name, rate, n in (("a", 1000.0, 1000), ("b", 500.0, 500)):
+        with open_recording(path, uses=[ChannelUse(name, "response")]) as recording:
+            assert (recording.sample_rate, recording.n_samples) == (rate, n)
+            assert not recording.incomplete
+
+
+def test_columns_that_begin_later_than_the_others_are_no_channels_beside_them(tmp_path):
+    with open_recording(two_rates(tmp_path, start=0.5)) as recording:
+        assert [channel.name for channel in recording.channels] == ["a"]
+        assert "'b' is no channel: its time column begins 0.5 s after" in recording.notes[0]
 
 
 LVM = (

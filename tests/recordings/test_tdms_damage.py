@@ -2,6 +2,8 @@
 
 import math
 import struct
+from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -9,9 +11,9 @@ from numpy.testing import assert_array_equal
 from tests.recordings import tdms_bytes
 from tests.recordings.tdms_bytes import Builder, index, listed, metadata, segment
 
-from shakerproc.data import STANDARD_GRAVITY, ChannelUse
+from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import open_recording
+from shakerproc.recordings import open_recording, write_tdms
 from shakerproc.recordings.tdms import objects, walk
 
 
@@ -134,6 +136,17 @@ def test_a_file_that_changes_while_open_is_refused(write, change, match):
         recording.samples()
     with pytest.raises(RecordingError, match="changed"):
         recording.__exit__(None)
+
+
+@pytest.mark.parametrize("rate", [1e-300, 1e-12, 1e300])
+def test_a_start_time_beside_an_absurd_rate_is_no_error(tmp_path, rate):
+    start = datetime(2024, 5, 6, tzinfo=UTC)
+    channels = [Channel(name, "m/s^2", name, "g") for name in ("a", "b")]
+    one = recording_of_arrays("run", channels, np.ones((2, 30)), rate)
+    write_tdms(tmp_path / "run.tdms", replace(one, start_time=start))
+    with open_recording(tmp_path / "run.tdms") as recording:
+        assert recording.sample_rate == pytest.approx(rate)
+        assert recording.start_time == start
 
 
 def test_a_closed_recording_says_so(write):

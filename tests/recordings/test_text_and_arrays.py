@@ -669,6 +669,16 @@ def test_a_matlab_file_that_would_fill_the_memory_is_refused(tmp_path):
         list(mat5.read_variables(memoryview(path.read_bytes()), 1 << 20))
 
 
+def test_a_matlab_variable_of_absurd_size_is_refused_with_its_size(tmp_path):
+    path = tmp_path / "run.mat"
+    scipy_io.savemat(path, {"a": np.zeros((0, 7, 5))})
+    content, absurd = path.read_bytes(), 2**31 - 1
+    old = np.array([0, 7, 5], "<i4").tobytes()
+    assert content.count(old) == 1
+    path.write_bytes(content.replace(old, np.array([0, absurd, absurd], "<i4").tobytes()))
+    refused(path, "a variable of 0 x 2147483647 x 2147483647 numbers")
+
+
 def test_matlab_version_4_is_read_through_scipy(tmp_path):
     scipy_io.savemat(tmp_path / "run.mat", {"t": T, "acc_g": Y}, format="4")
     with open_recording(tmp_path / "run.mat") as recording:

@@ -36,6 +36,7 @@ SECONDS: Final = {
 }
 """Seconds in the units of a time column."""
 
+NO_NUMBERS: Final = "it holds no numbers"
 FEWEST: Final = 8
 """Samples from which on an even advance is no accident."""
 
@@ -70,13 +71,11 @@ def is_time(header: str, unit: str = "") -> float:
     return SECONDS.get(said.strip().casefold(), 0.0)
 
 
-def time_column(headers: Sequence[str], units: Sequence[str] = ()) -> tuple[int, float] | None:
-    """Return which column is the time, and the seconds in its unit; None where none is."""
-    for row, header in enumerate(headers):
-        seconds = is_time(header, units[row] if units else "")
-        if seconds:
-            return row, seconds
-    return None
+def time_columns(headers: Sequence[str], units: Sequence[str] = ()) -> list[tuple[int, float]]:
+    """Return which columns are times, each with the seconds in its unit."""
+    said = units or [""] * len(headers)
+    every = [(row, is_time(h, u)) for row, (h, u) in enumerate(zip(headers, said, strict=True))]
+    return [(row, seconds) for row, seconds in every if seconds]
 
 
 def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
@@ -206,6 +205,8 @@ def file_of_columns(
 ) -> RawFile:
     """Return a table as a file of one group; a time column gives the rate and is no channel.
 
+    Where there are several, each is that of the columns behind it.
+
     Parameters
     ----------
     table : Columns
@@ -224,37 +225,42 @@ def file_of_columns(
         What is odd about the file.
     """
     units = list(table.units) or [""] * len(table.headers)
-    axis = time_column(table.headers, units)
     lengths = lengths or [length_of(row) for row in table.values]
-    doubt = 0.0
-    if axis is not None and sample_rate is None and not rate_problem:
-        times = table.values[axis[0], : lengths[axis[0]]] * axis[1]
-        sample_rate, rate_problem = rate_of_times(times)
-        doubt = 0.0 if sample_rate is None else rate_doubt(times)
+    is_silent = sample_rate is None and not rate_problem
+    axes = [
+        _axis(row, table.values[row, : lengths[row]] * seconds, rate=is_silent)
+        for row, seconds in time_columns(table.headers, units)
+    ]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else [])]
     channels = []
     for row, (header, unit) in enumerate(zip(table.headers, units, strict=True)):
-        if axis is not None and row == axis[0]:
+        if any(row == axis.row for axis in axes):
             continue
+        axis = next(
+            (axis for axis in reversed(axes) if axis.row < row), axes[0] if axes else None
+        )
         name, in_header = split_header(header)
         name = (header.strip() if unit else name) or f"column {row + 1}"
         values = table.values[row, : lengths[row]]
-        problem = _problem(header or name, unit, values, axis is not None)
-        until = lengths[axis[0]] if axis is not None else lengths[row]
+        problem = like_time(header or name, unit, values) if lengths[row] else NO_NUMBERS
+        problem = problem or (late_start(axes[0], axis) if axis else "")
+        until = max(lengths[axis.row], lengths[row]) if axis and lengths[row] else lengths[row]
         if problem and lengths[row]:
             notes.append(f"{shown(name)} is no channel: {problem}.")
-        elif 0 < lengths[row] < until:
+        elif lengths[row] < until:
             notes.append(f"{shown(name)} ends after {lengths[row]} of {until} rows.")
         channels.append(
             RawChannel(
                 name=name,
                 row=row,
                 n_samples=lengths[row],
-                promised=max(lengths[row], until if lengths[row] else 0) + bool(cut),
+                promised=until + bool(cut),
                 unit=unit.strip() or in_header,
-                sample_rate=sample_rate,
-                rate_doubt=doubt,
-                rate_problem=rate_problem or "the file does not say the sample rate",
+                sample_rate=axis.rate if axis and is_silent else sample_rate,
+                rate_doubt=axis.doubt if axis else 0.0,
+                rate_problem=(axis.rate_problem if axis else rate_problem)
+                or rate_problem
+                or "the file does not say the sample rate",
                 problem=problem,
                 alias=header,
             )
@@ -264,13 +270,45 @@ def file_of_columns(
     )
 
 
-def _problem(header: str, unit: str, values: FloatArray, timed: bool) -> str:  # noqa: FBT001
-    """Return why a column is no channel, or an empty text."""
-    if not values.size:
-        return "it holds no numbers"
-    if timed and is_time(header, unit):
-        return "it is a second time column; save what has a rate of its own in its own file"
-    return like_time(header, unit, values)
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Axis:
+    """A time column, which is that of the columns behind it.
+
+    Attributes
+    ----------
+    row : int
+        Its place.
+    times : (n,) array
+        Its times [s].
+    rate : float, optional
+        The sample rate that they give [Hz], where it was asked for.
+    rate_problem : str
+        Why they give none.
+    doubt : float
+        How far the rate may be off, relative [-].
+    """
+
+    row: int
+    times: FloatArray
+    rate: float | None
+    rate_problem: str
+    doubt: float
+
+
+def _axis(row: int, times: FloatArray, *, rate: bool) -> _Axis:
+    found, problem = rate_of_times(times) if rate else (None, "")
+    return _Axis(row, times, found, problem, 0.0 if found is None else rate_doubt(times))
+
+
+def late_start(first: _Axis, other: _Axis) -> str:
+    """Return why a column cannot be beside those of the first time column, or an empty text."""
+    if not (first.times.size > 1 and other.times.size > 1):
+        return ""
+    late = float(other.times[0] - first.times[0])
+    if not abs(late) > 0.5 * abs(float(first.times[1] - first.times[0])):
+        return ""
+    return f"its time column begins {late:.6g} s after the first; save it in a file of its own"
 
 
 def length_of(values: FloatArray) -> int:

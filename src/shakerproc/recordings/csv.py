@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from shakerproc.recordings.columns import Columns, file_of_columns, time_column
+from shakerproc.recordings.columns import Columns, file_of_columns, time_columns
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import find_format, open_text
@@ -22,8 +22,8 @@ def read_csv(path: Path, run: str) -> RawFile:
     with file:
         found = find_format(lines, encoding, run)
         table = read_table(file, found, run)
-    axis = time_column(found.headers, found.units)
-    times = None if axis is None else table.values[axis[0]]
+    axes = time_columns(found.headers, found.units)
+    times = table.values[axes[0][0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(Columns(found.headers, values, found.units), cut=table.torn)
     notes = raw.notes

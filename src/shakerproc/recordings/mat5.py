@@ -41,6 +41,7 @@ TEXTS: Final = {
     17: "utf-16",
     18: "utf-32",
 }
+LARGEST_SHAPE: Final = 1 << 48
 CELL, STRUCT, CHAR = 1, 2, 4
 NUMERIC: Final = range(6, 16)
 COMPLEX: Final = 0x0800
@@ -181,6 +182,8 @@ def _matrix(element: _Element, order: str, depth: int) -> tuple[str, Value]:
     name = bytes(_next(parts, element.place, "name").data).decode("latin-1").rstrip("\0")
     if flags.size != 2 or len(shape) < 2 or min(shape) < 0:
         raise Mat5Error(element.place, "flags or dimensions that cannot be")
+    if math.prod(n or 1 for n in shape) >= LARGEST_SHAPE:
+        raise Mat5Error(element.place, f"a variable of {' x '.join(map(str, shape))} numbers")
     kind = int(flags[0])
     return name, _value(parts, element.place, order, shape, kind, depth)
 

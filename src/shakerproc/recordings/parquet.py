@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import agreed_rate
-from shakerproc.recordings.columns import Columns, file_of_columns, rate_of_times, time_column
+from shakerproc.recordings.columns import Columns, file_of_columns, rate_of_times, time_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.raw import RawFile
 
@@ -72,12 +72,18 @@ def _read(file: Any, run: str) -> RawFile:
         )
     source = ParquetSource(run, file, tuple(names), n_rows)
     head = source.read(range(len(names)), 0, min(n_rows, HEAD))
-    axis = time_column(names)
+    axes = time_columns(names)
+    if len(axes) > 1:
+        listed = ", ".join(shown(names[row]) for row, _ in axes)
+        raise RecordingError(
+            f"{run}: several time columns: {listed}. Save what has a rate of its own in a file "
+            "of its own."
+        )
     said = _said(schema.metadata or {})
     problem = ""
-    if axis is not None and n_rows > 1:
-        rate, problem = _rate_of_times(source, *axis, n_rows)
-        said |= {} if rate is None else {f"column {shown(names[axis[0]])}": rate}
+    if axes and n_rows > 1:
+        rate, problem = _rate_of_times(source, *axes[0], n_rows)
+        said |= {} if rate is None else {f"column {shown(names[axes[0][0]])}": rate}
     agreed, contradiction = agreed_rate(said)
     return file_of_columns(
         Columns(names, head),
