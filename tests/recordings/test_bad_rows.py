@@ -195,6 +195,22 @@ def test_times_are_understood_in_other_units_than_seconds(tmp_path, unit, second
         assert recording.sample_rate == pytest.approx(RATE, rel=1e-9)
 
 
+def test_a_dat_file_is_refused_with_a_remedy_that_works(tmp_path):
+    path = written(tmp_path, rows(), name="run.dat")
+    assert "no reader for .dat" in refusal(path)
+    assert refusal(path).endswith("rename it to .txt where it is a table of text.")
+    with open_recording(path.rename(path.with_suffix(".txt"))) as recording:
+        assert recording.n_samples == 1000
+
+
+def test_too_few_samples_for_a_segment_name_the_segment_that_would_do(tmp_path, capsys):
+    path = written(tmp_path, rows(481))
+    assert run("process", path, "--no-crop", "--no-figures", "--out", tmp_path / "out") == 1
+    error = capsys.readouterr().err
+    assert "481 samples are fewer than one segment of 1024" in error
+    assert "processing: {welch: {segment: 64}}" in error
+
+
 def two_rates(tmp_path, start=0.0):
     """A table of a at 1000 Hz and b at 500 Hz, half as long."""
     lines = [f"{i / RATE:.3f},{WAVE[i]:.6f}" for i in range(1000)]

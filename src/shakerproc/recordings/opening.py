@@ -202,7 +202,8 @@ def _reader(path: Path, run: str) -> Reader:
     if reader is None:
         raise RecordingError(
             f"{run}: no reader for {path.suffix or 'a file without ending'}. "
-            f"Shakerproc reads {', '.join(READERS)}; export the recording as one of these."
+            f"Shakerproc reads {', '.join(READERS)}; export the recording as one of these, or "
+            "rename it to .txt where it is a table of text."
         )
     return reader
 
