@@ -258,7 +258,7 @@ def file_of_columns(
                 unit=unit.strip() or in_header,
                 sample_rate=axis.rate if axis and is_silent else sample_rate,
                 rate_doubt=axis.doubt if axis else 0.0,
-                rate_problem=(axis.rate_problem if axis else rate_problem)
+                rate_problem=(axis.rate_problem if axis else "")
                 or rate_problem
                 or "the file does not say the sample rate",
                 problem=problem,
