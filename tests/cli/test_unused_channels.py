@@ -93,6 +93,25 @@ def test_a_batch_names_channels_that_the_log_leaves_out_once_for_all_tests(campa
     assert "unused" in json.loads((folder / "report.json").read_text("utf-8"))["runs"][0]
 
 
+def test_a_batch_for_a_channel_that_is_not_there_says_what_is(campaign, tmp_path, capsys):
+    words = ("--out", tmp_path / "o", "--channel", "ch9")
+    assert run("batch", campaign / "testlog.yaml", *words) == 2
+    told = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert "no channel 'ch9'. The tests have control 1, control 2, ch3, ch4" in told
+    assert not (tmp_path / "o").exists()  # before any work
+
+
+def test_a_batch_whose_files_alone_know_the_channels_says_so_after_them(tmp_path, capsys):
+    log = write_campaign(tmp_path, 1)
+    head, _, rest = log.read_text(encoding="utf-8").partition("channels:")
+    log.write_text(head + "processing:" + rest.partition("processing:")[2], encoding="utf-8")
+    words = ("--no-figures", "--workers", "1")
+    assert run("batch", log, *words, "--channel", "ch9") == 1
+    assert "no channel 'ch9'" in capsys.readouterr().err
+    assert run("batch", log, *words, "--channel", "response 2") == 0
+    assert "omega_e of response 2" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", ["compare", "diagnose"])
 def test_a_model_names_channels_that_it_does_not_need(campaign, command, capsys, monkeypatch):
     monkeypatch.chdir(campaign)

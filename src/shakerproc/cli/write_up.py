@@ -42,6 +42,14 @@ class Wish:
     figures: bool = True
 
 
+def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
+    """Return the channel of the trends."""
+    known = list(dict.fromkeys(channel.name for run in runs for channel in run.channels))
+    if wish.channel is None or not known:
+        return wish.channel or trends.trend_channel(runs)
+    return trends.chosen_channel(wish.channel, known)
+
+
 def write_up(
     title: str,
     campaign: Campaign,
@@ -65,7 +73,7 @@ def _written_up(
     title: str, campaign: Campaign, root: Path, wish: Wish, evidence: Evidence, verdict: str
 ) -> dict[str, Any]:
     runs = campaign.runs
-    channel = wish.channel or trends.trend_channel(runs)
+    channel = _channel(wish, runs)
     requests = [
         *(trends.chosen_trend(runs, x, wish.by) for x in wish.against),
         *trends.standard_trends(runs),

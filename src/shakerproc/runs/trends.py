@@ -8,6 +8,7 @@ from typing import Final
 
 from shakerproc.errors import LogError
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
+from shakerproc.units import near_miss
 
 SINGLE_FREQUENCY: Final = ("sine",)
 """Kinds of excitation whose tallest peak is the excitation and no resonance."""
@@ -217,6 +218,21 @@ def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> Trend
     return TrendRequest(
         name, f"ω_e against {x}{grouping}.", "Asked for.", columns[0], tuple(columns[1:])
     )
+
+
+def chosen_channel(wanted: str, known: Sequence[str]) -> str:
+    """Return the channel that a person asked for by its name.
+
+    Raises
+    ------
+    LogError
+        If the tests have no such channel.
+    """
+    if wanted in known:
+        return wanted
+    meant = near_miss(wanted, list(known))
+    question = f"; did you mean {meant!r}?" if meant else "."
+    raise LogError(f"no channel {wanted!r}{question} The tests have {', '.join(known)}.")
 
 
 def column_of(name: str, known: Sequence[str]) -> str:

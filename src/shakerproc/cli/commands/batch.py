@@ -97,6 +97,7 @@ def batch(
     )
     log = read_testlog(testlog)
     _check_trends(log, trend or [], _words(by))
+    _check_channel(log, channel)
     averaged = tuple(
         options.with_averaging(
             test,
@@ -111,6 +112,7 @@ def batch(
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
+    wish = Wish(channel, tuple(trend or ()), _words(by), figures)
     with locked(root):
         campaign = work_through_log(
             log,
@@ -119,7 +121,6 @@ def batch(
             Machines(workers, time_limit_s, memory_limit_mb * 1e6, scheduler, recordings),
             accept_changed=accept_changed,
         )
-        wish = Wish(channel, tuple(trend or ()), _words(by), figures)
         document = write_up(log.title, campaign, root, wish)
         if model is not None:
             with (
@@ -159,6 +160,29 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
                 column_of(name, known)
             except LogError as error:
                 raise typer.BadParameter(str(error), param_hint=option) from error
+
+
+def _check_channel(log: "TestLog", channel: str | None) -> None:
+    """Refuse a channel of the trends that no test has, as far as the log tells before any work.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is none.
+    """
+    from shakerproc.errors import LogError
+    from shakerproc.runs.trends import chosen_channel
+
+    used = [use for test in log.active for use in test.channels if use.role != "ignore"]
+    names = list(dict.fromkeys(use.name or str(use.key) for use in used))
+    by_file = any(use.name is None and isinstance(use.key, int) for use in used)
+    if channel is None or by_file or not all(test.channels for test in log.active):
+        return  # only the files know the names
+    if names and not any(channel in name for name in names):
+        try:
+            chosen_channel(channel, names)
+        except LogError as error:
+            raise typer.BadParameter(str(error), param_hint="--channel") from error
 
 
 def _words(text: str) -> tuple[str, ...]:
