@@ -1,11 +1,14 @@
 """`shakerproc init FOLDER --recordings FOLDER`: a log and a model of one's own recordings."""
 
+
 import pytest
 from tests.in_process import run
-from tests.small_campaign import write_recording
+from tests.small_campaign import CHANNELS, RATE, samples, write_recording
 
 from shakerproc.cli.own_campaign import controls_of, recordings_below
+from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.model_files import read_model
+from shakerproc.recordings import write_tdms
 from shakerproc.testlog import read_testlog
 
 
@@ -57,6 +60,46 @@ def test_a_bad_recording_is_left_out_and_said(folder, capsys):
     assert run("init", folder, "--recordings", folder / "recordings") == 0
     assert "not usable yet: bad_3" in capsys.readouterr().err
     assert len(read_testlog(folder / "testlog.yaml").tests) == 3
+
+
+def test_recordings_with_other_channels_have_them_in_their_own_line(folder, capsys):
+    """A force instead of the second response, in another order, and a table of another name."""
+    names = ["table", "control 2", "response 1", "force"]
+    channels = [Channel(name, "?", name, "N" if name == "force" else "g") for name in names]
+    odd = folder / "recordings" / "Test_10" / "Acceleration.tdms"
+    write_tdms(odd, recording_of_arrays("odd", channels, samples(250.0), RATE))
+    swapped = folder / "recordings" / "Test_2" / "Acceleration.tdms"
+    rows = recording_of_arrays("swapped", CHANNELS[::-1], samples(250.0)[::-1], RATE)
+    write_tdms(swapped, rows)
+    assert run("init", folder, "--recordings", folder / "recordings") == 0
+    told = capsys.readouterr().err
+    assert "Test_10/Acceleration.tdms has other channels than Test_1/Acceleration.tdms" in told
+    assert "Test_2/" not in told
+    log = read_testlog(folder / "testlog.yaml")
+    roles = {
+        str(test.id): {str(use.key): use.role for use in test.channels} for test in log.tests
+    }
+    assert roles["1"] == roles["2"]
+    assert roles["10"] == roles["1"] | {
+        "control 1": "ignore", "response 2": "ignore", "table": "control", "force": "ignore"
+    }  # fmt: skip
+    options = ["--no-figures", "--workers", 1, "--out", folder / "results"]
+    assert run("batch", folder / "testlog.yaml", *options) == 0
+    assert "3 processed" in capsys.readouterr().out
+
+
+def test_channels_of_one_name_are_told_apart_by_number(tmp_path):
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3}\n" for i in range(3000))
+    table = f"time [s],table [g],ai [g],ai [g]\n{rows}"
+    (tmp_path / "r" / "run_1.csv").write_text(table, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    uses = read_testlog(tmp_path / "testlog.yaml").tests[0].channels
+    assert [(use.key, use.name) for use in uses] == [
+        ("table", None), (2, "ai 2"), (3, "ai 3")
+    ]  # fmt: skip
+    assert list(read_model(tmp_path / "model.yaml").sensors) == ["ai 2", "ai 3"]
+    assert run("batch", tmp_path / "testlog.yaml", "--no-figures", "--workers", 1) == 0
 
 
 def test_a_missing_unit_is_marked_and_not_guessed(tmp_path):

@@ -1,7 +1,8 @@
 """A test log and a model begun from a folder of recordings: what the files say, and guesses."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -186,23 +187,28 @@ def begin(
         raise LogError(f"{recordings}: none of the recordings can be read; nothing was written")
     seen.sort(key=lambda one: not one.rms)  # what can be used speaks first
     controls = controls_of(seen[0].names)
-    for one in seen[1:]:
-        if one.names != seen[0].names:
-            warn(f"{one.path.name} has other channels than {seen[0].path.name}; see channels:")
-    kept = {one.path for one in seen}
+    usual, crop = entries(seen[0]), _crop(seen, controls)
+    own = {one.path: _own(one, usual, controls, crop) for one in seen}
+    first = seen[0].path.relative_to(recordings).as_posix()
+    for path in (path for path, text in own.items() if text):
+        name = path.relative_to(recordings).as_posix()
+        warn(f"{name} has other channels than {first}; its line in tests: says which")
     below = recordings.resolve().relative_to(folder.resolve()).as_posix() or "."
     content = LOG.format(
         title=_quoted(folder.resolve().name),
         folder=_quoted(below),
-        channels=_channels(seen[0], controls),
-        crop=_crop(seen, controls),
+        channels="".join(f"  {key}: {use}   # {note}\n" for key, (use, note) in usual.items()),
+        crop=crop,
         rate=f"  sample_rate: {sample_rate:.10g} Hz\n" if sample_rate else "",
-        tests=_tests([p for p in recordings_below(recordings) if p in kept], recordings),
+        tests=_tests({p: own[p] for p in recordings_below(recordings) if p in own}, recordings),
     )
     files.write_text(log, content)
+    counts = Counter(seen[0].names)
     responses = [
-        name
-        for name, unit, n in zip(seen[0].names, seen[0].units, seen[0].lengths, strict=True)
+        name if counts[name] == 1 else f"{name} {number}"
+        for number, (name, unit, n) in enumerate(
+            zip(seen[0].names, seen[0].units, seen[0].lengths, strict=True), 1
+        )
         if name not in controls and not _ignored(unit, n, seen[0])
     ]
     sensors = "".join(f"  {_quoted(n)}: {_SENSOR}\n" for n in responses)
@@ -231,6 +237,7 @@ def _ignored(unit: str, length: int, seen: Seen) -> str:
     return "" if known else f"{unit} is no acceleration"
 
 
+_IGNORE: Final = "{role: ignore}"
 _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
 
@@ -239,11 +246,16 @@ def controls_of(names: Sequence[str]) -> list[str]:
     return [name for name in names if _ON_THE_TABLE.search(name)] or list(names[:1])
 
 
-def _channels(seen: Seen, controls: Sequence[str]) -> str:
+def entries(seen: Seen) -> dict[str, tuple[str, str]]:
+    """Return what the log says of each channel of a recording, and why, by its key there.
+
+    The key is the name or, of several channels of one name, the number, and a name beside it.
+    """
     from shakerproc.units import is_unit_of
 
-    lines = []
-    for name, unit, n in zip(seen.names, seen.units, seen.lengths, strict=True):
+    controls, found = controls_of(seen.names), {}
+    channels = zip(seen.names, seen.units, seen.lengths, strict=True)
+    for number, (name, unit, n) in enumerate(channels, 1):
         role = "control" if name in controls else "response"
         at = "" if name in controls else ", at: coupon"
         note = "(guess)"
@@ -253,8 +265,28 @@ def _channels(seen: Seen, controls: Sequence[str]) -> str:
             note += " ??? no unit in the file: add unit: g, or unit: V, sensitivity: 100 mV/g"
         elif is_unit_of(unit, "V"):
             note += " ??? volts: add sensitivity: 100 mV/g"
-        lines.append(f"  {_quoted(name)}: {{role: {role}{at}}}   # {note}\n")
-    return "".join(lines)
+        key, own = _quoted(name), ""
+        if seen.names.count(name) > 1:
+            key, own = str(number), f", name: {_quoted(f'{name} {number}')}"
+        found[key] = (f"{{role: {role}{own}{at}}}", note)
+    return found
+
+
+def _own(
+    seen: Seen, usual: Mapping[str, tuple[str, str]], controls: Sequence[str], crop: str
+) -> str:
+    """Return what a test says of its channels where they are not the usual ones."""
+    mine = entries(seen)
+    uses = {key: use for key, (use, _) in mine.items() if usual.get(key, ("",))[0] != use}
+    absent = [key for key, (use, _) in usual.items() if key not in mine and use != _IGNORE]
+    uses |= dict.fromkeys(absent, _IGNORE)
+    if not uses:
+        return ""
+    told = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
+    if crop.startswith("{") and controls[0] not in seen.names:
+        name = _quoted(controls_of(seen.names)[0])
+        told += f", processing: {{crop: {{channel: {name}}}}}"
+    return told
 
 
 def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
@@ -275,16 +307,17 @@ def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
     )
 
 
-def _tests(paths: Sequence[Path], recordings: Path) -> str:
+def _tests(own: Mapping[Path, str], recordings: Path) -> str:
     """Return a line for each recording, under the number in its name where that is unique."""
-    below = [path.relative_to(recordings).as_posix() for path in paths]
+    below = [path.relative_to(recordings).as_posix() for path in own]
     numbers = [re.findall(r"\d+", path.removesuffix(Path(path).suffix)) for path in below]
     ids = [found[-1].lstrip("0") or "0" if found else "" for found in numbers]
     if len(set(ids)) < len(ids) or "" in ids:
-        ids = [str(i) for i in range(1, len(paths) + 1)]
+        ids = [str(i) for i in range(1, len(below) + 1)]
+    wanted = "# ??? excitation, level, from, to"
     return "".join(
-        f"  - {{id: {i}, recording: {_quoted(path)}}}   # ??? excitation, level, from, to\n"
-        for i, path in zip(ids, below, strict=True)
+        f"  - {{id: {i}, recording: {_quoted(path)}{more}}}   {wanted}\n"
+        for i, path, more in zip(ids, below, own.values(), strict=True)
     )
 
 
