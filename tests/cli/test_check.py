@@ -98,6 +98,28 @@ def test_a_frequency_that_moved_is_named_with_what_was_wanted(results, tmp_path)
     assert run("check", moved, "--against", results, "--tolerance", "4 %").exit_code == 0
 
 
+@pytest.mark.parametrize("factor", [1.020001, 0.97999, 1.0200000003, 1e300])
+@pytest.mark.parametrize("tolerance", ["2 %", "6 Hz"])
+def test_a_value_just_outside_is_not_printed_inside(tmp_path, factor, tolerance):
+    kept, moved = tmp_path / "kept.csv", tmp_path / "moved.csv"
+    kept.write_text("test,omega_e_hz\n1,300.0\n")
+    moved.write_text(f"test,omega_e_hz\n1,{300.0 * factor!r}\n")
+    done = run("check", moved, "--against", kept, "--tolerance", tolerance)
+    assert done.exit_code == 1
+    off = float(re.search(r"off by (\S+) ", done.stdout).group(1))
+    assert abs(off) > float(tolerance.split()[0])
+    assert "within" not in done.stdout
+
+
+def test_a_value_without_end_is_off(tmp_path):
+    kept, moved = tmp_path / "kept.csv", tmp_path / "moved.csv"
+    kept.write_text("test,omega_e_hz\n1,300.0\n")
+    moved.write_text("test,omega_e_hz\n1,inf\n")
+    done = run("check", moved, "--against", kept)
+    assert done.exit_code == 1
+    assert "found inf Hz, wanted 300 Hz" in done.stdout
+
+
 def test_a_missing_run_is_named_and_a_further_one_is_told(results, tmp_path):
     fewer = changed(results, tmp_path, lambda row: row if row["test"] != "2" else None)
     done = run("check", fewer, "--against", results)

@@ -1,5 +1,6 @@
 """Options that make no sense are refused before any work: status 2 and one line."""
 
+import json
 from typing import get_args, get_type_hints
 
 import pytest
@@ -205,3 +206,17 @@ def test_an_option_of_zero_overrules_the_log(files, tmp_path):
         starts.append(float(summary.read_text().split('"crop_s": [')[1].split(",")[0]))
     assert starts[0] >= 3.0
     assert starts[1] < 1.0
+
+
+def test_one_end_of_the_band_leaves_a_sweep_down_one(files, tmp_path):
+    text = files["log"].read_text()
+    log = files["log"].with_name("down.yaml")
+    log.write_text(
+        text.replace(
+            "excitation: random, level: 0.0005 g^2/Hz", "excitation: sine sweep"
+        ).replace("from: 5 Hz, to: 800 Hz", "from: 800 Hz, to: 5 Hz, rate: 60 oct/min")
+    )
+    summary = tmp_path / "summary.json"
+    words = ("process", files["recording"], "--log", log, "--no-figures", "--from-hz", "50")
+    assert run(*words, "--out", tmp_path / "o", "--json", summary) == 0
+    assert json.loads(summary.read_text())["spectrum"]["band_hz"] == [50.0, 800.0]

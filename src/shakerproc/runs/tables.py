@@ -5,7 +5,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.runs.trends import Trend
@@ -108,7 +108,7 @@ def sweep_columns(result: RunResult) -> Columns:
         columns[f"gain_{name}_magnitude"] = _joined([np.abs(g) for g in gains])
         columns[f"gain_{name}_phase_deg"] = _joined([np.degrees(np.angle(g)) for g in gains])
         for k in range(1, sweeps[0].harmonics.shape[1]):
-            ratios = [s.harmonics[i, k] / np.abs(s.harmonics[i, 0]) for s in sweeps]
+            ratios = [_over_fundamental(s.harmonics[i], k) for s in sweeps]
             columns[f"harmonic_{k + 1}_{name}_ratio"] = _joined([np.abs(r) for r in ratios])
             columns[f"harmonic_{k + 1}_{name}_phase_deg"] = _joined([
                 np.degrees(np.angle(r)) for r in ratios
@@ -118,6 +118,14 @@ def sweep_columns(result: RunResult) -> Columns:
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate(parts)
+
+
+def _over_fundamental(harmonics: ComplexArray, k: int) -> ComplexArray:
+    """Return a harmonic over the size of the first; no number where there is no first one."""
+    first = np.abs(harmonics[0])
+    ratio = np.full(first.shape, np.nan, dtype=np.complex128)
+    np.divide(harmonics[k], first, out=ratio, where=first > 0.0)
+    return ratio
 
 
 def tone_columns(result: RunResult) -> Columns:

@@ -1,6 +1,7 @@
 """``shakerproc process``."""
 
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -270,6 +271,8 @@ def _with_band(test: "Test", from_hz: float | None, to_hz: float | None) -> "Tes
             f"the band from {low:g} to {high:g} Hz does not rise", param_hint="--from-hz"
         )
     processing = replace(test.processing, band=None)
+    if (test.from_hz or 0.0) > (test.to_hz or inf):  # the log sweeps down, and so it stays
+        low, high = high, low
     return replace(test, from_hz=low, to_hz=high, processing=processing)
 
 
