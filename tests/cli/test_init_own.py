@@ -1,6 +1,5 @@
 """`shakerproc init FOLDER --recordings FOLDER`: a log and a model of one's own recordings."""
 
-
 import pytest
 from tests.in_process import run
 from tests.small_campaign import CHANNELS, RATE, samples, write_recording
