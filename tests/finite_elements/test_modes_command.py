@@ -71,6 +71,7 @@ def test_figures_and_tables_are_written(worked):
     written = {path.name for path in (folder / "out").iterdir()}
     assert written == {
         "modes.csv", "modes.json", "stiffness.csv", "mode_shapes.png", "clamped_radius.png",
+        "manifest.json",
     }  # fmt: skip
 
 
