@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test quick long check lint types kernels docs oldest benchmark verdicts fuzz blind
-.PHONY: chaos clean
+.PHONY: chaos healthy clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -62,6 +62,9 @@ chaos: $(READY)  ## kill a batch 500 times at random moments; 200 batches whose 
 
 fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of them
 	$(BIN)/python -m tests.fuzz --workers 2
+
+healthy: $(READY)  ## 500 healthy runs without a flag, 100 of each dead channel found
+	$(BIN)/python -m tests.recordings.healthy 500
 
 blind: $(READY)  ## hidden campaigns from a truth of its own, diagnosed and scored; BLIND="--seed 100000 --each 4"
 	$(BIN)/python -m blind $(BLIND)

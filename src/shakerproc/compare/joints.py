@@ -98,10 +98,17 @@ def _far_side(model: Model, pair: tuple[str, str]) -> set[str] | None:
 
     The second place must be among them, so that the force is the one that drives it.
     """
-    links = [e.between for e in model.elements if set(e.between) != set(pair)]
-    reached = {BASE}
-    for _ in model.masses:
-        reached |= {place for link in links if reached & set(link) for place in link}
+    neighbours: dict[str, set[str]] = {place: set() for place in (BASE, *model.masses)}
+    for element in model.elements:
+        one, other = element.between
+        if {one, other} != set(pair):
+            neighbours[one].add(other)
+            neighbours[other].add(one)
+    reached, front = {BASE}, [BASE]
+    while front:
+        new = neighbours[front.pop()] - reached
+        reached |= new
+        front += new
     far = set(model.masses) - reached
     return far if pair[1] in far and pair[0] not in far else None
 

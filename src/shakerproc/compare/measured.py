@@ -35,11 +35,23 @@ REACH: Final = 3.0
 
 NO_SENSOR: Final = "neither drives the model nor is a sensor of it"
 
-MOST_OF_ALL: Final = 2**21
-"""Samples that are looked at of all tests together: compared in about half a gigabyte."""
+MOST_OF_ALL: Final = 2**22
+"""Samples that are looked at of all tests together: what is kept of them takes a gigabyte."""
+
+MOST_OF_EACH: Final = 2**20
+"""Samples that are looked at of one test."""
 
 LEAST_OF_EACH: Final = 2**17
 """Samples that are looked at of each test, however many there are."""
+
+MOST_WORK: Final = 2**34
+"""Samples of all tests together, times the square of the number of masses: a minute or so."""
+
+LEAST_OF_MANY: Final = 2**14
+"""Samples that are looked at of each test where a model has many masses."""
+
+MOST_MOTION: Final = 2**23
+"""Samples of a test, times the number of masses: their motion takes half a gigabyte."""
 
 PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock"})
 """Excitations that do not do the same all the time."""
@@ -185,7 +197,7 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
             f"{log.path.name}: no test has a recording that may be used, so there is nothing "
             f"to hold the model against. Give a test its recording, or take back discarded."
         )
-    share = longest(len(tests))
+    share = longest(len(tests), len(model.masses))
     found, left_out = [], []
     for test in tests:
         try:
@@ -200,9 +212,11 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
     return Usable(tuple(found), tuple(left_out))
 
 
-def longest(n_tests: int) -> int:
-    """Return how many samples of a test are looked at, so that all fit into the memory."""
-    return max(LEAST_OF_EACH, MOST_OF_ALL // n_tests)
+def longest(n_tests: int, n_masses: int) -> int:
+    """Return how many samples of a test are looked at, so that time and memory suffice."""
+    in_memory = min(MOST_OF_EACH, max(LEAST_OF_EACH, MOST_OF_ALL // n_tests))
+    in_time = max(LEAST_OF_MANY, MOST_WORK // (n_masses**2 * n_tests))
+    return min(in_memory, in_time, MOST_MOTION // n_masses)
 
 
 class NotMeasuredError(DiagnosisError):
@@ -211,7 +225,7 @@ class NotMeasuredError(DiagnosisError):
 
 def measure(
     log: TestLog, test: Test, model: Model, *,
-    most_clipped: float = MOST_LOST, most: int = MOST_OF_ALL,
+    most_clipped: float = MOST_LOST, most: int = MOST_OF_EACH,
 ) -> Measured:  # fmt: skip
     """Return one test as the model needs it.
 

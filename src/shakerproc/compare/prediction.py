@@ -1,6 +1,6 @@
 """What the model says each sensor should have measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -10,6 +10,7 @@ from shakerproc.compare.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
+from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.simulate import Simulation, simulate
 
 LINEAR: Final = frozenset({"spring", "damper"})
@@ -68,15 +69,17 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
     measured : Measured
         The test.
     growth : bool
-        Whether to see how a disturbance grows, so that chaos is told.
+        Whether to see how a disturbance grows, so that chaos is told; in a model of springs and
+        dampers it dies out.
 
     Raises
     ------
     SimulationError
         If the motion runs away; the message opens with the run.
     """
+    wanted = growth and not _is_stable(model)
     try:
-        simulation = simulate(model, measured.input, measured.sample_rate, growth=growth)
+        simulation = simulate(model, measured.input, measured.sample_rate, growth=wanted)
     except SimulationError as error:
         raise SimulationError(f"{measured.run}: {error}") from error
     part = slice(measured.start, measured.stop)
@@ -89,11 +92,38 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
             scatter = np.concatenate(moved, axis=1)
     return Prediction(
         measured=measured,
-        simulation=simulation,
+        simulation=_only_sensed(simulation, model),
         response=within(measured.responses, measured)[:, part],
         predicted=within(outputs, measured)[:, part],
         input=within(measured.input, measured)[part],
         scatter=scatter,
+    )
+
+
+def _is_stable(model: Model) -> bool:
+    """Return whether a model is linear and passive: a disturbance dies out whatever drives."""
+    effects = [element.effect for element in model.elements]
+    return all(
+        type(effect).kind in LINEAR and all(value > 0.0 for value in _numbers(effect))
+        for effect in effects
+    )
+
+
+def _numbers(effect: AbstractEffect) -> list[float]:
+    values = [getattr(effect, name) for name in effect.parameters]
+    return [value for value in values if value is not None]
+
+
+def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
+    """Return a simulation without the motion of masses on which no sensor sits."""
+    seen = {sensor.at for sensor in model.sensors.values()} | {simulation.masses[0]}
+    kept = [i for i, mass in enumerate(simulation.masses) if mass in seen]
+    return replace(
+        simulation,
+        masses=tuple(simulation.masses[i] for i in kept),
+        displacement=simulation.displacement[kept],
+        velocity=simulation.velocity[kept],
+        acceleration=simulation.acceleration[kept],
     )
 
 

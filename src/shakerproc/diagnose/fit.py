@@ -18,6 +18,7 @@ from shakerproc.diagnose.problem import (
     run,
 )
 from shakerproc.diagnose.structure import Structure
+from shakerproc.models import EFFECTS
 
 GAIN_SCALE = 0.01
 DELAY_SCALE = 1e-5
@@ -88,9 +89,22 @@ class Code:
 
     @property
     def least(self) -> FloatArray:
-        """Smallest entries of the dampings."""
+        """Smallest entries: stiffnesses and dampings above 0, and what the effects allow."""
         scale = self.damping_scale
-        return (1e-5 * scale - self.start.damping) / scale
+        parts = [
+            np.full(self.start.stiffness.size, -0.98),
+            (1e-5 * scale - self.start.damping) / scale,
+            np.full(2 * self.start.gain.size, -np.inf),
+        ]
+        for term in self.hypothesis.terms:
+            known = EFFECTS[term.candidate.kind].parameters
+            for name, positive in zip(
+                term.candidate.names, term.candidate.positive, strict=True
+            ):
+                least = known[name].least if name in known else None
+                bound = -np.inf if least is None or not positive else float(np.log(least))
+                parts.append(np.array([bound]))
+        return np.concatenate(parts)
 
     def names(self) -> list[str]:
         """Return what each entry is."""
@@ -128,8 +142,9 @@ class Code:
         """Return the parameters of a vector."""
         n, s = self.start.stiffness.size, self.start.gain.size
         stiffness = self.start.stiffness * np.maximum(1.0 + vector[:n], 1e-6)
+        least = self.least
         damping = self.start.damping + self.damping_scale * np.maximum(
-            vector[n : 2 * n], self.least
+            vector[n : 2 * n], least[n : 2 * n]
         )
         gain = 1.0 + vector[2 * n : 2 * n + s] * GAIN_SCALE
         delay = vector[2 * n + s : 2 * n + 2 * s] * DELAY_SCALE
@@ -137,7 +152,7 @@ class Code:
         for term, first in zip(self.hypothesis.terms, self.start.values, strict=True):
             row = []
             for positive, one in zip(term.candidate.positive, first, strict=True):
-                x = float(vector[at])
+                x = float(max(vector[at], least[at]))
                 row.append(
                     float(np.exp(np.clip(x, -200.0, 200.0))) if positive else x * abs(one)
                 )
@@ -356,9 +371,7 @@ def levenberg(
             step = _solve(normal, slope, damping)
             trial = vector.copy()
             trial[free] += np.clip(step, -reach[free], reach[free])
-            trial[: start.stiffness.size] = np.maximum(trial[: start.stiffness.size], -0.98)
-            n = start.stiffness.size
-            trial[n : 2 * n] = np.maximum(trial[n : 2 * n], code.least)
+            trial = np.maximum(trial, code.least)
             there = parts_at(trial)
             if there is None:
                 damping = max(damping * 30.0, 1e-3)
@@ -424,7 +437,7 @@ def compass(
             for sign in (1.0, -1.0):
                 trial = vector.copy()
                 trial[i] += sign * sizes[i]
-                trial[n : 2 * n] = np.maximum(trial[n : 2 * n], code.least)
+                trial = np.maximum(trial, code.least)
                 value = deviance(trial)
                 if value < best:
                     best, vector = value, trial

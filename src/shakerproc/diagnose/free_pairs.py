@@ -67,6 +67,8 @@ def friction_pairs(
 def _begun(hunt: Hunt, start: Parameters, coulomb: Fit) -> list[tuple[Hypothesis, Parameters]]:
     """Return where to begin: the best points of every effect beside the friction."""
     d, v, motion = _moved(hunt, coulomb)
+    if not motion.rms > 0.0:  # it sticks throughout: nothing moves a second effect
+        return []
     *rest, term = coulomb.hypothesis.terms
     out = []
     for candidate in library(motion):

@@ -387,6 +387,9 @@ def _forces(
         for text, style, c in models.each
         if (motion := same_joint(c.tests[index], between)) is not None
     ]
+    clouds = [(text, style, rows) for text, style, rows in clouds if rows.size]
+    if not clouds:  # no sample where the other is small: a motion that is no number
+        return []
     limit = 1.05 * max(float(np.max(np.abs(rows[1:]))) for _, _, rows in clouds) or 1.0
     reach = 1.02 * max(float(np.max(np.abs(rows[0]))) for _, _, rows in clouds) or 1.0
     test = models.before.tests[index]
@@ -426,6 +429,8 @@ def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
     if by_velocity:
         along, other = other, along
     near = np.flatnonzero(np.abs(other) <= _NEAR * np.max(np.abs(other)))
+    if not near.size:
+        return np.empty((3, 0))
     columns = np.array([other[near], along[near]]).T
     chosen = _evenly(along[near], DOTS)
     rows = [along[near][chosen]]

@@ -33,6 +33,8 @@ class Parameter:
         Whether it may be left out (None).
     choices : tuple of str
         The words it may be, where it is a word and not a number.
+    least : float, optional
+        Its smallest value, where `sign` does not say it [unit].
     """
 
     unit: str
@@ -42,6 +44,7 @@ class Parameter:
     sign: Sign = "positive"
     optional: bool = False
     choices: tuple[str, ...] = ()
+    least: float | None = None
 
     @property
     def positive(self) -> bool:
@@ -186,6 +189,10 @@ def check_parameters(effect: object, parameters: Mapping[str, Parameter]) -> Non
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueError(f"{field.name} must be a number [{parameter.unit}], not {value!r}")
         _CHECKS[parameter.sign](field.name, value, parameter.unit)
+        if parameter.least is not None and value < parameter.least:
+            raise ValueError(
+                f"{field.name} must be at least {parameter.least:g}, not {value:g}"
+            )
 
 
 _CHECKS = {

@@ -44,7 +44,7 @@ class BoucWen(AbstractEffect):
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m", "k", "stiffness before yield", linear=True),
         "yield_displacement": Parameter("m", "zy", "yield displacement"),
-        "exponent": Parameter("1", "n", "exponent, at least 1"),
+        "exponent": Parameter("1", "n", "exponent, at least 1", least=1.0),
     })
 
     stiffness: float
@@ -53,8 +53,6 @@ class BoucWen(AbstractEffect):
 
     def __post_init__(self) -> None:
         check_parameters(self, self.parameters)
-        if self.exponent < 1.0:
-            raise ValueError(f"exponent must be at least 1, not {self.exponent:g}")
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

@@ -54,7 +54,7 @@ class PowerLaw(AbstractMemorylessEffect):
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "force": Parameter("N", "κ", "force at the reference displacement", linear=True),
         "reference_displacement": Parameter("m", "a", "reference displacement"),
-        "exponent": Parameter("1", "n", "exponent, at least 1"),
+        "exponent": Parameter("1", "n", "exponent, at least 1", least=1.0),
     })
 
     force: float
@@ -63,8 +63,6 @@ class PowerLaw(AbstractMemorylessEffect):
 
     def __post_init__(self) -> None:
         check_parameters(self, self.parameters)
-        if self.exponent < 1.0:
-            raise ValueError(f"exponent must be at least 1, not {self.exponent:g}")
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         share = np.abs(displacement / self.reference_displacement) ** self.exponent

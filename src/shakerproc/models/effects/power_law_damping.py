@@ -50,7 +50,7 @@ class PowerLawDamping(AbstractMemorylessEffect):
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "damping": Parameter("N s/m", "c", "damping at the reference", linear=True),
         "reference_displacement": Parameter("m", "a", "reference displacement"),
-        "exponent": Parameter("1", "n", "exponent, at least 1"),
+        "exponent": Parameter("1", "n", "exponent, at least 1", least=1.0),
     })
 
     damping: float
@@ -59,8 +59,6 @@ class PowerLawDamping(AbstractMemorylessEffect):
 
     def __post_init__(self) -> None:
         check_parameters(self, self.parameters)
-        if self.exponent < 1.0:
-            raise ValueError(f"exponent must be at least 1, not {self.exponent:g}")
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         share = np.abs(displacement / self.reference_displacement) ** self.exponent

@@ -99,6 +99,12 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0
 
 
+def resolution(samples: FloatArray) -> float:
+    """Return the smallest step from a sample to the next, 0 where there is none."""
+    steps = np.abs(np.diff(samples))
+    return float(np.min(steps, where=steps > 0.0, initial=np.inf)) if np.any(steps) else 0.0
+
+
 def listed(names: Sequence[str]) -> str:
     """Return names as a sentence has them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

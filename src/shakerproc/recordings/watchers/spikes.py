@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, resolution
 
 FACTOR: Final = 15.0
 """How many times the usual departure from the neighbours a spike must depart.
@@ -14,6 +14,9 @@ FACTOR: Final = 15.0
 Departures of Gaussian noise exceed 15 standard deviations never, of Laplacian noise once in a
 billion samples.
 """
+
+ROUNDING: Final = 12.0**-0.5
+"""Rms of rounding over the step that is rounded to: no departure is known more finely."""
 
 PART: Final = 4096
 """Samples over which the usual departure is taken: a sweep changes it on the way."""
@@ -107,7 +110,7 @@ def _departure(samples: FloatArray) -> FloatArray:
 def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[np.int64]]:
     """Return number and height of the spikes, and the number of everything that is rough."""
     departure = _departure(samples)
-    limits = _limits(departure)
+    limits = np.maximum(_limits(departure), FACTOR * ROUNDING * resolution(samples))
     if np.all(np.maximum.reduceat(departure, np.arange(0, departure.size, PART)) <= limits):
         return {}, np.empty(0, dtype=np.int64)
     candidates = np.flatnonzero(departure > np.repeat(limits, PART)[: departure.size]) + 1

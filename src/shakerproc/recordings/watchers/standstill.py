@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, resolution
 
 SHORTEST: Final = 16
 """Equal samples in a row that are looked at."""
@@ -33,15 +33,19 @@ HELD: Final = 0.5
 
 MOST_RUNS: Final = 1000
 
+ONE_STEP: Final = 1.5
+"""Steps of the converter in which what decays comes to rest; a cable fails from anywhere."""
+
 
 @final
 @dataclass(slots=True)
 class _Run:
-    """Equal samples in a row."""
+    """Equal samples in a row, and how far the samples beside them lie at most."""
 
     start: int
     length: int
     value: float
+    jump: float = 0.0
 
     @property
     def stop(self) -> int:
@@ -66,20 +70,27 @@ class _Channel:
         self.long: list[_Run] = []
         self.open: _Run | None = None
         self.lead: _Run | None = None
+        self.step = np.inf
 
     def add(self, first: int, samples: FloatArray) -> None:
         """Split a block into runs; the last one stays open for the next block."""
         starts, lengths = _runs(samples)
         n = samples.size
+        self.step = min(self.step, resolution(samples) or np.inf)
         head = _Run(first, int(lengths[0]) if starts.size and starts[0] == 0 else 1, samples[0])
         if self.open is not None and self.open.value == head.value:
-            joined = _Run(self.open.start, self.open.length + head.length, head.value)
+            length = self.open.length + head.length
+            joined = _Run(self.open.start, length, head.value, self.open.jump)
         else:
             joined = head
+            if self.open is not None:
+                joined.jump = abs(self.open.value - head.value)
+                self.open.jump = max(self.open.jump, joined.jump)
             self._close(self.open)
         if head.length == n:
             self.open = joined
             return
+        joined.jump = max(joined.jump, abs(samples[head.length] - head.value))
         self.lead = self.lead or joined
         self._close(joined)
         ends_long = bool(starts.size) and int(starts[-1] + lengths[-1]) == n
@@ -89,9 +100,12 @@ class _Channel:
         values, counts = np.unique(lengths[inner], return_counts=True)
         self.lengths.update(dict(zip(values.tolist(), counts.tolist(), strict=True)))
         for i in np.flatnonzero(inner & (lengths >= SHORTEST)):
-            at = int(starts[i])
-            self._keep(_Run(first + at, int(lengths[i]), samples[at]))
-        self.open = _Run(first + tail, n - tail, samples[tail])
+            at, stop = int(starts[i]), int(starts[i] + lengths[i])
+            beside = samples[[at - 1, stop]] - samples[at]
+            jump = float(np.abs(beside).max())
+            self._keep(_Run(first + at, stop - at, samples[at], jump))
+        jump = abs(samples[tail] - samples[tail - 1])
+        self.open = _Run(first + tail, n - tail, samples[tail], jump)
 
     def _close(self, run: _Run | None) -> None:
         if run is None:
@@ -109,6 +123,10 @@ class _Channel:
     def rests(self, limit: int) -> bool:
         """Return whether it begins at exactly 0: a simulation, or a channel that waits."""
         return self.lead is not None and self.lead.value == 0.0 and self.lead.length >= limit
+
+    def is_rest(self, run: _Run) -> bool:
+        """Return whether it came to rest: the samples beside it lie one step of it away."""
+        return run.jump < ONE_STEP * self.step
 
     def usual(self) -> int:
         """Return the longest of the usual runs: beyond it there is none for a factor of 8."""
@@ -150,7 +168,10 @@ class Standstill(AbstractWatcher):
         often = {length: times for length, times in runs.lengths.items() if length >= limit}
         if runs.rests(limit) or self._is_held(often):
             return []
-        inside = [run for run in runs.long if run.length >= limit and run.start > 0]
+        inside = [
+            run for run in runs.long
+            if run.length >= limit and run.start > 0 and not runs.is_rest(run)
+        ]  # fmt: skip
         return self._tail(name, runs, usual) + self._inside(name, inside, often)
 
     def _is_held(self, often: Mapping[int, int]) -> bool:
@@ -161,7 +182,7 @@ class Standstill(AbstractWatcher):
     def _tail(self, name: str, runs: _Channel, usual: int) -> list[Flag]:
         """Return a flag if the channel stands still at the end."""
         n, rate, tail = self._recording.n_samples, self._recording.sample_rate, runs.open
-        if tail is None or tail.length < SHORTEST_TAIL:
+        if tail is None or tail.length < SHORTEST_TAIL or runs.is_rest(tail):
             return []
         if tail.value:
             still = tail.length >= max(SHORTEST, FACTOR * usual)

@@ -78,7 +78,7 @@ class Together(AbstractWatcher):
         n = self._recording.n_samples
         mean = self._sums / n
         level = np.sqrt(np.maximum(self._squares / n - mean**2, 0.0))[self._controls]
-        if level.max() <= (1.0 + DIFFER) * level.min():
+        if level.max() <= (1.0 + DIFFER) * level.min() or not self._move_alike():
             return []
         channels = self._recording.channels
         names = listed([channels[i].name for i in self._controls])
@@ -91,6 +91,13 @@ class Together(AbstractWatcher):
                 f"than {100 * DIFFER:.0f} % apart. Check the sensitivities, or where they sit.",
             )
         ]
+
+    def _move_alike(self) -> bool:
+        """Return whether most of what the controls measure is one motion, not their noise."""
+        first, *others = self._controls
+        power = self._power[first].sum() * self._power[others].sum(axis=1)
+        common = np.abs(self._cross[others]).sum(axis=1) ** 2
+        return bool(self._pieces > 1 and np.all(common > 0.5 * power))
 
     def _opposed(self) -> list[Flag]:
         """Return the channels that move against the first control where they cannot."""
