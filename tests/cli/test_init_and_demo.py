@@ -1,10 +1,12 @@
 import json
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import shakerproc
 from shakerproc.cli import build_app, example
 from shakerproc.diagnose import sheet
 from shakerproc.model_files import read_model
@@ -62,6 +64,10 @@ def test_init_writes_into_no_folder_that_holds_something(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.skipif(
+    not Path(shakerproc.__file__).is_relative_to(Path(__file__).parents[2] / "src"),
+    reason="the program is installed, and no checkout",
+)
 def test_the_sample_data_are_found_beside_the_checkout():
     assert sys.modules["shakerproc.cli.commands.demo"]._sample_log() is not None
 
