@@ -206,11 +206,13 @@ def test_a_recording_without_end_is_refused_at_once(tmp_path, capsys, name):
 
 @posix
 @pytest.mark.parametrize("command", ["inspect", "process"])
-def test_a_pipe_is_no_recording(tmp_path, capsys, command):
+def test_a_pipe_is_no_recording(tmp_path, capsys, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
     os.mkfifo(tmp_path / "pipe.tdms")
     assert run(command, tmp_path / "pipe.tdms") == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "is a pipe, not a regular file" in line
+    assert outputs(tmp_path) == {"pipe.tdms"}
 
 
 def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(tmp_path):

@@ -161,7 +161,8 @@ def process(
         chosen = replace(chosen, processing=replace(chosen.processing, measurement=which))
     if group is not None:
         chosen = replace(chosen, processing=replace(chosen.processing, group=group))
-    folder = output.out_folder(out, folder_name(recording, chosen))
+    folder = Path(folder_name(recording, chosen)) if out is None else out
+    output.own_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = _worked_through(recording, chosen, reading, folder, products)
     output.write_json(summary, json)
@@ -375,18 +376,19 @@ def _worked_through(
     from shakerproc.runs import open_path, process_recording, summary_of, tables, write_summary
     from shakerproc.testlog import facts_of
 
-    with locked(folder), files.staged(folder) as staged:
-        with open_path(path, test, controls=reading.controls, unit=reading.unit) as opened:
-            if opened.file is not None:
-                check_folder(folder, opened.file.first_sha256())
-            result = process_recording(opened, test)
+    with open_path(path, test, controls=reading.controls, unit=reading.unit) as opened:
+        first = "" if opened.file is None else opened.file.first_sha256()
+        check_folder(folder, first)  # before the work, and once nobody else can write there
+        result = process_recording(opened, test)
+        with locked(folder), files.staged(folder) as staged:
+            check_folder(folder, first)
             write_products(result, opened, staged, products)
             digest = opened.sha256()
-        summary = summary_of(result, str(test.id), facts_of(test), path.name, digest)
-        files.write_csv(staged / "peaks.csv", tables.peak_columns([summary]))
-        files.write_csv(staged / "statistics.csv", tables.statistics_columns([summary]))
-        write_summary(staged / SUMMARY, summary)
-        put_in_place(folder, staged, digest, [input_of(test), asdict(products)])
+            summary = summary_of(result, str(test.id), facts_of(test), path.name, digest)
+            files.write_csv(staged / "peaks.csv", tables.peak_columns([summary]))
+            files.write_csv(staged / "statistics.csv", tables.statistics_columns([summary]))
+            write_summary(staged / SUMMARY, summary)
+            put_in_place(folder, staged, digest, [input_of(test), asdict(products)])
     for remark in summary.remarks:
         output.message(f"note: {remark}")
     for flag in summary.flags:
