@@ -2,11 +2,15 @@
 
 import itertools
 from collections import Counter
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from tests.fuzz.judge import GOOD, Judge
-from tests.fuzz.mutants import mutants
+from tests.fuzz.judge import GOOD, Judge, compared
+from tests.fuzz.mutants import Mutant, mutants
 from tests.fuzz.seeds import make_seeds
+
+from shakerproc.data import Channel, SkippedRows, recording_of_arrays
 
 resource = pytest.importorskip("resource", reason="no memory figures on this system")
 EVERY, FIRST = 58, 17
@@ -36,3 +40,22 @@ def test_five_thousand_damaged_recordings(tmp_path):
     assert all(counts[outcome] for outcome in GOOD)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown < 200 * 1024
+
+
+def test_the_judge_sees_rows_that_are_lost_displaced_or_made_up(tmp_path):
+    (seed,) = [seed for seed in make_seeds(tmp_path) if seed.name == "comma.csv"]
+    values, mutant = seed.values, Mutant("", seed, b"", rows=1)
+
+    def outcome(samples, **said):
+        channels = [Channel(name, "m/s^2", name, "g") for name in seed.channels]
+        one = recording_of_arrays("run", channels, samples, 1000.0)
+        return compared(replace(one, **said), samples, mutant)[0]
+
+    skipped = SkippedRows(1, 0, 40, 40, "")
+    without, shifted = np.delete(values, 40, axis=1), np.roll(values, 1, axis=1)
+    assert outcome(values) == "read as it was"
+    assert outcome(values[:, :70], expected_samples=80) == "prefix, marked"
+    assert outcome(without) == "lost silently"
+    assert outcome(np.insert(values, 40, 0.0, axis=1)) == "lost silently"
+    assert outcome(shifted) == "rows displaced"
+    assert outcome(without, skipped=skipped) == "rows displaced"

@@ -415,6 +415,13 @@ def test_a_time_vector_that_is_not_even_is_named_even_beside_a_rate(tmp_path, ti
     refused(path, f"t: the time vector {match}")
 
 
+def test_whole_numbers_are_told_because_they_may_be_counts_without_a_scale(tmp_path):
+    content = {"fs": 1000.0, "a_g": (1000 * LONG[0]).astype("i2"), "b_g": LONG[1]}
+    with open_recording(saved(tmp_path / "run.npz", content)) as recording:
+        (note,) = recording.notes
+        assert note.startswith("'a_g' holds whole numbers (int16): if they are counts")
+
+
 def test_arrays_of_another_length_are_named(tmp_path):
     content = {"fs": 1000.0, "a_g": LONG[0], "b_g": LONG[1, :7000], "z": LONG[0] + 1j}
     with open_recording(saved(tmp_path / "run.npz", content)) as recording:

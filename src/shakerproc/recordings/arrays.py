@@ -141,6 +141,11 @@ def file_of_arrays(
         found = _lines(array, length)
         if not found:
             odd.append(name)
+        elif array.dtype.kind in "iu":
+            notes.append(
+                f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
+                "of a converter they lack their scale."
+            )
         headers = _headers(name, len(found), texts)
         for line, (header, unit) in zip(found, headers, strict=True):
             plain, in_header = (header, unit) if unit else split_header(header)
@@ -161,8 +166,10 @@ def file_of_arrays(
                 )
             )
             lines.append(line)
-    if rate is None and notes:
-        channels = [replace(c, rate_problem=f"{problem}; {notes[0][:-1]}") for c in channels]
+    unused = next((c for c in channels if c.problem), None)
+    if rate is None and unused is not None:
+        problem += f"; {shown(unused.name)} is no channel: {unused.problem}"
+        channels = [replace(c, rate_problem=problem) for c in channels]
     if odd:
         notes.append(f"Left out, not of the same length or kind: {_listed(odd)}.")
     return RawFile(
