@@ -4,9 +4,7 @@ from shakerproc.planning.acquisition import (
     Averaging,
     averaging,
     duration_of_test,
-    fastest_rate,
     sample_rate_of_test,
-    swept_peak,
 )
 from shakerproc.planning.columns import bands_text, plan_columns, plan_documents
 from shakerproc.planning.inputs import (
@@ -51,6 +49,7 @@ from shakerproc.planning.rehearsal import (
     with_usual_roles,
 )
 from shakerproc.planning.suggested import suggested_tests
+from shakerproc.spectra.passing import fastest_rate, swept_peak
 
 __all__ = [
     "AbstractInput",

@@ -7,20 +7,18 @@ from typing import Final, final
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.planning.acquisition import (
-    ENOUGH,
     Averaging,
     averaging,
     duration_of_test,
-    fastest_rate,
     rate_at,
     sample_rate_of_test,
-    swept_peak,
 )
 from shakerproc.planning.inputs import AbstractInput, RandomInput, TableMotion, input_of_test
 from shakerproc.planning.joints import AbstractJoint, FreeJoint, Mode, Walls
 from shakerproc.planning.limits import ShakerLimits
 from shakerproc.planning.play import Play, Warming, Which, play_of_test
 from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
+from shakerproc.spectra.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
 from shakerproc.testlog import Test, TestLog, ThresholdCrop
 
 ENOUGH_ERROR: Final = 0.1
@@ -329,9 +327,12 @@ def _about_sweep(test: Test, modes: list[Mode]) -> Iterator[str]:
                 if test.rate_oct_per_min is not None
                 else f"{rate * slower:.3g} Hz/s"
             )
+            shift = swept_shift(rate, mode.frequency, mode.damping_ratio)
+            late = "low" if (test.from_hz or 0.0) > (test.to_hz or inf) else "high"
             yield (
                 f"the sweep passes {mode.frequency:.4g} Hz too fast: it reaches "
-                f"{100.0 * peak:.3g} % of the resonance; {shown} gives {100.0 * ENOUGH:.0f} %"
+                f"{100.0 * peak:.3g} % of the resonance, {shift:.2g} Hz too {late}; {shown} "
+                f"gives {100.0 * ENOUGH:.0f} %"
             )
 
 

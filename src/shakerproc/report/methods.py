@@ -38,14 +38,17 @@ _SPECTRA = (
 )
 _PEAKS = (
     "ω_e is the frequency of the tallest peak of a response's density inside the excited "
-    "band, interpolated between bins. Natural frequency and damping are a least-squares fit of "
-    "one mode to H1 with the leakage of the window in it; the damping is withheld where its "
-    "95 % interval is wider than 4 % to each side or the peak has not the shape of one linear "
-    "mode."
+    "band, interpolated between bins. A peak is listed where it stands out of its saddles by "
+    "more than chance makes in the whole band with a probability of 95 %. Natural frequency and "
+    "damping are a least-squares fit of the mode, its neighbours and a straight background to "
+    "H1 with the leakage of the window in it; intervals follow from the covariance of smeared "
+    "spectra, widened where the fit is worse than chance. The damping is withheld where its "
+    "95 % interval is wider than 4 % to each side or no linear modes fit the peak."
 )
 _SWEEP = (
     "The Welch density of a sine sweep depends on its rate and on the crop: compare sweeps of "
-    "one rate only [3]. The swept response follows the fundamental instead."
+    "one rate only [3]. The swept response follows the fundamental instead; what a slow sweep "
+    "would show is a fit of a mode that is passed at the sweep's rate (F. M. Lewis, 1932)."
 )
 _UNITS = "1 g is 9.80665 m/s² (ISO 80000-3); terms after ISO 2041, tests after IEC 60068-2."
 _REFERENCES = (

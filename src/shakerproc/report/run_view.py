@@ -438,6 +438,11 @@ def _sweep(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
         return None
     peaks = "; ".join(
         f"{channel.name} {peak.direction} {peak.gain:.3g} at {peak.frequency_hz:.1f} Hz"
+        + (
+            f" (a slow sweep: {peak.steady_gain:.3g} at {peak.steady_hz:.1f} Hz)"
+            if peak.steady_gain is not None and peak.steady_hz is not None
+            else ""
+        )
         for channel in run.channels
         for peak in channel.swept_peaks
     )

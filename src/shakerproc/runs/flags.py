@@ -11,6 +11,7 @@ from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.telling import BEYOND_ALARM, control_told
+from shakerproc.runs.tracking import too_fast
 from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
@@ -50,6 +51,11 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
         _nyquist(result),
         _problem("sweep", result.tracking.problem),
         _problem("notch", result.notch_problem),
+    ]
+    found += [
+        Flag("sweep rate", result.channels[reading.channel].name, text)
+        for reading in result.swept
+        if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
     ]
     known = {flag.kind for flag in seen}
     return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))

@@ -54,6 +54,29 @@ class PeakRow:
         )
 
 
+SWEPT_COLUMNS: Final = (
+    "channel", "sweep", "peak [Hz]", "gain", "steady [Hz]", "steady gain", "Q",
+)  # fmt: skip
+"""Headers of `swept_rows`."""
+
+
+def swept_rows(run: RunSummary) -> list[tuple[object, ...]]:
+    """Return the tallest point of each swept response, and what a slow sweep would show."""
+    return [
+        (
+            channel.name,
+            peak.direction,
+            peak.frequency_hz,
+            peak.gain,
+            peak.steady_hz,
+            peak.steady_gain,
+            None if peak.damping_ratio is None else 0.5 / peak.damping_ratio,
+        )
+        for channel in run.channels
+        for peak in channel.swept_peaks
+    ]
+
+
 def quantity_of(run: RunSummary) -> str:
     """Return what the peaks are of: ``|H1|``, or ``PSD`` where there is no control."""
     return "|H1|" if any(c.role == "control" for c in run.channels) else "PSD"

@@ -22,7 +22,7 @@ from shakerproc.runs.result import (
     RunResult,
     shown_unit,
 )
-from shakerproc.runs.tracking import density_against_time, tracked
+from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Line, Peak, masks
 from shakerproc.spectra.lines import told
 from shakerproc.testlog import Test, TestLog, TimeCrop
@@ -124,6 +124,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
     notch, problem = _notch(recording, crop, test)
     described = spectra.statistics(recording.blocks(crop.start, crop.stop))
     loudest = max(responses or controls, key=lambda i: float(described.rms[i]))
+    tracking = tracked(recording, crop, test, controls, band)
     result = RunResult(
         run=recording.run,
         test=test,
@@ -153,13 +154,14 @@ def _process(recording: Recording, test: Test) -> RunResult:
         response_peaks=_response_peaks(search, against, controls, responses),
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
         measured_level=levels.measured(test, cross, channels, band),
-        tracking=tracked(recording, crop, test, controls, band),
+        tracking=tracking,
         spectrogram=density_against_time(recording, crop, loudest, cross.segment),
         loudest=loudest,
         notch=notch,
         notch_problem=problem,
         envelope=envelope(recording.blocks(), recording.n_samples, recording.sample_rate),
         flags=(),
+        swept=swept_readings(tracking.sweeps, responses),
     )
     return replace(result, flags=flagging.flags_of(recording, result))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray, UnusedChannel
 from shakerproc.runs.envelope import Envelope
 from shakerproc.runs.levels import Level
-from shakerproc.runs.tracking import Tracking
+from shakerproc.runs.tracking import SweptReading, Tracking
 from shakerproc.spectra import (
     Bounds,
     Crop,
@@ -196,6 +196,8 @@ class RunResult:
         Extremes over the whole recording.
     flags : tuple of Flag
         What is odd.
+    swept : tuple of SweptReading
+        The tallest point of every response along every sweep.
     """
 
     run: str
@@ -229,6 +231,7 @@ class RunResult:
     notch_problem: str
     envelope: Envelope
     flags: tuple[Flag, ...]
+    swept: tuple[SweptReading, ...] = ()
 
     @property
     def incomplete(self) -> bool:

@@ -94,11 +94,19 @@ class SweptPeak:
         ``up`` or ``down``.
     frequency_hz, gain : float
         Where it is [Hz], and fundamental over control there [-].
+    natural_frequency_hz, damping_ratio : float or None
+        Of the mode behind it [Hz] [-]; None where no linear mode fits.
+    steady_hz, steady_gain : float or None
+        Where a sweep slow enough would have its peak [Hz], and how tall [-].
     """
 
     direction: str
     frequency_hz: float
     gain: float
+    natural_frequency_hz: float | None = None
+    damping_ratio: float | None = None
+    steady_hz: float | None = None
+    steady_gain: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,6 @@ from shakerproc.runs.summary import (
     SweptPeak,
     Value,
 )
-from shakerproc.runs.tracking import swept_peak
 
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
@@ -125,11 +124,20 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
 
 
 def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
-    if i in result.controls:
-        return ()
     return tuple(
-        SweptPeak(sweep.direction, *swept_peak(sweep.frequency, np.abs(sweep.gain[i])))
-        for sweep in result.tracking.sweeps
+        SweptPeak(
+            reading.direction,
+            reading.frequency,
+            reading.gain,
+            *(
+                (mode.frequency, mode.ratio, mode.steady_frequency, mode.steady_gain)
+                if mode
+                else ()
+            ),
+        )
+        for reading in result.swept
+        if reading.channel == i
+        for mode in (reading.mode,)
     )
 
 

@@ -185,6 +185,11 @@ def peak_columns(runs: Sequence[RunSummary]) -> Columns:
             "rank": 1,
             "frequency_hz": peak.frequency_hz,
             "height": peak.gain,
+            "height_steady": peak.steady_gain,
+            "steady_hz": peak.steady_hz,
+            "natural_frequency_hz": peak.natural_frequency_hz,
+            "damping_ratio": peak.damping_ratio,
+            "quality": None if peak.damping_ratio is None else 0.5 / peak.damping_ratio,
         }
         for run in runs
         for channel in run.channels

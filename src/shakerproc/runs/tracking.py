@@ -10,6 +10,7 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import Crop, Spectrogram, Sweep, Tone
+from shakerproc.spectra.passing import ENOUGH, SweptMode
 from shakerproc.spectra.swept import Direction
 from shakerproc.testlog import Test
 
@@ -131,6 +132,82 @@ def swept_peak(frequency: FloatArray, gain: FloatArray) -> tuple[float, float]:
         return float(frequency[k]), float(gain[k])
     place = -curve[1] / (2.0 * curve[0])
     return float(frequency[k] + place), float(np.polyval(curve, place))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SweptReading:
+    """The tallest point of a response along one sweep, and the mode behind it.
+
+    Attributes
+    ----------
+    channel : int
+        Row of the response.
+    direction : str
+        ``up`` or ``down``.
+    frequency, gain : float
+        Where it is [Hz], and fundamental over control there [-].
+    mode : SweptMode, optional
+        None where no linear mode fits.
+    """
+
+    channel: int
+    direction: Direction
+    frequency: float
+    gain: float
+    mode: SweptMode | None
+
+    @property
+    def reached(self) -> float | None:
+        """Share of the steady resonance that the sweep shows [-]."""
+        return None if self.mode is None else self.gain / self.mode.steady_gain
+
+
+def swept_readings(
+    sweeps: Sequence[Sweep], responses: Sequence[int]
+) -> tuple[SweptReading, ...]:
+    """Return the tallest point of every response along every sweep."""
+    return tuple(
+        SweptReading(
+            channel,
+            sweep.direction,
+            *swept_peak(sweep.frequency, np.abs(sweep.gain[channel])),
+            spectra.swept_mode(sweep, channel),
+        )
+        for channel in responses
+        for sweep in sweeps
+    )
+
+
+def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
+    """Return how far a sweep falsifies a peak, where it matters; else nothing.
+
+    Parameters
+    ----------
+    reading : SweptReading
+        The peak.
+    in_octaves : bool
+        Whether the rate is told in octaves per minute.
+    """
+    mode, reached = reading.mode, reading.reached
+    if mode is None or reached is None or reached >= ENOUGH:
+        return ""
+    off = reading.frequency - mode.steady_frequency
+    fastest = spectra.fastest_rate(mode.frequency, mode.ratio)
+    told = (
+        f"the peak of {reading.gain:.3g} at {reading.frequency:.4g} Hz is low by "
+        f"{1.0 - reached:.0%} and {abs(off):.2g} Hz too {'high' if off > 0.0 else 'low'}"
+    )
+    behind = f"(zeta {mode.ratio:.2%})"
+    if abs(mode.rate) <= fastest:
+        return f"the tracking's windows are too long for its damping {behind}: {told}"
+    shown = f"{fastest:.2g} Hz/s"
+    if in_octaves:
+        shown = f"{60.0 * fastest / (np.log(2.0) * mode.frequency):.2g} oct/min"
+    return (
+        f"the sweep {reading.direction} is too fast for its damping {behind}: {told}; sweep at "
+        f"{shown} or slower for {1.0 - ENOUGH:.0%}"
+    )
 
 
 def density_against_time(

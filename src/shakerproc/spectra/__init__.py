@@ -32,6 +32,7 @@ from shakerproc.spectra.levels import (
 from shakerproc.spectra.lines import Line, beside_lines, steady_lines
 from shakerproc.spectra.masks import excited, has_input, masked
 from shakerproc.spectra.notch_filters import Notched, notch, thesis_notch
+from shakerproc.spectra.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.peaks import Peak, effective_frequencies, find_peaks
 from shakerproc.spectra.periodograms import periodogram
 from shakerproc.spectra.responses import (
@@ -69,6 +70,7 @@ __all__ = [
     "Spectrogram",
     "Statistics",
     "Sweep",
+    "SweptMode",
     "Table",
     "ThesisPeak",
     "ThesisSettings",
@@ -87,6 +89,7 @@ __all__ = [
     "effective_averages",
     "effective_frequencies",
     "excited",
+    "fastest_rate",
     "find_peaks",
     "gain_random_error",
     "h1",
@@ -110,6 +113,7 @@ __all__ = [
     "steady_lines",
     "stepped_response",
     "stitched",
+    "swept_mode",
     "swept_response",
     "thesis_notch",
     "thesis_tables",

@@ -423,6 +423,13 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
     if rows:
         output.data(f"resolved peaks of {peak_rows.quantity_of(summary)}:", json_target=json)
         output.print_table(peak_rows.COLUMNS, [row.cells for row in rows], json_target=json)
+    swept = peak_rows.swept_rows(summary)
+    if swept:
+        output.data(
+            "tallest points of the swept response, and what a slow sweep would show:",
+            json_target=json,
+        )
+        output.print_table(peak_rows.SWEPT_COLUMNS, swept, json_target=json)
     if summary.spectrum is not None:
         output.data(
             f"bins {summary.spectrum.bin_width_hz:.4g} Hz apart, "

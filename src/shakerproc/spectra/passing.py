@@ -1,0 +1,257 @@
+r"""What a sweep makes of a resonance that it passes: lower, later and broader than steady.
+
+Where the frequency of the excitation changes by :math:`\dot f`, a mode with the pole
+:math:`p` answers a sine at :math:`f` not with :math:`1 / (i 2 \pi f - p)` but with
+
+.. math:: E(f) = \int_0^\infty e^{(p - i 2 \pi f) s + i \pi \dot f s^2} ds
+
+which is a complex error function. Damping, steady height and steady frequency are found by
+fitting it to what was measured.
+"""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc import checks
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.spectra.swept import Sweep
+
+ENOUGH: Final = 0.95
+"""Share of the steady resonance that a sweep should reach [-]."""
+
+AROUND: Final = 3.0
+"""Half-power widths to each side of a swept peak that are fitted."""
+
+FEWEST: Final = 6
+"""Points to each side of a swept peak that are fitted at least."""
+
+UNLIKE: Final = 0.05
+"""Misfit over the height of a peak that no linear mode has [-]."""
+
+RATIOS: Final = (1e-5, 0.5)
+"""Damping ratios that the search does not pass [-]."""
+
+IN_WINDOW: Final = np.linspace(-0.875, 0.875, 8)
+"""Places in half a window, either way, over which the tracking's Hann window averages [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SweptMode:
+    """The mode behind a peak of a swept response.
+
+    Attributes
+    ----------
+    frequency, ratio : float
+        Natural frequency [Hz] and damping ratio [-].
+    steady_frequency, steady_gain : float
+        Where a sweep slow enough would have its peak [Hz], and how tall [-].
+    rate : float
+        How fast the frequency changed there [Hz/s].
+    """
+
+    frequency: float
+    ratio: float
+    steady_frequency: float
+    steady_gain: float
+    rate: float
+
+
+def passing(frequency: FloatArray, natural: float, ratio: float, rate: float) -> ComplexArray:
+    """Return how a mode of residue 1 answers a sine whose frequency changes, per 1/s.
+
+    Parameters
+    ----------
+    frequency : array
+        Where the sine is [Hz].
+    natural, ratio : float
+        Natural frequency [Hz] and damping ratio of the mode [-].
+    rate : float
+        How fast the frequency changes, negative downwards; 0 for steady [Hz/s].
+
+    References
+    ----------
+    .. [1] F. M. Lewis, "Vibration during acceleration through a critical speed", Transactions
+       of the ASME 54, 253-261, 1932.
+    """
+    omega = 2.0 * np.pi * natural
+    pole = omega * complex(-ratio, np.sqrt(1.0 - ratio * ratio))
+    decay = 2j * np.pi * np.asarray(frequency, dtype=np.float64) - pole
+    if rate == 0.0:
+        return np.asarray(1.0 / decay)
+    root = np.sqrt(np.pi * abs(rate)) * np.exp(-0.25j * np.pi * np.sign(rate))
+    with np.errstate(under="ignore"):
+        shape = scipy.special.wofz(0.5j * decay / root)
+    return np.asarray(0.5 * np.sqrt(np.pi) / root * shape)
+
+
+def _tallest(rate: float, frequency: float, damping_ratio: float) -> tuple[float, float]:
+    """Return share of the steady peak [-] and shift [Hz] of the peak under an upward sweep."""
+    checks.positive("rate", rate, "Hz/s")
+    checks.positive("frequency", frequency, "Hz")
+    checks.positive("damping_ratio", damping_ratio, "-")
+    width = damping_ratio * frequency
+    kappa = rate / (2.0 * np.pi * width**2)
+    # The peak lags by a time constant where the sweep is slow, by 2 / sqrt(kappa) where fast.
+    late = (
+        (min(3.0, 8.0 / np.sqrt(kappa)) + 2.0 / np.sqrt(kappa)) * rate / (2.0 * np.pi * width)
+    )
+
+    def height(shift: float) -> float:
+        root = np.sqrt(kappa / 2.0) * np.exp(-0.25j * np.pi)
+        argument = (1.0 + 1j * shift / width) / (2.0 * root)
+        return float(abs(0.5 * np.sqrt(np.pi) / root * scipy.special.wofz(1j * argument)))
+
+    shifts = np.linspace(0.0, late, 400)
+    start = int(np.argmax([height(shift) for shift in shifts]))
+    bounds = shifts[max(start - 1, 0)], shifts[min(start + 1, shifts.size - 1)]
+    found = scipy.optimize.minimize_scalar(
+        lambda shift: -height(shift), bounds=bounds, method="bounded",
+        options={"xatol": 1e-9 * width},
+    )  # fmt: skip
+    return float(-found.fun), float(found.x)
+
+
+def swept_peak(rate: float, frequency: float, damping_ratio: float) -> float:
+    r"""Return the peak that a sweep reaches, as a share of the steady resonance [-].
+
+    .. math:: \max_\tau \left| \int_0^\infty e^{-s + i \kappa (\tau - s)^2 / 2} ds \right|,
+              \qquad \kappa = \frac{\dot f}{2 \pi \zeta^2 f_n^2}
+
+    the envelope of a lightly damped mode under a sine whose frequency passes through it; the
+    integral is a complex error function. Upwards and downwards it is the same.
+
+    Parameters
+    ----------
+    rate : float
+        How fast the frequency changes where it passes the resonance [Hz/s].
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        Of the mode [-].
+
+    References
+    ----------
+    .. [1] F. M. Lewis, "Vibration during acceleration through a critical speed", Transactions
+       of the ASME 54, 253-261, 1932.
+    """
+    return _tallest(rate, frequency, damping_ratio)[0]
+
+
+def swept_shift(rate: float, frequency: float, damping_ratio: float) -> float:
+    """Return how far a sweep moves the peak in its own direction [Hz].
+
+    Parameters
+    ----------
+    rate : float
+        How fast the frequency changes where it passes the resonance [Hz/s].
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        Of the mode [-].
+    """
+    return _tallest(rate, frequency, damping_ratio)[1]
+
+
+def fastest_rate(frequency: float, damping_ratio: float, share: float = ENOUGH) -> float:
+    """Return the fastest sweep that reaches a share of the steady resonance [Hz/s].
+
+    Parameters
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        Of the mode [-].
+    share : float
+        Of the steady peak, below 1 [-].
+    """
+    scale = (damping_ratio * frequency) ** 2
+    root = scipy.optimize.brentq(
+        lambda power: swept_peak(10.0**power * scale, frequency, damping_ratio) - share,
+        -2.0,
+        3.0,
+        xtol=1e-6,
+    )
+    return float(10.0**root * scale)
+
+
+def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
+    """Return the mode that a swept response passed at its tallest point.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        Response to one sweep.
+    channel : int
+        Row of the response, from 0.
+
+    Returns
+    -------
+    SweptMode or None
+        None where no linear mode fits: a joint that jumps, a peak at the end of the sweep.
+    """
+    gain, frequency = sweep.gain[channel], sweep.frequency
+    known = np.isfinite(gain) & (np.abs(gain) > 0.0)
+    if known.sum() < 2 * FEWEST + 1:
+        return None
+    peak = int(np.argmax(np.where(known, np.abs(gain), 0.0)))
+    low, high = _flanks(np.abs(gain), peak)
+    width = max(high - low, 2)
+    reach = max(int(np.ceil(AROUND * width)), FEWEST)
+    part = np.arange(max(0, peak - reach), min(gain.size, peak + reach + 1))
+    part = part[known[part]]
+    if part[0] > peak - FEWEST or part[-1] < peak + FEWEST:
+        return None
+    rate = float(np.polyfit(sweep.time[part], frequency[part], 1)[0])
+    half = 0.5 * sweep.periods[part] / frequency[part]  # of each window [s]
+    seen = frequency[part, np.newaxis] + rate * half[:, np.newaxis] * IN_WINDOW
+    weights = 0.5 + 0.5 * np.cos(np.pi * IN_WINDOW)
+    weights /= weights.sum()
+    place = (frequency[part] - frequency[peak]) / np.ptp(frequency[part])
+    plain = np.column_stack([np.ones(part.size), place])
+    values = gain[part]
+
+    def solved(point: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        mode = passing(seen, float(np.exp(point[0])), float(np.exp(point[1])), rate) @ weights
+        columns = np.column_stack([mode, plain])
+        solution = np.linalg.lstsq(columns, values, rcond=None)[0]
+        return columns @ solution - values, solution
+
+    def residual(point: FloatArray) -> FloatArray:
+        left = solved(point)[0]
+        return np.concatenate([left.real, left.imag])
+
+    spread = abs(frequency[high] - frequency[low]) / (2.0 * frequency[peak])
+    span = np.log(frequency[[part[0], part[-1]]])
+    bounds = ([span.min(), np.log(RATIOS[0])], [span.max(), np.log(RATIOS[1])])
+    start = np.array([np.log(frequency[peak]), np.log(np.clip(spread, 1e-4, 0.3))])
+    tries = [start + np.array([0.0, more]) for more in (0.0, -1.0, -2.0)]
+    first = min(tries, key=lambda point: float(np.sum(residual(point) ** 2)))
+    found = scipy.optimize.least_squares(
+        residual, first, bounds=bounds, x_scale=[max(spread, 1e-4), 1.0]
+    )
+    left, solution = solved(found.x)
+    misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / np.abs(gain[peak]))
+    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE:
+        return None
+    natural, ratio = (float(value) for value in np.exp(found.x))
+    near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
+    place = (near - frequency[peak]) / np.ptp(frequency[part])
+    steady = np.abs(
+        solution[0] * passing(near, natural, ratio, 0.0) + solution[1] + solution[2] * place
+    )
+    top = int(np.argmax(steady))
+    return SweptMode(natural, ratio, float(near[top]), float(steady[top]), rate)
+
+
+def _flanks(height: FloatArray, peak: int) -> tuple[int, int]:
+    """Return the first points on both sides at which a peak has fallen to half its power."""
+    fallen = np.flatnonzero(~(height > height[peak] / np.sqrt(2.0)))
+    below, above = fallen[fallen < peak], fallen[fallen > peak]
+    return (
+        int(below[-1]) if below.size else 0,
+        int(above[0]) if above.size else height.size - 1,
+    )
