@@ -98,6 +98,8 @@ class SweptPeak:
         Of the mode behind it [Hz] [-]; None where no linear mode fits.
     steady_hz, steady_gain : float or None
         Where a sweep slow enough would have its peak [Hz], and how tall [-].
+    damping_low, damping_high : float or None
+        95 % interval of the damping ratio [-].
     """
 
     direction: str
@@ -107,6 +109,8 @@ class SweptPeak:
     damping_ratio: float | None = None
     steady_hz: float | None = None
     steady_gain: float | None = None
+    damping_low: float | None = None
+    damping_high: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

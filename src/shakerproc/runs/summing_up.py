@@ -130,7 +130,14 @@ def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
             reading.frequency,
             reading.gain,
             *(
-                (mode.frequency, mode.ratio, mode.steady_frequency, mode.steady_gain)
+                (
+                    mode.frequency,
+                    mode.ratio,
+                    mode.steady_frequency,
+                    mode.steady_gain,
+                    mode.ratio * (1.0 - mode.half),
+                    mode.ratio * (1.0 + mode.half),
+                )
                 if mode
                 else ()
             ),

@@ -189,6 +189,8 @@ def peak_columns(runs: Sequence[RunSummary]) -> Columns:
             "steady_hz": peak.steady_hz,
             "natural_frequency_hz": peak.natural_frequency_hz,
             "damping_ratio": peak.damping_ratio,
+            "damping_low": peak.damping_low,
+            "damping_high": peak.damping_high,
             "quality": None if peak.damping_ratio is None else 0.5 / peak.damping_ratio,
         }
         for run in runs

@@ -31,6 +31,12 @@ FEWEST: Final = 6
 UNLIKE: Final = 0.05
 """Misfit over the height of a peak that no linear mode has [-]."""
 
+NORMAL: Final = 1.96
+"""Standard errors to the end of a 95 % interval."""
+
+UNSURE: Final = 0.5
+"""Half-width of the interval of a damping ratio from which nothing is known of it [-]."""
+
 RATIOS: Final = (1e-5, 0.5)
 """Damping ratios that the search does not pass [-]."""
 
@@ -51,6 +57,8 @@ class SweptMode:
         Where a sweep slow enough would have its peak [Hz], and how tall [-].
     rate : float
         How fast the frequency changed there [Hz/s].
+    half : float
+        Half-width of the 95 % interval of the damping ratio, as a share of it [-].
     """
 
     frequency: float
@@ -58,6 +66,7 @@ class SweptMode:
     steady_frequency: float
     steady_gain: float
     rate: float
+    half: float
 
 
 def passing(frequency: FloatArray, natural: float, ratio: float, rate: float) -> ComplexArray:
@@ -205,6 +214,9 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     part = part[known[part]]
     if part[0] > peak - FEWEST or part[-1] < peak + FEWEST:
         return None
+    course = np.diff(frequency[part])
+    if not (course > 0.0).all() and not (course < 0.0).all():
+        return None
     rate = float(np.polyfit(sweep.time[part], frequency[part], 1)[0])
     half = 0.5 * sweep.periods[part] / frequency[part]  # of each window [s]
     seen = frequency[part, np.newaxis] + rate * half[:, np.newaxis] * IN_WINDOW
@@ -224,27 +236,35 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
         left = solved(point)[0]
         return np.concatenate([left.real, left.imag])
 
-    spread = abs(frequency[high] - frequency[low]) / (2.0 * frequency[peak])
+    wide = float(abs(frequency[high] - frequency[low]) / (2.0 * frequency[peak]))
     span = np.log(frequency[[part[0], part[-1]]])
     bounds = ([span.min(), np.log(RATIOS[0])], [span.max(), np.log(RATIOS[1])])
-    start = np.array([np.log(frequency[peak]), np.log(np.clip(spread, 1e-4, 0.3))])
-    tries = [start + np.array([0.0, more]) for more in (0.0, -1.0, -2.0)]
+    start = np.array([np.log(frequency[peak]), np.log(np.clip(wide, 1e-3, 0.3))])
+    tries = [start - np.array([0.0, less]) for less in (0.0, 1.0, 2.0)]  # a sweep broadens
     first = min(tries, key=lambda point: float(np.sum(residual(point) ** 2)))
     found = scipy.optimize.least_squares(
-        residual, first, bounds=bounds, x_scale=[max(spread, 1e-4), 1.0]
+        residual, first, bounds=bounds, x_scale=[max(wide, 1e-4), 1.0]
     )
     left, solution = solved(found.x)
     misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / np.abs(gain[peak]))
     if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE:
         return None
     natural, ratio = (float(value) for value in np.exp(found.x))
+    slopes = np.asarray(found.jac, dtype=np.float64)
+    power = 2.0 * float(found.cost) / max(1.0, part.size - 5.0)
+    spread = power * float(np.linalg.pinv(slopes.T @ slopes)[1, 1])
+    # Windows overlap by half: of their errors, two are worth one. The rate changes on the way
+    # through the peak: an error of first order in its width.
+    half = NORMAL * float(np.sqrt(2.0 * spread)) + ratio
+    if half > UNSURE:
+        return None
     near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
     place = (near - frequency[peak]) / np.ptp(frequency[part])
     steady = np.abs(
         solution[0] * passing(near, natural, ratio, 0.0) + solution[1] + solution[2] * place
     )
     top = int(np.argmax(steady))
-    return SweptMode(natural, ratio, float(near[top]), float(steady[top]), rate)
+    return SweptMode(natural, ratio, float(near[top]), float(steady[top]), rate, half)
 
 
 def _flanks(height: FloatArray, peak: int) -> tuple[int, int]:
