@@ -42,8 +42,8 @@ _PEAKS = (
     "more than chance makes in the whole band, with a probability of 95 %. Natural frequency "
     "and damping are a least-squares fit of the mode, its neighbours and a straight background "
     "to H1 with the leakage of the window in it; intervals follow from the covariance of "
-    "smeared spectra, widened where the fit is worse than chance. The damping is withheld where its "
-    "95 % interval is wider than 4 % to each side or no linear modes fit the peak."
+    "smeared spectra, widened where the fit is worse than chance. The damping is withheld "
+    "where its 95 % interval is wider than 4 % to each side or no linear modes fit the peak."
 )
 _SWEEP = (
     "The Welch density of a sine sweep depends on its rate and on the crop: compare sweeps of "
