@@ -369,7 +369,7 @@ def simplex(
     def parameters(vector: FloatArray) -> Parameters:
         whole = first.copy()
         whole[free] = vector
-        whole[n : 2 * n] = np.maximum(whole[n : 2 * n], code.least)
+        whole = np.maximum(whole, code.least)
         return code.unpack(whole)
 
     def height(vector: FloatArray) -> float:
