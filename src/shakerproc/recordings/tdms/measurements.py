@@ -79,6 +79,7 @@ class Waveforms:
     _written: dict[str, dict[str, Any]] = field(default_factory=dict)
     _since: dict[str, int] = field(default_factory=dict)
     _seen: dict[str, int] = field(default_factory=dict)
+    _starts: dict[str, Any] = field(default_factory=dict)
     _last_cut: dict[str, int] = field(default_factory=dict)
     _runs: list[tuple[Layout, int, int]] = field(default_factory=list)
 
@@ -132,16 +133,20 @@ class Waveforms:
         before, group = self.states.get(path, _NOTHING), split_path(path)[0] or ""
         after = {**before, **self._written.pop(path)}
         since = self._since.get(path, 0)
-        differs = difference(before, after, since) if path in self._seen else ""
-        if start_of(after) != start_of(before) or differs:
-            self._since[path] = 0
+        old, new = self._starts.get(path), start_of(after)
+        differs = difference(before, after) or (
+            "" if continues(old, new, since * step_of(before), step_of(before)) else "time"
+        )
+        differs = differs if path in self._seen else ""
+        if new != old or differs:
+            self._since[path], self._starts[path] = 0, new
         cut = bool(differs) and self._last_cut.get(group, -1) <= self._seen[path]
         if cut:
             self._cut(group, number, extent, differs)
         self.states[path] = after
         part = len(self.cuts.get(group, ()))
-        if start_of(after) is not None:
-            self.starts.setdefault((path, part), start_of(after))
+        if new is not None:
+            self.starts.setdefault((path, part), new)
         return cut
 
     def _cut(self, group: str, number: int, extent: int, differs: str) -> None:
@@ -160,15 +165,13 @@ class Waveforms:
         self._written.clear()
 
 
-def difference(before: State, after: State, n_samples: int) -> str:
-    """Return in what samples differ from those before; empty where they continue them.
+def difference(before: State, after: State) -> str:
+    """Return in what samples differ from those before, but for their time; empty for nothing.
 
     Parameters
     ----------
     before, after : State
         What the channel said of its samples, and what it says now.
-    n_samples : int
-        Samples since the start time that stood before.
     """
     old, new = unit_of(before), unit_of(after)
     if old and new and old != new and (parse_unit(old) or old) != (parse_unit(new) or new):
@@ -178,12 +181,25 @@ def difference(before: State, after: State, n_samples: int) -> str:
         return "rate"
     if any(n.startswith("NI_Scale[") and after[n] != v for n, v in before.items()):
         return "scale"
-    start, next_start = start_of(before), start_of(after)
+    return ""
+
+
+def continues(start: Any, next_start: Any, duration: float, step: float) -> bool:
+    """Return whether samples go on where those before end.
+
+    Parameters
+    ----------
+    start, next_start : numpy time or None
+        When the samples before and these start.
+    duration : float
+        Of the samples before [s].
+    step : float
+        Time between samples [s]; 0 where it is not said.
+    """
     if start is None or next_start is None or start == next_start:
-        return ""
-    elapsed = (next_start - start) / np.timedelta64(1, "us") * 1e-6
-    allowed = max(step, LATE) + CLOCKS * n_samples * step
-    return "" if step and abs(elapsed - n_samples * step) <= allowed else "time"
+        return True
+    elapsed = float((next_start - start).astype(np.int64)) * 1e-6
+    return step > 0.0 and abs(elapsed - duration) <= max(step, LATE) + CLOCKS * duration
 
 
 def unit_of(state: State) -> str:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc.recordings.guard import shown
@@ -103,6 +104,7 @@ class Listed:
     has_data: bool
 
 
+@lru_cache(maxsize=4096)
 def split_path(path: str) -> tuple[str | None, str | None]:
     """Return group and channel of a path that `read_objects` has passed.
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from shakerproc.recordings.tdms.types import NUMBERS, STRING, TIMESTAMP
 
-_EPOCH: Final = np.datetime64("1904-01-01T00:00:00", "us")
+_TO_1970: Final = 2_082_844_800
+"""Seconds from 1904, where TDMS begins to count, to 1970."""
+
 _TRACKED: Final = ("wf_start_time", "wf_start_offset", "wf_increment", "unit_string")
 
 
@@ -24,6 +26,6 @@ def value_of(code: int, raw: bytes, endian: str) -> Any:
         fraction, seconds = struct.unpack("<Qq", raw if endian == "<" else raw[::-1])
         if not 0 < seconds < 1 << 36:  # 1904 is LabVIEW's word for no time
             return None
-        return _EPOCH + np.timedelta64(seconds * 10**6 + fraction * 10**6 // 2**64, "us")
+        return np.datetime64((seconds - _TO_1970) * 10**6 + (fraction * 10**6 >> 64), "us")
     name = NUMBERS.get(code)
     return None if name is None else np.frombuffer(raw, endian + name)[0].item()
