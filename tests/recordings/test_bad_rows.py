@@ -78,7 +78,7 @@ def test_a_row_that_is_skipped_leaves_a_gap_in_time_which_a_straight_line_bridge
         assert (recording.n_samples, recording.sample_rate) == (4000, RATE)
         found = recording.samples()[0] / STANDARD_GRAVITY
         (flag,) = [flag for flag in health(recording) if flag.kind == "bad rows"]
-        assert "1 line that is no row of numbers skipped" in recording.notes[0]
+        assert "1 line that is no row of numbers was skipped" in recording.notes[0]
         assert f"line {at + 2}: " in recording.notes[0]
         assert "1 sample is bridged by straight lines (as the time column says)" in flag.message
         assert flag.start <= at / RATE <= flag.stop
@@ -130,7 +130,7 @@ def test_many_bad_rows_are_counted_and_the_first_are_named(tmp_path):
         refusal(path)
     )
     with open_recording(path, bad_rows="skip") as recording:
-        assert recording.notes[0].startswith("8 lines that are no rows of numbers skipped")
+        assert recording.notes[0].startswith("8 lines that are no rows of numbers were skipped")
         assert recording.skipped.count == recording.skipped.bridged == 8
 
 
@@ -308,7 +308,8 @@ def test_the_commands_that_read_a_file_skip_bad_rows_on_request(tmp_path, capsys
     capsys.readouterr()
     assert run("inspect", path, "--bad-rows", "skip") == 0
     assert (
-        "1 line that is no row of numbers skipped (line 602: 'OVL'" in capsys.readouterr().out
+        "1 line that is no row of numbers was skipped (line 602: 'OVL'"
+        in capsys.readouterr().out
     )
     assert run("inspect", path, "--bad-rows", "drop") == 2
     out = tmp_path / "out.tdms"
