@@ -142,6 +142,9 @@ def test_recordings_of_one_name_get_folders_of_their_own(tmp_path, monkeypatch):
         assert processed(path, "--crop-threshold", "0.2 g") == 0
     monkeypatch.chdir(tmp_path / "Test_1")  # where the path alone does not say it
     assert processed("Acceleration.tdms", "--crop-threshold", "0.2 g") == 0
+    (tmp_path / "Test_2" / "deeper").mkdir()
+    monkeypatch.chdir(tmp_path / "Test_2" / "deeper")
+    assert processed(Path("..") / "Acceleration.tdms", "--crop-threshold", "0.2 g") == 0
     found = {path.name for path in tmp_path.glob("**/*_results")}
     assert found == {"Test_1_Acceleration_results", "Test_2_Acceleration_results"}
 

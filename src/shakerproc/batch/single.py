@@ -1,5 +1,6 @@
 """The folder of one recording's results: of that recording alone, all of one run."""
 
+import os
 import re
 from pathlib import Path
 from typing import Final
@@ -37,7 +38,8 @@ def folder_name(recording: Path, test: Test) -> str:
     group, number = test.processing.group, test.processing.measurement
     part = [] if group is None else [re.sub(r"[^\w.-]", "_", group)[:60]]
     part += [] if number is None else [f"measurement_{number}"]
-    folder = recording.absolute().parent.parts[1:][-1:]
+    # without "..", but as the caller names it: links are not followed
+    folder = Path(os.path.abspath(recording)).parent.parts[1:][-1:]  # noqa: PTH100
     return "_".join([*folder, recording.stem, *part, "results"])
 
 
