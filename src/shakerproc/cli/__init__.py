@@ -20,7 +20,8 @@ from shakerproc.errors import LockedError, ShakerprocError
 
 EPILOG = (
     "Exit status: 0 done, 1 unusable input or some runs failed, 2 wrong usage, "
-    "75 the folder is locked by another shakerproc, 130 interrupted."
+    "75 the folder is locked by another shakerproc, 130 interrupted. Tables fit the terminal; "
+    "in a pipe or a file they are as wide as they need, or as COLUMNS says."
 )
 
 _LEFT_LYING = 100_000
