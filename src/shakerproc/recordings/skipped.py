@@ -76,9 +76,9 @@ def _listed(bad: Interruptions) -> str:
 def _message(bad: Interruptions, filled: int, *, timed: bool) -> str:
     count = len(bad.after)
     line, found = bad.named[0]
-    lines = "1 line that is no row of numbers was"
-        if count == 1
-        else f"{count} lines that are no rows of numbers were"
+    lines = f"{count} lines that are no rows of numbers were"
+    if count == 1:
+        lines = "1 line that is no row of numbers was"
     where = f"{_listed(bad)}; " if count > 1 else ""
     bridged = f"{filled} samples are" if filled != 1 else "1 sample is"
     why = "as the time column says" if timed else "no time column says how many were missing"
