@@ -60,13 +60,13 @@ def write_recording(path: Path, resonance, **how):
     return path
 
 
-def write_campaign(folder: Path, n_tests=4, *, title="A small campaign", more=""):
+def write_campaign(folder: Path, n_tests=4, *, title="A small campaign", more="", **how):
     """Write a log of so many tests, omega_e falling with clearance; return its path."""
     rows = []
     for i in range(n_tests):
         step = i % 3
         name = f"test_{i + 1}.tdms"
-        write_recording(folder / "recordings" / name, 360.0 - 50.0 * step, seed=i)
+        write_recording(folder / "recordings" / name, 360.0 - 50.0 * step, seed=i, **how)
         rows.append(
             ROW.format(
                 id=i + 1,

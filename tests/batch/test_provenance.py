@@ -9,11 +9,11 @@ import pytest
 from tests.batch.exchanges import exchanges, trusting_work
 from tests.batch.light_work import light_work
 from tests.batch.test_campaign import HereExecutor, batch
-from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc.batch.campaign import Products
 from shakerproc.cli import work
+from shakerproc.cli.everyday import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording, read_hashed
@@ -32,7 +32,7 @@ def manifest_of(out):
 def test_a_recording_exchanged_after_the_batch_began_is_an_error_and_computed_once_it_is_back(
     tmp_path,
 ):
-    log, out = write_campaign(tmp_path, 3), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 3, seconds=0.5), tmp_path / "out"
     recordings = tmp_path / "recordings"
     shutil.copy2(recordings / "test_3.tdms", tmp_path / "kept.tdms")
 
@@ -109,9 +109,9 @@ CHANGES = (
 def test_a_recording_that_changes_while_it_is_worked_through_leaves_no_result(
     tmp_path, monkeypatch, change
 ):
-    log, out = write_campaign(tmp_path, 1), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 1, seconds=2.0), tmp_path / "out"
     path = tmp_path / "recordings" / "test_1.tdms"
-    other = write_recording(tmp_path / "other.tdms", 200.0, seed=9)
+    other = write_recording(tmp_path / "other.tdms", 200.0, seed=9, seconds=2.0)
     shutil.copy2(path, tmp_path / "kept.tdms")
     process = work.process_recording
 
@@ -143,7 +143,7 @@ def test_leaving_a_recording_that_changed_meanwhile_is_an_error(tmp_path, change
 
 
 def test_an_undisturbed_recording_has_the_hash_of_its_file(tmp_path):
-    log = write_campaign(tmp_path, 1)
+    log = write_campaign(tmp_path, 1, seconds=0.5)
     (test,) = read_testlog(log).tests
     with open_test(read_testlog(log), test) as recording:
         recording.samples()
@@ -162,22 +162,22 @@ def test_a_document_that_changes_while_it_is_read_is_an_error(tmp_path):
 
 
 def test_tests_of_an_older_manifest_are_computed_again_and_it_is_said(tmp_path, capsys):
-    log, out = write_campaign(tmp_path, 2), tmp_path / "out"
-    options = ("batch", log, "--out", out, "--no-figures", "--workers", "1")
-    assert run(*options) == 0
+    log, out = write_campaign(tmp_path, 2, seconds=0.5), tmp_path / "out"
+    batch(log, out)
     old = manifest_of(out) | {"schema": "shakerproc-manifest/1"}
     (out / "manifest.json").write_text(json.dumps(old), encoding="utf-8")
-    capsys.readouterr()
-    assert run(*options) == 0
-    said = capsys.readouterr().err
-    assert "2 tests computed again: an older shakerproc took the SHA-256" in said
-    assert "stand from" not in said
-    assert run(*options) == 0
-    assert "2 tests stand from" in capsys.readouterr().err
+    again = batch(log, out, on_outdated=tell_outdated)
+    assert (again.computed, again.kept) == (2, 0)
+    assert capsys.readouterr().err.startswith(
+        "2 tests computed again: an older shakerproc took the SHA-256"
+    )
+    third = batch(log, out, on_outdated=tell_outdated)
+    assert (third.computed, third.kept) == (0, 2)
+    assert capsys.readouterr().err == ""
 
 
 def test_what_a_test_no_longer_makes_does_not_stay_beside_what_it_makes_now(tmp_path):
-    log, out = write_campaign(tmp_path, 1), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 1, seconds=2.0), tmp_path / "out"
     with_table = Products(figures=False, exports=("parquet",))
     batch(log, out, work=work.work_through, products=with_table)
     assert (out / "runs" / "test_1" / "spectra.parquet").exists()

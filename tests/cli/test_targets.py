@@ -79,7 +79,7 @@ def test_json_to_a_link_is_written_where_the_link_leads(tmp_path):
 
 
 def test_json_makes_no_folder_and_says_so_before_the_work(tmp_path, capsys):
-    log = write_campaign(tmp_path, 1)
+    log = write_campaign(tmp_path, 1, seconds=2.0)
     for target, said in (
         (tmp_path / "none" / "x.json", "there is no folder"),
         (tmp_path, "this is a folder"),
@@ -136,7 +136,7 @@ def test_recordings_of_one_name_get_folders_of_their_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for number in (1, 2):
         write_recording(
-            tmp_path / f"Test_{number}" / "Acceleration.tdms", 200.0 + 50 * number, seconds=3.0
+            tmp_path / f"Test_{number}" / "Acceleration.tdms", 200.0 + 50 * number, seconds=2.0
         )
         path = Path(f"Test_{number}") / "Acceleration.tdms"
         assert processed(path, "--crop-threshold", "0.2 g") == 0
@@ -150,14 +150,14 @@ def test_recordings_of_one_name_get_folders_of_their_own(tmp_path, monkeypatch):
 
 
 def test_with_a_log_the_folder_is_called_after_the_test(tmp_path, monkeypatch):
-    log = write_campaign(tmp_path, 1)
+    log = write_campaign(tmp_path, 1, seconds=2.0)
     monkeypatch.chdir(tmp_path)
     assert processed(tmp_path / "recordings" / "test_1.tdms", "--log", log) == 0
     assert (tmp_path / "test_1_results" / "summary.json").exists()
 
 
 def test_a_folder_of_another_recording_is_refused_untouched(tmp_path, capsys):
-    log, out = write_campaign(tmp_path, 2), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 2, seconds=2.0), tmp_path / "out"
     one, two = (tmp_path / "recordings" / f"test_{i}.tdms" for i in (1, 2))
     assert processed(one, "--log", log, "--out", out) == 0
     before = {p: p.read_bytes() for p in out.iterdir()}
@@ -189,7 +189,7 @@ def test_the_tables_of_an_earlier_run_of_the_recording_do_not_stay(tmp_path):
 
 
 def test_a_batch_folder_takes_no_single_recording(tmp_path, capsys):
-    log, out = write_campaign(tmp_path, 1), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 1, seconds=2.0), tmp_path / "out"
     out.mkdir()
     entry = {"status": "done", "key": "k", "recording_sha256": "a", "outputs": {}}
     written = {"schema": "shakerproc-manifest/2", "runs": {"test_1": entry}}
@@ -233,6 +233,7 @@ def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(
             output.own_folder(out, command)
 
 
+@pytest.mark.slow
 def test_tables_and_trends_that_a_batch_no_longer_makes_do_not_stay(tmp_path, capsys):
     log, out = write_campaign(tmp_path, 3), tmp_path / "out"
     options = ("batch", log, "--out", out, "--no-figures", "--workers", "2")

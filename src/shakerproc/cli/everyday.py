@@ -45,7 +45,7 @@ def work_through_log(
                 accept_changed=accept_changed,
                 hashes=hashes,
                 on_start=start,
-                on_outdated=_tell_outdated,
+                on_outdated=tell_outdated,
                 on_end=lambda test: advance[0](f"(test {test} ended)"),
             )
         except KeyboardInterrupt:
@@ -53,7 +53,8 @@ def work_through_log(
             raise
 
 
-def _tell_outdated(count: int) -> None:
+def tell_outdated(count: int) -> None:
+    """Say how many tests are computed again though nothing of them has changed."""
     output.message(
         f"{count} test{'s' if count > 1 else ''} computed again: an older shakerproc took the "
         "SHA-256 at another time than it read the recording"
