@@ -66,7 +66,7 @@ def test_inspect_lists_the_measurements_and_shows_the_one_that_is_asked_for(tmp_
     assert run("inspect", path) == 1
     shown = capsys.readouterr()
     assert (
-        "measurement 1: from 2024-06-05 07:00:00 12288 samples at 2048 Hz in 'g'" in shown.out
+        "measurement 1: from 2024-06-05 07:00:00, 12288 samples at 2048 Hz in 'g'" in shown.out
     )
     assert "measurement 2: from 2024-06-05 08:00:00" in shown.out
     assert "or --measurement 1, or all if they are one" in shown.err

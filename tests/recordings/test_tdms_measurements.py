@@ -83,7 +83,7 @@ def test_another_measurement_in_the_same_channels_is_refused_with_a_choice(
 ):
     path = write(said(), second)
     message = refused(path, "2 measurements follow each other in the same channels")
-    assert "1 (from 2024-06-05 07:08:09 500 samples at 1000 Hz in 'g')" in message
+    assert "1 (from 2024-06-05 07:08:09, 500 samples at 1000 Hz in 'g')" in message
     assert "processing: {measurement: 1} in the log or --measurement 1" in message
     assert ("or all if they are one" in message) == (differs == "time")
     (group,) = contents(path)[0]

@@ -144,7 +144,7 @@ def told_measurement(part: RawGroup) -> str:
     starts = [channel.start_time for channel in channels if channel.start_time is not None]
     rates = sorted({channel.sample_rate for channel in channels if channel.sample_rate})
     units_there = dict.fromkeys(channel.unit for channel in channels if channel.unit)
-    parts = [f"from {min(starts):%Y-%m-%d %H:%M:%S}"] if starts else []
+    parts = [f"from {min(starts):%Y-%m-%d %H:%M:%S},"] if starts else []
     parts.append(f"{max(channel.n_samples for channel in channels)} samples")
     if rates:
         parts.append(f"at {', '.join(f'{rate:.6g}' for rate in rates[:3])} Hz")

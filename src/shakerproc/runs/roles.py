@@ -119,13 +119,20 @@ def usual_uses(
     numbered = guessed and "control" in roles
     uses = tuple(
         ChannelUse(
-            group.channels.index(channel) + 1,
+            _key(channel, group),
             role,
             name=f"ch{i}" if numbered and role == "response" else None,
         )
         for i, (channel, role) in enumerate(zip(held, roles, strict=True), 1)
     )
     return uses if said is None else with_unit(uses, group, said, run)
+
+
+def _key(channel: RawChannel, group: RawGroup) -> str | int:
+    """Return what a log calls a channel: its name or, of several of that name, its number."""
+    names = [other.name for other in group.channels]
+    unique = names.count(channel.name) == 1
+    return channel.name if unique else group.channels.index(channel) + 1
 
 
 def _named(
