@@ -82,6 +82,9 @@ _EXAMPLES: Final = {
     "degC": "23 degC",
 }
 
+_SMALLEST, _LARGEST = 1e-21, 1e21
+"""Sizes that are read, in SI: far beyond any test, and far within what can be computed with."""
+
 _SYMBOLS: Final = (
     "m", "mm", "µm", "um", "nm", "cm", "km", "in", "ft", "s", "ms", "µs", "us", "min", "h",
     "Hz", "kHz", "MHz", "g", "kg", "mg", "lb", "t", "N", "kN", "mN", "MN", "lbf", "kip", "Pa",
@@ -166,8 +169,12 @@ def _to_si(text: str, unit: str) -> float:
         raise ValueError(_wanted(unit, text) + "; the unit is missing")
     scale, offset = _factor_or_error(rest, unit, text)
     value = (number + offset) * scale if offset else _scaled(number, scale)
-    if not math.isfinite(value):
-        raise ValueError(_wanted(unit, text) + "; the number is too large")
+    if value and not _SMALLEST <= abs(value) <= _LARGEST:
+        raise ValueError(
+            _wanted(unit, text)
+            + f"; the number is too {'large' if abs(value) > 1.0 else 'small'}: sizes from "
+            f"{_SMALLEST:g} to {_LARGEST:g} {unit} are read"
+        )
     return value
 
 

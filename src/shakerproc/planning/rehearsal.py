@@ -40,6 +40,9 @@ USUAL_NOISE: Final[Mapping[str, float]] = MappingProxyType({
 })
 """Noise of a sensor, rms, by the unit of what it measures, where nobody says otherwise."""
 
+MOST_SAMPLES: Final = 2e7
+"""Samples of a simulated run: an hour at the laboratory's rate."""
+
 _FINER: Final = 4  # steps of the simulation in a sample, so that the recorder can filter
 _MOST_STEPS: Final = 4_000_000
 _TOLERANCE: Final = 1e-10
@@ -149,6 +152,7 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
     excited, noisy = _generators(staging, test)
     quiet = staging.lead_in + staging.lead_out
     seconds = length_of_run(test, quiet, staging.duration)
+    _check_length(test, seconds + quiet, rate)
     finer = _finer(round((seconds + quiet) * rate))
     steps = drive_of_test(test, seconds, rate * finer, excited)
     tail = max(staging.lead_out, (test.expect.duration or 0.0) - seconds - staging.lead_in)
@@ -253,6 +257,22 @@ def _input(driven: _Driven) -> Input:
         given.interpolation.middle + driven.error.middle,
     )
     return replace(given, missed=error.largest, interpolation=error)
+
+
+def _check_length(test: Test, seconds: float, rate: float) -> None:
+    """Pass a run of a size that can be simulated.
+
+    Raises
+    ------
+    LogError
+        If it has too many samples.
+    """
+    if not seconds * rate <= MOST_SAMPLES:
+        raise LogError(
+            f"{test.source or 'test'}: test {test.id}: {seconds:g} s at {rate:g} Hz are "
+            f"{seconds * rate:.3g} samples; at most {MOST_SAMPLES:.0e} are simulated. Shorten "
+            f"the run, or lower its sample rate."
+        )
 
 
 def _check_drive(model: Model, test: Test) -> None:

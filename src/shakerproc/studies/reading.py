@@ -8,9 +8,11 @@ from shakerproc.model_files import read_model
 from shakerproc.models import Model
 from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
+from shakerproc.studies.kinds.base import jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
 from shakerproc.studies.schema import StudySection
+from shakerproc.studies.sound_runs import MOST_SAMPLES, check_run
 from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
 from shakerproc.units import near_miss, to_si
 
@@ -97,7 +99,7 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
     Raises
     ------
     DocumentError
-        If the level, band or frequency that the excitation needs is missing or wrong.
+        If the level is none of the unit that drives the model.
     """
     section = document.value.run
     if section is None:
@@ -109,7 +111,7 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
             level = to_si(section.level, unit)
         except ValueError as error:
             raise document.error(("run", "level"), f"run: level: {error}") from error
-    run = Run(
+    return Run(
         excitation=section.excitation,
         level=level,
         from_hz=section.start,
@@ -127,14 +129,6 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
         method=section.method,
         tolerance=section.tolerance,
     )
-    banded = run.excitation in {"sine sweep", "random"}
-    if banded and not run.to_hz > run.from_hz:
-        raise document.error(
-            ("run",), f"run: a {run.excitation} needs from and to, with to above from"
-        )
-    if run.octaves and run.from_hz == 0.0:
-        raise document.error(("run",), "run: a sweep in octaves cannot begin at 0 Hz")
-    return run
 
 
 def _measure(document: Document[StudySection]) -> Measure:
@@ -241,9 +235,15 @@ def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:
                 at_key=True,
             )
         try:
-            found.append((name, _value(written, known[name])))
+            value = _value(written, known[name])
         except ValueError as error:
             raise document.error(("options", name), f"options: {name}: {error}") from error
+        if not 0.0 <= value <= MOST_SAMPLES:
+            raise document.error(
+                ("options", name),
+                f"options: {name}: expected from 0 to {MOST_SAMPLES:g}, got {written}",
+            )
+        found.append((name, value))
     return tuple(found)
 
 
@@ -259,3 +259,31 @@ def _check_needs(document: Document[StudySection], study: Study) -> None:
         KINDS[study.kind].check(study)
     except (ValueError, ShakerprocError) as error:
         raise document.error(("kind",), f"kind: {study.kind}: {error}") from error
+    _check_jobs(document, study)
+
+
+def _check_jobs(document: Document[StudySection], study: Study) -> None:
+    """Pass a study whose every combination can be run, before the first one is.
+
+    Raises
+    ------
+    DocumentError
+        If a model or a run of one of them is none.
+    """
+    try:
+        jobs = jobs_of(study)
+        for job in jobs:
+            if job.run is not None:
+                check_run(job.run, in_time="chaotic" in KINDS[study.kind].quantities)
+    except (ValueError, ShakerprocError) as error:
+        as_written = study.run is None or _is_sound(study.run)  # so that a variation errs
+        where: tuple[str | int, ...] = ("vary", 0) if as_written and study.vary else ("run",)
+        raise document.error(where, f"{where[0]}: {error}") from error
+
+
+def _is_sound(run: Run) -> bool:
+    try:
+        check_run(run)
+    except ValueError:
+        return False
+    return True

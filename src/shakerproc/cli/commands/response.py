@@ -11,6 +11,12 @@ if TYPE_CHECKING:
     from shakerproc.models import Model
     from shakerproc.simulate.harmonic_balance import Backbone, Branch, Response
 
+LOWEST_HZ, HIGHEST_HZ = 1e-9, 1e12
+"""What a band may reach to [Hz]."""
+
+MOST_ORDER = 16
+"""Highest order of a subharmonic that is sought."""
+
 
 def response(
     model: Annotated[
@@ -20,11 +26,20 @@ def response(
         str, typer.Option(metavar="LEVEL", help='Amplitude, such as "0.5 g" or "5 N".')
     ],
     from_hz: Annotated[
-        float | None, typer.Option(help="Lowest frequency [Hz].", show_default="0.3 resonances")
+        float | None,
+        typer.Option(
+            help="Lowest frequency [Hz].",
+            show_default="0.3 resonances",
+            callback=options.positive,
+        ),
     ] = None,
     to_hz: Annotated[
         float | None,
-        typer.Option(help="Highest frequency [Hz].", show_default="1.5 resonances"),
+        typer.Option(
+            help="Highest frequency [Hz].",
+            show_default="1.5 resonances",
+            callback=options.positive,
+        ),
     ] = None,
     harmonics: Annotated[int, typer.Option(help="Highest harmonic.", min=1, max=500)] = 31,
     branches: Annotated[
@@ -57,6 +72,11 @@ def response(
     from shakerproc.cli.compiling import announce
     from shakerproc.simulate import harmonic_balance as hb
 
+    if any(not 2 <= order <= MOST_ORDER for order in subharmonic or []):
+        raise typer.BadParameter(
+            f"an order is from 2 to {MOST_ORDER}, not {', '.join(map(str, subharmonic or []))}",
+            param_hint="--subharmonic",
+        )
     announce()
     output.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
@@ -133,16 +153,29 @@ def _response(
     typer.BadParameter
         If the band is empty.
     """
+    import numpy as np
+
     from shakerproc.simulate.harmonic_balance import frequency_response, natural_frequencies
     from shakerproc.simulate.harmonic_balance.from_model import system_of_model
 
     resonances = natural_frequencies(system_of_model(model, level))
+    if not np.any(resonances > 0.0) and (from_hz is None or to_hz is None):
+        raise typer.BadParameter(
+            f"{model.title}: no spring holds a mass, so that there is no resonance to choose a "
+            f"band by; give --from-hz and --to-hz",
+            param_hint="MODEL",
+        )
     low = 0.3 * resonances[resonances > 0.0][0] if from_hz is None else from_hz
     high = 1.5 * resonances[-1] if to_hz is None else to_hz
     if not 0.0 < low < high:
         raise typer.BadParameter(
             f"must be above 0 Hz and below --to-hz {high:g} Hz, not {low:g} Hz",
             param_hint="--from-hz",
+        )
+    if not LOWEST_HZ <= low < high <= HIGHEST_HZ:
+        raise typer.BadParameter(
+            f"a band from {low:g} to {high:g} Hz is beyond {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz",
+            param_hint="--from-hz, --to-hz",
         )
     return frequency_response(
         model, level, from_hz=float(low), to_hz=float(high), harmonics=harmonics
@@ -162,9 +195,15 @@ def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
     import numpy as np
 
     from shakerproc.errors import SimulationError
-    from shakerproc.simulate.harmonic_balance import backbone, samples_of_branch
+    from shakerproc.simulate.harmonic_balance import backbone
+    from shakerproc.simulate.harmonic_balance.linear import is_linear
 
-    largest = max(float(np.max(np.abs(samples_of_branch(b, 256)))) for b in found.branches)
+    if is_linear(found.branches[0].balance.system):
+        output.message("linear: the frequency of free motion does not depend on its amplitude")
+        return None
+    largest = max(
+        float(np.max(np.sum(np.abs(b.coefficients), axis=-1))) for b in found.branches
+    )
     try:
         return backbone(found.model, (1e-3 * largest, 1.2 * largest), harmonics=harmonics)
     except SimulationError as error:

@@ -33,13 +33,28 @@ def simulate(
         str, typer.Option(metavar="ID,ID", help="Only these tests of the log.")
     ] = "",
     sample_rate_hz: Annotated[
-        float, typer.Option(help="Of tests whose log does not say it [Hz].", min=1.0)
+        float,
+        typer.Option(
+            help="Of tests whose log does not say it [Hz].",
+            min=1.0,
+            max=1e9,
+            callback=options.positive,
+        ),
     ] = 5688.9,
     duration_s: Annotated[
-        float, typer.Option(help="Of runs whose log does not say it [s].", min=0.01)
+        float,
+        typer.Option(
+            help="Of runs whose log does not say it [s].", min=0.01, callback=options.positive
+        ),
     ] = 10.0,
-    lead_in_s: Annotated[float, typer.Option(help="Rest before the run [s].", min=0.0)] = 0.5,
-    lead_out_s: Annotated[float, typer.Option(help="Rest after the run [s].", min=0.0)] = 0.5,
+    lead_in_s: Annotated[
+        float,
+        typer.Option(help="Rest before the run [s].", min=0.0, callback=options.not_negative),
+    ] = 0.5,
+    lead_out_s: Annotated[
+        float,
+        typer.Option(help="Rest after the run [s].", min=0.0, callback=options.not_negative),
+    ] = 0.5,
     noise: Annotated[
         list[str] | None,
         typer.Option(

@@ -1,6 +1,7 @@
 """A followed branch of periodic motions: where it is stable, where it folds and branches."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, TypeAlias, TypeVar, final
 
 import numpy as np
@@ -78,7 +79,7 @@ class Branch:
         """Points at which the frequency turns back."""
         return tuple(mark.index for mark in self.marks if mark.kind == "fold")
 
-    @property
+    @cached_property
     def coefficients(self) -> ComplexArray:
         """Complex displacements, (n_points, n_dofs, n_harmonics) array [m]."""
         if not self.unknowns.size:

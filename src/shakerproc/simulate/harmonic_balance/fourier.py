@@ -82,17 +82,19 @@ def values(coefficients: ComplexArray, harmonics: Harmonics, n_samples: int) -> 
     harmonics : (n_harmonics,) array
         Number of each harmonic.
     n_samples : int
-        Samples per period, more than twice the highest harmonic.
+        Samples per period; fewer than twice the highest harmonic are exact as well.
 
     Returns
     -------
     (..., n_samples) array
         Values.
     """
-    spectrum = np.zeros((*coefficients.shape[:-1], n_samples // 2 + 1), np.complex128)
-    spectrum[..., harmonics] = coefficients * (0.5 * n_samples)
+    every = 1 + 2 * int(harmonics[-1]) // n_samples
+    size = every * n_samples
+    spectrum = np.zeros((*coefficients.shape[:-1], size // 2 + 1), np.complex128)
+    spectrum[..., harmonics] = coefficients * (0.5 * size)
     spectrum[..., 0] *= 2.0
-    return np.fft.irfft(spectrum, n_samples)
+    return np.fft.irfft(spectrum, size)[..., ::every]
 
 
 def coefficients_of_values(samples: FloatArray, harmonics: Harmonics) -> ComplexArray:

@@ -16,9 +16,13 @@ from shakerproc.simulate.harmonic_balance.continuation import Steps, follow
 from shakerproc.simulate.harmonic_balance.curves import ForcedCurve
 from shakerproc.simulate.harmonic_balance.ends import CLOSED, LOST, end_of_trace, limits
 from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+from shakerproc.simulate.harmonic_balance.linear import is_linear, linear_branch
 from shakerproc.simulate.harmonic_balance.polishing import polished
 from shakerproc.simulate.harmonic_balance.solve import floats, held, solve_at
 from shakerproc.simulate.harmonic_balance.system import PeriodicSystem
+
+MOST_UNKNOWNS = 2000
+"""Of harmonic balance: what a few minutes solve for a whole curve."""
 
 WITHIN = (0.95, 0.8, 0.6)
 """Where to look for further branches, over each natural frequency."""
@@ -54,6 +58,8 @@ class Response:
         Motions of a mass that something holds come in odd numbers at every frequency but the
         folds, so that an even number at an end of the band lacks one.
         """
+        if all(is_linear(branch.balance.system) for branch in self.branches):
+            return ()  # there is one motion at every frequency
         told = []
         if not any(_cut_short(branch) for branch in self.branches):
             for edge in self.band:
@@ -117,31 +123,70 @@ def frequency_response(
     ValueError
         If the band or the level is not above 0.
     ModelError
-        If dry friction bears the whole load.
+        If dry friction bears the whole load, or the model is too large for harmonic balance.
+    SimulationError
+        If no periodic motion is found, or the numbers are beyond what can be computed.
     """
     checks.positive("level", level, "of the excitation")
     checks.positive("from_hz", from_hz, "Hz")
+    checks.positive("to_hz", to_hz, "Hz")
     if not to_hz > from_hz:
         raise ValueError(f"to_hz must be above from_hz {from_hz:g} Hz, not {to_hz:g} Hz")
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, not {harmonics}")
     balance = balance_of_system(system_of_model(model, level), harmonics)
+    _check_size(balance, model.title)
     if held(balance):
         raise ModelError(
             f"{model.title}: the friction holds the masses still at this level. Raise it."
         )
     band, chosen = (from_hz, to_hz), steps or _steps(balance)
+    try:
+        branches = _branches(balance, band, chosen)
+        if not branches:
+            _complain(balance, model.title, band)
+    except (np.linalg.LinAlgError, OverflowError) as error:
+        raise SimulationError(
+            f"{model.title}: harmonic balance met numbers beyond what can be computed "
+            f"({error}) between {from_hz:g} and {to_hz:g} Hz at a level of {level:g}. Check "
+            f"the sizes of the parameters against the band and the level."
+        ) from error
+    if balance.system.frictions and not balance.system.remembers:
+        branches = [polished(model, level, branch) for branch in branches]
+    return Response(model, level, band, tuple(branches))
+
+
+def _branches(
+    balance: HarmonicBalance, band: tuple[float, float], steps: Steps
+) -> list[Branch]:
+    """Return the branches of a band."""
+    if is_linear(balance.system):
+        return [linear_branch(balance, band)]
     branches: list[Branch] = []
     for frequency in _starts(balance, band):
         if frequency not in band and any(_whole(branch, band) for branch in branches):
             break  # both ends are begun at whatever the first curve did: a fold may lie beyond
-        branch = _branch_through(balance, frequency, band, chosen, branches)
+        branch = _branch_through(balance, frequency, band, steps, branches)
         branches += [] if branch is None else [branch]
-    if not branches:
-        _complain(balance, model.title, band)
-    if balance.system.frictions and not balance.system.remembers:
-        branches = [polished(model, level, branch) for branch in branches]
-    return Response(model, level, band, tuple(branches))
+    return branches
+
+
+def _check_size(balance: HarmonicBalance, title: str) -> None:
+    """Pass equations of a size that can be solved some hundred times.
+
+    Raises
+    ------
+    ModelError
+        If there are too many of them.
+    """
+    n_dofs, n_unknowns = balance.system.n_dofs, balance.load.size
+    if n_unknowns > MOST_UNKNOWNS:
+        fits = int(balance.harmonics[-1] * MOST_UNKNOWNS / n_unknowns)
+        advice = f"Take at most {fits} harmonics." if fits >= 1 else "Take fewer masses."
+        raise ModelError(
+            f"{title}: {n_dofs} masses with harmonics up to {balance.harmonics[-1]} are "
+            f"{n_unknowns} unknowns; harmonic balance takes at most {MOST_UNKNOWNS}. {advice}"
+        )
 
 
 def _steps(balance: HarmonicBalance) -> Steps:
@@ -154,6 +199,8 @@ def balance_of_system(
     system: PeriodicSystem, harmonics: int, order: int = 1
 ) -> HarmonicBalance:
     """Return the balance over harmonics up to a highest, the odd ones where they suffice."""
+    if is_linear(system):
+        harmonics = 1  # a linear system answers a sine with a sine
     symmetric = system.odd and order % 2 == 1
     first, step = (1, 2) if symmetric else (0, 1)
     return HarmonicBalance(system, np.arange(first, harmonics * order + 1, step), order)
