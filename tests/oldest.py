@@ -88,7 +88,7 @@ def main(arguments):
     sys.stdout.flush()
     install(FOLDER)
     # what old packages call of newer ones may be deprecated: no fault of this project
-    quiet = [word for kind in _OTHERS_WARNINGS for word in ("-W", f"default::{kind}")]
+    quiet = [word for kind in _OTHERS_WARNINGS for word in ("-W", f"ignore::{kind}")]
     tests = [FOLDER / "bin" / "python", "-m", "pytest", "-m", "not slow", *quiet, *arguments]
     return subprocess.run(tests, cwd=ROOT, check=False).returncode
 

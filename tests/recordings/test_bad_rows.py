@@ -300,7 +300,8 @@ def test_the_log_says_for_all_tests_or_for_one_that_bad_rows_are_skipped(tmp_pat
         pass
 
 
-def test_the_commands_that_read_a_file_skip_bad_rows_on_request(tmp_path, capsys):
+def test_the_commands_that_read_a_file_skip_bad_rows_on_request(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     lines = rows(8000)
     lines[600] = "0.600,OVL,1.0"
     path = written(tmp_path, lines)
