@@ -12,6 +12,7 @@ from shakerproc.cli import build_app
 from shakerproc.errors import ModelError, ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
+from shakerproc.simulate import simulate
 from shakerproc.simulate.harmonic_balance import (
     frequency_response,
     response_columns,
@@ -217,6 +218,16 @@ def test_a_model_without_a_spring_is_told_at_once(folder):
         "response", "model.yaml", "--level", "1 N", "--from-hz", 1, "--to-hz", 5, "--no-figures"
     )
     assert wide.exit_code == 0, wide.output
+
+
+def test_a_rate_that_would_take_for_ever_is_refused_at_once():
+    elements = (
+        Element(EFFECTS["gap"](stiffness=1000.0, clearance=1e-3), ("base", "m")),
+        Element(EFFECTS["damper"](damping=1e12), ("base", "m")),
+    )
+    model = Model("stiff", {"m": 1.0}, elements, Excitation("force", "m"))
+    with pytest.raises(ShakerprocError, match=r"1e\+12 1/s, takes .* steps in a sample"):
+        simulate(model, np.ones(100), 5000.0)
 
 
 def test_every_ready_made_study_still_reads():

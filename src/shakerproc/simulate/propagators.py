@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
 from shakerproc.simulate.kernels.branches import set_propagators, set_rates_and_events
 from shakerproc.simulate.kernels.table import (
     CONTACT_DAMPING,
@@ -22,6 +23,9 @@ from shakerproc.simulate.kernels.table import (
 )
 
 IntArray: TypeAlias = NDArray[np.int64]
+
+MOST_PARTS = 1e5
+"""Steps in a sample."""
 
 MOST_COMBINATIONS = 64
 """More combinations of branches than this are left to the Taylor series."""
@@ -96,10 +100,22 @@ def build_store(machine: Machine, sample: float, degree: int) -> Store:
 
 
 def _parts(system: FloatArray, sample: float) -> FloatArray:
-    """Return into how many parts to cut a sample so that no event hides between its ends."""
+    """Return into how many parts to cut a sample so that no event hides between its ends.
+
+    Raises
+    ------
+    SimulationError
+        If there are too many of them.
+    """
     n_y = system.shape[1]
     fastest = np.max(np.abs(np.linalg.eigvals(system[:, :, :n_y])), axis=1)
     parts: FloatArray = np.maximum(1.0, np.ceil(fastest * sample / _TURN))
+    if not np.max(parts) <= MOST_PARTS:
+        raise SimulationError(
+            f"the fastest rate of the model, {np.max(fastest):.3g} 1/s, takes "
+            f"{np.max(parts):.3g} steps in a sample of {sample:.3g} s; at most "
+            f"{MOST_PARTS:.0e} are taken. Check the sizes of stiffness, damping and mass."
+        )
     return parts
 
 
