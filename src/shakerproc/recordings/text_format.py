@@ -130,7 +130,10 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
         If no table of numbers is found.
     """
     best: tuple[int, TextFormat] | None = None
+    letters = set().union(*lines)
     for delimiter, decimal in _FORMATS:
+        if (delimiter != "," and delimiter not in letters) or decimal not in {".", *letters}:
+            continue
         found = _try_format(lines, encoding, delimiter, decimal)
         if found is not None and (best is None or found[0] > best[0]):
             best = found
