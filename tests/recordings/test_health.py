@@ -225,6 +225,37 @@ def test_a_slow_channel_whose_values_are_held_is_not_stuck():
     assert kinds(samples) == []
 
 
+def test_a_jolt_that_two_sensors_feel_is_no_spike():
+    samples = four_channels("random", np.random.default_rng(22))
+    samples[2:, 40_001] += 40.0 * np.std(samples[2:], axis=1)
+    assert kinds(samples) == []
+
+
+def test_a_response_past_its_resonance_is_not_turned_round():
+    rng = np.random.default_rng(23)
+    t = np.arange(N) / RATE
+    base = 5.0 * signal.chirp(t, 60.0, t[-1], 500.0, method="logarithmic")
+    rows = np.array([base, base, sdof(base, 20.0), sdof(base, 30.0)])
+    assert kinds(rows + 1e-3 * rng.standard_normal(rows.shape)) == []
+    rows[2] = -sdof(base, 600.0)
+    assert kinds(rows + 1e-3 * rng.standard_normal(rows.shape)) == [("polarity", "ch3")]
+
+
+def test_controls_at_rest_do_not_differ_by_their_noise():
+    rng = np.random.default_rng(24)
+    samples = rng.standard_normal((3, N)) * [[0.01], [0.02], [0.01]]
+    samples[2] += 50.0 * np.exp(-np.arange(N) / 9000.0) * np.sin(0.3 * np.arange(N))
+    assert kinds(samples, roles=("control", "control", "response")) == []
+
+
+def test_a_decay_that_ends_within_a_step_of_the_converter_is_no_zero_tail():
+    rng = np.random.default_rng(25)
+    t = np.arange(N)
+    clean = np.exp(-t / 2000.0) * np.sin(0.2 * t) * np.array([[900.0], [700.0]])
+    samples = np.round(clean + 0.05 * rng.standard_normal(clean.shape))
+    assert kinds(samples, roles=("response", "response")) == []
+
+
 def test_impacts_in_series_are_not_spikes():
     rng = np.random.default_rng(16)
     samples = four_channels("300 Hz", rng)

@@ -86,15 +86,23 @@ class Spikes(AbstractWatcher):
         return found
 
     def _isolated(self, row: int) -> dict[int, float]:
-        """Return the spikes that have nothing rough within a quarter of a second."""
+        """Return the spikes that have nothing rough within a quarter of a second.
+
+        Nor in another channel at that time: what moves two sensors is mechanical.
+        """
         if not self._found[row]:
             return {}
         rough = np.concatenate([*self._rough[row], np.empty(0, dtype=np.int64)])
+        others = np.concatenate([
+            np.empty(0, dtype=np.int64),
+            *(part for i, parts in enumerate(self._rough) if i != row for part in parts),
+        ])
         apart = max(QUIET * self._recording.sample_rate, AROUND)
         isolated = {}
         for at, height in self._found[row].items():
             distance = np.abs(rough - at)
-            if not np.any((distance > WIDEST) & (distance < apart)):
+            alone = not np.any(np.abs(others - at) < AROUND)
+            if alone and not np.any((distance > WIDEST) & (distance < apart)):
                 isolated[at] = height
         return isolated
 
@@ -154,4 +162,15 @@ def _judge(
     step = abs(float(before[-3:].mean()) - float(after[:3].mean()))
     if around > ALONE * abs(height) or step > ALONE * abs(height):
         return 0, 0.0
+    if _width(samples, low - 1 + peak, level) > WIDEST:
+        return 0, 0.0
     return low - 1 + peak, height
+
+
+def _width(samples: FloatArray, peak: int, level: float) -> int:
+    """Return how many samples in a row lie beyond half the height of a peak."""
+    near = samples[peak - AROUND : peak + AROUND + 1] - level
+    inside = np.flatnonzero(near * np.sign(near[AROUND]) <= 0.5 * abs(near[AROUND]))
+    before, after = inside[inside < AROUND], inside[inside > AROUND]
+    first = int(before[-1]) if before.size else -1
+    return (int(after[0]) if after.size else near.size) - first - 1

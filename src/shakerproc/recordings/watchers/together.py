@@ -19,6 +19,12 @@ DIFFER: Final = 0.1
 COHERENT: Final = 0.95
 FEWEST_BINS: Final = 12
 OCTAVES: Final = 1.0
+PAST: Final = -1.0
+"""Logarithmic slope of the gain below which a motion is opposed since it is past a resonance.
+
+Past a resonance the gain falls with a slope of -2 at least, before it does not fall.
+"""
+
 OPPOSED: Final = 30.0
 """How near 180 degrees the phase must be in the lower half of the band [degrees]."""
 
@@ -133,4 +139,8 @@ class Together(AbstractWatcher):
             return False
         low = good[good <= np.sqrt(float(good[0]) * float(good[-1]))]
         phase = np.abs(np.degrees(np.angle(self._cross[row][low])))
-        return bool(low.size >= FEWEST_BINS // 3 and np.all(phase > 180.0 - OPPOSED))
+        if low.size < FEWEST_BINS // 3 or not np.all(phase > 180.0 - OPPOSED):
+            return False
+        gain = np.log(np.abs(self._cross[row][low]) / reference[low])
+        slope = np.polyfit(np.log(low), gain, 1)[0]
+        return bool(slope > PAST)
