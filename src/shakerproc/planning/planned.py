@@ -271,7 +271,7 @@ def _warnings(
     yield from _about_sampling(shaken, rate, test)
     yield from wish.limits.exceeded_by(shaken)
     yield from _about_crop(test, shaken)
-    yield from _about_sweep(test, modes)
+    yield from _about_sweep(test, shaken, modes)
     yield from _about_averages(planned, wish, rate, modes)
     yield from _about_play(planned, wish)
 
@@ -314,7 +314,9 @@ def _about_crop(test: Test, shaken: AbstractInput) -> Iterator[str]:
         )
 
 
-def _about_sweep(test: Test, modes: list[Mode]) -> Iterator[str]:
+def _about_sweep(test: Test, shaken: AbstractInput, modes: list[Mode]) -> Iterator[str]:
+    if not modes:
+        yield from _about_unknown_damping(test, shaken)
     for mode in modes:
         rate = rate_at(test, mode.frequency)
         if rate is None or mode.damping_ratio <= 0.0:
@@ -334,6 +336,22 @@ def _about_sweep(test: Test, modes: list[Mode]) -> Iterator[str]:
                 f"{100.0 * peak:.3g} % of the resonance, {shift:.2g} Hz too {late}; {shown} "
                 f"gives {100.0 * ENOUGH:.0f} %"
             )
+
+
+def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
+    """Say from which Q on the peaks of a sweep are low, where no model says the damping."""
+    told = []
+    for frequency in (shaken.low, shaken.high):
+        rate = rate_at(test, frequency)
+        if rate is None or frequency <= 0.0:
+            return
+        # The fastest rate is as the square of the width: 1 Hz wide at 100 Hz is the measure.
+        ratio = 0.01 * 100.0 / frequency * (rate / fastest_rate(100.0, 0.01)) ** 0.5
+        told.append(f"{0.5 / ratio:.2g} at {frequency:.4g} Hz")
+    yield (
+        f"the sweep shows peaks more than {100.0 * (1.0 - ENOUGH):.0f} % too low from Q = "
+        f"{' or '.join(dict.fromkeys(told))} on; --model with a damping says more"
+    )
 
 
 def _about_averages(
