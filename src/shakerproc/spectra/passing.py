@@ -43,6 +43,9 @@ RATIOS: Final = (1e-5, 0.5)
 IN_WINDOW: Final = np.linspace(-0.875, 0.875, 8)
 """Places in half a window, either way, over which the tracking's Hann window averages [-]."""
 
+HANN: Final = (1.0 + np.cos(np.pi * IN_WINDOW)) / np.sum(1.0 + np.cos(np.pi * IN_WINDOW))
+"""Weight of each of these places, their sum 1 [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ class SweptMode:
 
 
 def passing(frequency: FloatArray, natural: float, ratio: float, rate: float) -> ComplexArray:
-    """Return how a mode of residue 1 answers a sine whose frequency changes, per 1/s.
+    """Return how a mode of residue 1 answers a sine whose frequency changes [s].
 
     Parameters
     ----------
@@ -89,6 +92,19 @@ def passing(frequency: FloatArray, natural: float, ratio: float, rate: float) ->
     omega = 2.0 * np.pi * natural
     pole = omega * complex(-ratio, np.sqrt(1.0 - ratio * ratio))
     decay = 2j * np.pi * np.asarray(frequency, dtype=np.float64) - pole
+    return _answer(np.asarray(decay, dtype=np.complex128), rate)
+
+
+def _answer(decay: ComplexArray, rate: float) -> ComplexArray:
+    r"""Return :math:`\int_0^\infty e^{-d s + i \pi \dot f s^2} ds` for some decays d [s].
+
+    Parameters
+    ----------
+    decay : array
+        What each answer decays and turns with [1/s].
+    rate : float
+        How fast the frequency changes, negative downwards; 0 for steady [Hz/s].
+    """
     if rate == 0.0:
         return np.asarray(1.0 / decay)
     root = np.sqrt(np.pi * abs(rate)) * np.exp(-0.25j * np.pi * np.sign(rate))
@@ -109,16 +125,15 @@ def _tallest(rate: float, frequency: float, damping_ratio: float) -> tuple[float
         (min(3.0, 8.0 / np.sqrt(kappa)) + 2.0 / np.sqrt(kappa)) * rate / (2.0 * np.pi * width)
     )
 
-    def height(shift: float) -> float:
-        root = np.sqrt(kappa / 2.0) * np.exp(-0.25j * np.pi)
-        argument = (1.0 + 1j * shift / width) / (2.0 * root)
-        return float(abs(0.5 * np.sqrt(np.pi) / root * scipy.special.wofz(1j * argument)))
+    def height(shift: FloatArray | float) -> FloatArray:
+        decay = 2.0 * np.pi * (width + 1j * np.asarray(shift))
+        return np.abs(2.0 * np.pi * width * _answer(decay, rate))
 
     shifts = np.linspace(0.0, late, 400)
-    start = int(np.argmax([height(shift) for shift in shifts]))
+    start = int(np.argmax(height(shifts)))
     bounds = shifts[max(start - 1, 0)], shifts[min(start + 1, shifts.size - 1)]
     found = scipy.optimize.minimize_scalar(
-        lambda shift: -height(shift), bounds=bounds, method="bounded",
+        lambda shift: -float(height(shift)), bounds=bounds, method="bounded",
         options={"xatol": 1e-9 * width},
     )  # fmt: skip
     return float(-found.fun), float(found.x)
@@ -202,14 +217,85 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     SweptMode or None
         None where no linear mode fits: a joint that jumps, a peak at the end of the sweep.
     """
+    passage = _passage(sweep, channel)
+    if passage is None:
+        return None
+    found = _fitted(passage)
+    left, weights = passage.solved(found.x)
+    misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / passage.height)
+    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE:
+        return None
+    natural, ratio = (float(value) for value in np.exp(found.x))
+    half = _half_width(found, left.size)
+    if half > UNSURE:
+        return None
+    near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
+    mode = passing(near, natural, ratio, 0.0)
+    steady = np.abs(np.column_stack([mode, passage.background(near)]) @ weights)
+    top = int(np.argmax(steady))
+    return SweptMode(natural, ratio, float(near[top]), float(steady[top]), passage.rate, half)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Passage:
+    """A swept response around its tallest point, and what one mode makes of it.
+
+    The logarithms of natural frequency and damping ratio are searched; residue and a straight
+    background are solved for.
+
+    Attributes
+    ----------
+    frequency : (n,) array
+        In the middle of each window of the tracking [Hz].
+    gain : (n,) complex array
+        Fundamental over control there [-].
+    seen : (n, n_places) array
+        Frequencies within each window [Hz].
+    rate : float
+        How fast the frequency changes [Hz/s].
+    peak, height : float
+        Frequency of the tallest point [Hz], and how tall [-].
+    ratio : float
+        Damping ratio by the half-power width of the swept peak [-].
+    """
+
+    frequency: FloatArray
+    gain: ComplexArray
+    seen: FloatArray
+    rate: float
+    peak: float
+    height: float
+    ratio: float
+
+    def solved(self, point: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return fit less gain, (n,), and the (3,) weights of mode, level and slope."""
+        natural, ratio = (float(value) for value in np.exp(point))
+        mode = passing(self.seen, natural, ratio, self.rate) @ HANN
+        columns = np.column_stack([mode, self.background(self.frequency)])
+        weights = np.asarray(np.linalg.lstsq(columns, self.gain, rcond=None)[0], np.complex128)
+        return np.asarray(columns @ weights - self.gain), weights
+
+    def residual(self, point: FloatArray) -> FloatArray:
+        """Return fit less gain, (2 n,): real, then imaginary parts."""
+        left = self.solved(point)[0]
+        return np.concatenate([left.real, left.imag])
+
+    def background(self, frequency: FloatArray) -> FloatArray:
+        """Return level and slope of the modes far away, (n, 2) array [-]."""
+        place = (frequency - self.peak) / np.ptp(self.frequency)
+        return np.column_stack([np.ones(frequency.size), place])
+
+
+def _passage(sweep: Sweep, channel: int) -> _Passage | None:
+    """Return a swept response around its tallest point; None where that is at an end."""
     gain, frequency = sweep.gain[channel], sweep.frequency
     known = np.isfinite(gain) & (np.abs(gain) > 0.0)
     if known.sum() < 2 * FEWEST + 1:
         return None
     peak = int(np.argmax(np.where(known, np.abs(gain), 0.0)))
     low, high = _flanks(np.abs(gain), peak)
-    width = max(high - low, 2)
-    reach = max(int(np.ceil(AROUND * width)), FEWEST)
+    reach = max(int(np.ceil(AROUND * max(high - low, 2))), FEWEST)
     part = np.arange(max(0, peak - reach), min(gain.size, peak + reach + 1))
     part = part[known[part]]
     if part[0] > peak - FEWEST or part[-1] < peak + FEWEST:
@@ -219,52 +305,39 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
         return None
     rate = float(np.polyfit(sweep.time[part], frequency[part], 1)[0])
     half = 0.5 * sweep.periods[part] / frequency[part]  # of each window [s]
-    seen = frequency[part, np.newaxis] + rate * half[:, np.newaxis] * IN_WINDOW
-    weights = 0.5 + 0.5 * np.cos(np.pi * IN_WINDOW)
-    weights /= weights.sum()
-    place = (frequency[part] - frequency[peak]) / np.ptp(frequency[part])
-    plain = np.column_stack([np.ones(part.size), place])
-    values = gain[part]
+    return _Passage(
+        frequency=frequency[part],
+        gain=gain[part],
+        seen=frequency[part, np.newaxis] + rate * half[:, np.newaxis] * IN_WINDOW,
+        rate=rate,
+        peak=float(frequency[peak]),
+        height=float(np.abs(gain[peak])),
+        ratio=float(abs(frequency[high] - frequency[low]) / (2.0 * frequency[peak])),
+    )
 
-    def solved(point: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-        mode = passing(seen, float(np.exp(point[0])), float(np.exp(point[1])), rate) @ weights
-        columns = np.column_stack([mode, plain])
-        solution = np.linalg.lstsq(columns, values, rcond=None)[0]
-        return columns @ solution - values, solution
 
-    def residual(point: FloatArray) -> FloatArray:
-        left = solved(point)[0]
-        return np.concatenate([left.real, left.imag])
-
-    wide = float(abs(frequency[high] - frequency[low]) / (2.0 * frequency[peak]))
-    span = np.log(frequency[[part[0], part[-1]]])
+def _fitted(passage: _Passage) -> "scipy.optimize.OptimizeResult":
+    """Return the least-squares fit of one mode, its point ln f [ln Hz] and ln zeta."""
+    span = np.log(passage.frequency[[0, -1]])
     bounds = ([span.min(), np.log(RATIOS[0])], [span.max(), np.log(RATIOS[1])])
-    start = np.array([np.log(frequency[peak]), np.log(np.clip(wide, 1e-3, 0.3))])
+    start = np.log([passage.peak, np.clip(passage.ratio, 1e-3, 0.3)])
     tries = [start - np.array([0.0, less]) for less in (0.0, 1.0, 2.0)]  # a sweep broadens
-    first = min(tries, key=lambda point: float(np.sum(residual(point) ** 2)))
-    found = scipy.optimize.least_squares(
-        residual, first, bounds=bounds, x_scale=[max(wide, 1e-4), 1.0]
+    first = min(tries, key=lambda point: float(np.sum(passage.residual(point) ** 2)))
+    return scipy.optimize.least_squares(
+        passage.residual, first, bounds=bounds, x_scale=[max(passage.ratio, 1e-4), 1.0]
     )
-    left, solution = solved(found.x)
-    misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / np.abs(gain[peak]))
-    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE:
-        return None
-    natural, ratio = (float(value) for value in np.exp(found.x))
+
+
+def _half_width(found: "scipy.optimize.OptimizeResult", n_points: int) -> float:
+    """Return the half-width of the 95 % interval of ln zeta [-].
+
+    Windows overlap by half: of their errors, two are worth one. The rate changes on the way
+    through the peak: an error of first order in its width, which adds zeta.
+    """
     slopes = np.asarray(found.jac, dtype=np.float64)
-    power = 2.0 * float(found.cost) / max(1.0, part.size - 5.0)
+    power = 2.0 * float(found.cost) / max(1.0, n_points - 5.0)
     spread = power * float(np.linalg.pinv(slopes.T @ slopes)[1, 1])
-    # Windows overlap by half: of their errors, two are worth one. The rate changes on the way
-    # through the peak: an error of first order in its width.
-    half = NORMAL * float(np.sqrt(2.0 * spread)) + ratio
-    if half > UNSURE:
-        return None
-    near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
-    place = (near - frequency[peak]) / np.ptp(frequency[part])
-    steady = np.abs(
-        solution[0] * passing(near, natural, ratio, 0.0) + solution[1] + solution[2] * place
-    )
-    top = int(np.argmax(steady))
-    return SweptMode(natural, ratio, float(near[top]), float(steady[top]), rate, half)
+    return NORMAL * float(np.sqrt(2.0 * spread)) + float(np.exp(found.x[1]))
 
 
 def _flanks(height: FloatArray, peak: int) -> tuple[int, int]:
