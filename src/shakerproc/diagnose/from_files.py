@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
 
 from shakerproc.compare.measured import Measured, Usable, usable_tests
 from shakerproc.diagnose.diagnosing import diagnose_arrays
@@ -10,14 +9,9 @@ from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+from shakerproc.recordings import MOST_CLIPPED
 from shakerproc.recordings.choosing import SAME_RATE
 from shakerproc.testlog import TestLog, TimeCrop
-
-MOST_CLIPPED: Final = 0.5
-"""Share of clipped samples from which on a test cannot be judged [-].
-
-They weigh nothing in the search; where they are the majority, too little is left.
-"""
 
 
 def diagnose(

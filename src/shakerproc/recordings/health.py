@@ -16,6 +16,12 @@ Noise clipped at 1 % of its samples lacks 3.8 % of its rms, about the error that
 pass as small where the noise is unknown (3 %).
 """
 
+MOST_CLIPPED: Final = 0.5
+"""Share of clipped samples from which on a test cannot be judged [-].
+
+They weigh nothing in the search; where they are the majority, too little is left.
+"""
+
 
 def health(
     recording: Recording, *, block: int = 2**17, watchers: Sequence[str] = tuple(WATCHERS)

@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.recordings import MOST_CLIPPED, health, unusable
 from shakerproc.recordings import Flag as HealthFlag
-from shakerproc.recordings import health, unusable
 from shakerproc.runs import levels
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
@@ -37,7 +37,12 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     found_in_samples = health(recording)
     lost = unusable(found_in_samples, start, stop)
     seen = [
-        Flag(f.kind, f.channel, _with_remedy(f, lost=f in lost), f in lost)
+        Flag(
+            f.kind,
+            f.channel,
+            _with_remedy(f, start, stop) if f in lost else f.message,
+            f in lost,
+        )
         for f in found_in_samples
         if f.kind not in PASSING or (f.stop >= start - BESIDE and f.start <= stop + BESIDE)
     ]
@@ -61,13 +66,14 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
 
 
-def _with_remedy(flag: HealthFlag, *, lost: bool) -> str:
+def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
     """Return what a flag says, and what becomes of a test whose channel did not measure."""
-    if not lost:
-        return flag.message
+    without = "trends, compare, diagnose and add"
+    if flag.kind == "clipping" and not unusable([flag], start, stop, most=MOST_CLIPPED):
+        without = "trends and compare (diagnose and add leave the clipped samples out)"
     return (
-        f"{flag.message} The test takes no part in trends, compare, diagnose and add; to use "
-        f"its other channels, give {flag.channel} the role ignore in this test."
+        f"{flag.message} The test takes no part in {without}; to use its other channels, give "
+        f"{flag.channel} the role ignore in this test."
     )
 
 
