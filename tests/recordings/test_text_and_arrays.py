@@ -616,6 +616,16 @@ def test_a_row_that_parquet_lacks_is_seen_in_its_time_column(tmp_path):
     refused(tmp_path / "run.parquet", "contradicts itself: 4000 Hz .* 5000 Hz")
 
 
+def test_a_slow_time_column_of_parquet_gives_its_rate_in_pieces(tmp_path, monkeypatch):
+    import pyarrow as pa
+
+    monkeypatch.setattr(parquet, "JUDGED", 64)
+    table = pa.table({"t [s]": 4.0 * np.arange(1000.0), "a [N]": np.zeros(1000)})
+    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    with open_recording(tmp_path / "run.parquet") as recording:
+        assert recording.sample_rate == 0.25
+
+
 def test_health_of_a_long_still_recording_is_quick_and_needs_little_memory(tmp_path):
     import resource
     import time

@@ -22,7 +22,7 @@ from shakerproc.errors import ShakerprocError
 from shakerproc.testlog import Test
 
 _ALWAYS: Final = (SUMMARY, "spectra.csv", "peaks.csv", "statistics.csv")
-"""What betrays results, of whatever they are."""
+"""Files that every processed run has."""
 
 _REMEDY: Final = "choose another folder with --out, or move this one away"
 

@@ -24,6 +24,9 @@ PIECE: Final = 1 << 16
 HEAD: Final = 1 << 10
 """Rows at the start by which a column is judged to be a time."""
 
+JUDGED: Final = 1 << 20
+"""Rows of a time column that are judged at a time."""
+
 CURSORS: Final = 4
 """Places of the file that are kept, each for its own columns."""
 
@@ -110,15 +113,15 @@ def _rate_of_times(
     source: "ParquetSource", row: int, seconds: float, n_rows: int
 ) -> tuple[float | None, str]:
     """Return the sample rate [Hz] of a time column, judged in pieces that overlap by a row."""
-    ends = [source.read([row], at, at + 1)[0, 0] * seconds for at in (0, n_rows - 1)]
-    if n_rows <= 1 << 20:
+    if n_rows <= JUDGED:
         return rate_of_times(source.read([row], 0, n_rows)[0] * seconds)
+    ends = [source.read([row], at, at + 1)[0, 0] * seconds for at in (0, n_rows - 1)]
     rate, problem = rate_of_times(np.array(ends))
     if rate is None:
         return None, problem
     rate *= n_rows - 1
-    for first in range(0, n_rows - 1, 1 << 20):
-        last = min(first + (1 << 20), n_rows - 1)
+    for first in range(0, n_rows - 1, JUDGED):
+        last = min(first + JUDGED, n_rows - 1)
         piece, problem = rate_of_times(source.read([row], first, last + 1)[0] * seconds)
         if piece is None:
             return None, f"{problem} (counted from sample {first})"
@@ -128,7 +131,7 @@ def _rate_of_times(
                 f"to {last}, {rate:.9g} Hz on the whole"
             )
     whole = round(rate)
-    return (float(whole) if abs(rate / whole - 1.0) * n_rows < 0.5 else rate), ""
+    return (float(whole) if whole and abs(rate / whole - 1.0) * n_rows < 0.5 else rate), ""
 
 
 @final

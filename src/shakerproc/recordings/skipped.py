@@ -27,7 +27,7 @@ def without_bad_rows(
     ----------
     values : (n_columns, n_rows) array
         The rows of numbers.
-    bad : BadRows
+    bad : Interruptions
         What stands between them.
     times : (n_rows,) array, optional
         The time column.

@@ -72,7 +72,7 @@ class TextTable:
     ----------
     values : (n_columns, n_rows) array
         Not a number where a cell is empty.
-    bad : BadRows
+    bad : Interruptions
         What stands between them.
     torn : str
         How the file stops short; empty where its last row is whole.
@@ -105,8 +105,8 @@ def read_table(file: BinaryIO, found: TextFormat, run: str) -> TextTable:
     """
     rows = _Rows(found, run)
     file.seek(0)
-    for _ in _blocks(file, found.first):
-        rows.add(_)
+    for block in _blocks(file, found.first):
+        rows.add(block)
     return rows.table()
 
 

@@ -138,7 +138,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         notes=(
             *recording.notes,
             *_why_not(test, channels, controls),
-            *filter(None, (told(lines),)),
+            *([told(lines)] if lines else []),
         ),
         unused=recording.unused,
         crop=crop,
@@ -168,25 +168,25 @@ def _process(recording: Recording, test: Test) -> RunResult:
 
 def _why_not(test: Test, channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
     """Return why the level is not checked and why there is no response function, if so."""
-    unseen = levels.unseen(test, channels)
-    return [*([unseen] if unseen else []), *_why_no_response(channels, controls)]
+    told = (levels.unseen(test, channels), _why_no_response(channels, controls))
+    return [sentence for sentence in told if sentence]
 
 
-def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
-    """Return why there is no response function, where there is none."""
+def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> str:
+    """Return why there is no response function; empty where there is one."""
     if controls or len(channels) < 2:
-        return []
+        return ""
     forces = [channel.name for channel in channels if channel.role == "force"]
     if not forces:
-        return [
+        return (
             "No response function: no channel has the role control. Give it to the channel "
             "that measures the input."
-        ]
-    return [
+        )
+    return (
         f"No response function: no channel has the role control, and none is computed against "
         f"a force ({', '.join(forces)}); spectra and peaks are those of each channel alone. "
         "compare and diagnose take the force as the input (excitation: {force on: ...})."
-    ]
+    )
 
 
 def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:

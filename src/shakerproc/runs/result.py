@@ -68,7 +68,7 @@ class ResonancePeak:
     peak : Peak
         Where it is and how tall.
     damping : Damping, optional
-        What the shape of the peak says; of the tallest only.
+        What the shape of the peak says; None where it is not read, as of a single tone.
     coherence : float, optional
         With the control, in the bin of the peak [-].
     resolved : bool

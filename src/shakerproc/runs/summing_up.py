@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,6 +22,7 @@ from shakerproc.runs.summary import (
     SweptPeak,
     Value,
 )
+from shakerproc.runs.tracking import SweptReading
 
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
@@ -124,27 +126,22 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
 
 
 def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
-    return tuple(
-        SweptPeak(
-            reading.direction,
-            reading.frequency,
-            reading.gain,
-            *(
-                (
-                    mode.frequency,
-                    mode.ratio,
-                    mode.steady_frequency,
-                    mode.steady_gain,
-                    mode.ratio * (1.0 - mode.half),
-                    mode.ratio * (1.0 + mode.half),
-                )
-                if mode
-                else ()
-            ),
-        )
-        for reading in result.swept
-        if reading.channel == i
-        for mode in (reading.mode,)
+    return tuple(_swept_peak(reading) for reading in result.swept if reading.channel == i)
+
+
+def _swept_peak(reading: SweptReading) -> SweptPeak:
+    mode = reading.mode
+    peak = SweptPeak(reading.direction, reading.frequency, reading.gain)
+    if mode is None:
+        return peak
+    return replace(
+        peak,
+        natural_frequency_hz=mode.frequency,
+        damping_ratio=mode.ratio,
+        steady_hz=mode.steady_frequency,
+        steady_gain=mode.steady_gain,
+        damping_low=mode.ratio * (1.0 - mode.half),
+        damping_high=mode.ratio * (1.0 + mode.half),
     )
 
 

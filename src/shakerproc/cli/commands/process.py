@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -92,7 +92,9 @@ def process(
     override_unit: Annotated[
         bool, typer.Option("--override-unit", help="Take --unit where the file says another.")
     ] = False,
-    no_crop: Annotated[bool, typer.Option("--no-crop", help="Take it all.")] = False,
+    no_crop: Annotated[
+        bool, typer.Option("--no-crop", help="Use the whole recording.")
+    ] = False,
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
@@ -115,7 +117,7 @@ def process(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Work one recording through: crop, spectra, peaks, tables and figures.
+    """Process one recording: crop, spectra, peaks, tables and figures.
 
     Without a log, channels in N, m and m/s are forces, displacements and velocities. Of the
     others, those whose name speaks of control are controls, otherwise the first two, as in the
@@ -149,18 +151,13 @@ def process(
         detrend=detrend,
         stitch=stitch,
     )
-    if sample_rate_hz is not None:
-        chosen = replace(
-            chosen, processing=replace(chosen.processing, sample_rate=sample_rate_hz)
-        )
-    if bad_rows is not None:
-        skip = options.bad_rows_of(bad_rows)
-        chosen = replace(chosen, processing=replace(chosen.processing, bad_rows=skip))
-    if measurement is not None:
-        which = options.measurement_of(measurement)
-        chosen = replace(chosen, processing=replace(chosen.processing, measurement=which))
-    if group is not None:
-        chosen = replace(chosen, processing=replace(chosen.processing, group=group))
+    chosen = _with_reading(
+        chosen,
+        sample_rate=sample_rate_hz,
+        bad_rows=None if bad_rows is None else options.bad_rows_of(bad_rows),
+        measurement=options.measurement_of(measurement),
+        group=group,
+    )
     folder = Path(folder_name(recording, chosen)) if out is None else out
     output.own_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
@@ -234,6 +231,12 @@ def _with_excitation(
     if kind == "sine":
         return test if from_hz is to_hz is None else _with_tone(test, from_hz, to_hz)
     return test if from_hz is to_hz is None else _with_band(test, from_hz, to_hz)
+
+
+def _with_reading(test: "Test", **said: Any) -> "Test":
+    """Return a test with what the options say of how its file is read; None says nothing."""
+    given = {name: value for name, value in said.items() if value is not None}
+    return replace(test, processing=replace(test.processing, **given))
 
 
 def _with_tone(test: "Test", from_hz: float | None, to_hz: float | None) -> "Test":

@@ -243,7 +243,6 @@ def _write(
 
 
 def _provenance(path: Path, digest: str, level: str) -> dict[str, object]:
-
     from shakerproc import __version__
 
     return {

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulate.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulate.harmonic_balance.branch import NEUTRAL, Branch
 from shakerproc.simulate.harmonic_balance.system import PeriodicSystem
@@ -48,7 +48,7 @@ def linear_branch(balance: HarmonicBalance, band: tuple[float, float]) -> Branch
     )
 
 
-def _poles(system: PeriodicSystem) -> np.ndarray[tuple[int, ...], np.dtype[np.complex128]]:
+def _poles(system: PeriodicSystem) -> ComplexArray:
     """Return the eigenvalues of the equations of motion, (2 n_dofs,) array [rad/s]."""
     n = system.n_dofs
     matrix = np.zeros((2 * n, 2 * n))
@@ -58,9 +58,7 @@ def _poles(system: PeriodicSystem) -> np.ndarray[tuple[int, ...], np.dtype[np.co
     return np.linalg.eigvals(matrix).astype(np.complex128)
 
 
-def _grid(
-    rates: np.ndarray[tuple[int, ...], np.dtype[np.complex128]], band: tuple[float, float]
-) -> FloatArray:
+def _grid(rates: ComplexArray, band: tuple[float, float]) -> FloatArray:
     """Return frequencies over the band, close where the response has peaks, (n,) array [Hz]."""
     swinging = rates[rates.imag > 0.0] / (2.0 * np.pi)
     width = np.maximum(-swinging.real, 1e-6 * swinging.imag)

@@ -70,7 +70,7 @@ def periodic_orbit(
     tolerance : float
         Size of the last correction over that of the motion [-].
     """
-    given = _one_round(level, frequency, order, max(n_samples, PER_PERIOD))
+    given = _input_of_round(level, frequency, order, max(n_samples, PER_PERIOD))
     state = np.array(guess, np.float64)
     omega = 2.0 * np.pi * frequency
     for _ in range(20):
@@ -117,11 +117,11 @@ def one_round(
     n_samples : int
         Samples of the motion in one period of the excitation.
     """
-    given = _one_round(level, frequency, order, n_samples)
+    given = _input_of_round(level, frequency, order, n_samples)
     return simulate(model, given, start=_start(model, state), growth=False)
 
 
-def _one_round(level: float, frequency: float, order: int, n_samples: int) -> Input:
+def _input_of_round(level: float, frequency: float, order: int, n_samples: int) -> Input:
     omega = 2.0 * np.pi * frequency
     return prepare(
         lambda time: level * np.cos(omega * time),
