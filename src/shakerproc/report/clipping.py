@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 
@@ -32,7 +33,7 @@ def line_inside(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return _without(rows[0], outside), _without(rows[1], outside)
 
 
-def points_inside(x: FloatArray, y: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def points_inside(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     """Return which points are numbers and lie inside; arguments as of `line_inside`."""
     inside = np.isfinite(x) & np.isfinite(y) & ~_outside(x) & ~_outside(y)
     return np.asarray(inside, dtype=bool)
@@ -62,13 +63,11 @@ def area_inside(
     )
 
 
-def _outside(places: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _outside(places: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((places < -ROUNDING) | (places > 1.0 + ROUNDING), dtype=bool)
 
 
-def _without(
-    places: FloatArray, outside: np.ndarray[tuple[int], np.dtype[np.bool_]]
-) -> FloatArray:
+def _without(places: FloatArray, outside: NDArray[np.bool_]) -> FloatArray:
     return np.where(outside, np.nan, places)
 
 

@@ -56,7 +56,7 @@ def model_section(models: Models) -> Section:
     if after is not None:
         paragraphs.append(_opened(models.new, sentence(after)))
     told = by_tests((t.measured.name, t.measured.remarks) for t in models.before.tests)
-    paragraphs += [f"{line[0].upper()}{line[1:]}." for line in told]
+    paragraphs += [f"{line[0].upper()}{line[1:].removesuffix('.')}." for line in told]
     paragraphs += _limits(models.before)
     forces = figures.restoring_force(models)
     drift = figures.error_in_time(models)

@@ -9,7 +9,10 @@ from shakerproc.cli import options, output
 from shakerproc.cli.commands.effects import complete_kind
 
 if TYPE_CHECKING:
+    from shakerproc.diagnose.adding import Added
+    from shakerproc.model_files import Provenance
     from shakerproc.models import Model
+    from shakerproc.testlog import TestLog
 
 
 def add(
@@ -38,13 +41,10 @@ def add(
 
     Nothing is written where the held-out error does not fall.
     """
-    import datetime
-
-    from shakerproc import __version__
     from shakerproc.cli.compiling import announce
-    from shakerproc.diagnose.adding import fit_effect, shortened
+    from shakerproc.diagnose.adding import fit_effect
     from shakerproc.errors import DiagnosisError
-    from shakerproc.model_files import Provenance, add_element, read_model_file
+    from shakerproc.model_files import add_element, read_model_file
     from shakerproc.testlog import read_testlog
 
     options.check_order(model, testlog)
@@ -66,6 +66,20 @@ def add(
         )
     if added.worse:
         output.warning(f"written although {added.worse}")
+    element = added.in_few_digits()
+    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(element.between)})"
+    changes = _changes(known, added)
+    add_element(model, element, new, _provenance(log, added), changes=changes, title=title)
+    _tell(effect, added, new, json)
+
+
+def _provenance(log: "TestLog", added: "Added") -> "Provenance":
+    """Return where the fitted numbers come from, as the model file says it."""
+    import datetime
+
+    from shakerproc import __version__
+    from shakerproc.model_files import Provenance
+
     spans = {
         name: (p.low, p.high)
         for name, p in added.parameters.items()
@@ -76,21 +90,27 @@ def add(
         for test in log.tests
         if test.recording is not None and str(test.id) in added.tests
     }
-    element = added.in_few_digits()
+    today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
+    return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
+
+
+def _changes(known: "Model", added: "Added") -> dict[int, dict[str, float]]:
+    """Return the springs and dampers that were fitted as well, by the number of the element."""
+    from shakerproc.diagnose.adding import shortened
+
     changes: dict[int, dict[str, float]] = {}
     for i, own in enumerate(known.elements):
         place = _place(own.between, added.stiffness)
-        if place is None:
+        if place is None or not _alone(known, i):
             continue
-        if own.effect.kind == "spring" and _alone(known, i):
+        if own.effect.kind == "spring":
             changes[i] = {"stiffness": float(shortened(added.stiffness[place]))}
-        damping = getattr(own.effect, "damping", None)
-        if own.effect.kind == "damper" and damping is not None and _alone(known, i):
+        elif own.effect.kind == "damper" and getattr(own.effect, "damping", None) is not None:
             changes[i] = {"damping": float(shortened(added.damping[place]))}
-    today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    source = Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
-    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(element.between)})"
-    add_element(model, element, new, source, changes=changes, title=title)
+    return changes
+
+
+def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
         f"{added.before:.3g} -> {added.after:.3g}, written to {new}",

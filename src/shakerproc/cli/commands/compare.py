@@ -8,9 +8,9 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from shakerproc.cli.evidence import Document
+    from shakerproc.cli.evidence import Document, Evidence
     from shakerproc.compare import Comparison, Refit
 
 _SHOWN = (
@@ -48,23 +48,9 @@ def compare(
     The model is driven by the measured control signal (the mean of the controls, or the
     measured force) and its sensors are held against the channels of the same name.
     """
-    from shakerproc import files
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.evidence import (
-        Evidence,
-        check_same,
-        inputs_of,
-        print_if,
-        write_evidence,
-    )
-    from shakerproc.compare import (
-        COLUMNS,
-        compare_tests,
-        document_of,
-        rows_of,
-        sentence,
-        usable_tests,
-    )
+    from shakerproc.cli.evidence import Evidence, check_same, inputs_of, print_if
+    from shakerproc.compare import compare_tests, document_of, sentence, usable_tests
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
@@ -95,24 +81,40 @@ def compare(
             old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
     document = {**_provenance(documents[-2:]), **document_of(found)}
+    evidence = Evidence(models, None, inputs_of(documents, usable.tests))
     with output.results(folder, "compare"):
-        files.write_json(folder / "compare.json", document)
-        rows = rows_of(found)
-        table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
-        files.write_text(folder / "errors.csv", files.csv_text(table))
-        if figures:
-            from shakerproc.report.compare import draw_comparison
-
-            draw_comparison(found, folder)
-        inputs = inputs_of(documents, usable.tests)
-        evidence = Evidence(models, None, inputs)
-        verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
-        page = write_evidence(folder, campaign.title, verdict, evidence)
+        page = _write(folder, found, document, campaign.title, evidence, figures=figures)
     output.write_json(document, json)
     _print(found, folder, json)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     print_if(pdf, page)
+
+
+def _write(
+    folder: Path,
+    found: "Comparison",
+    document: "Mapping[str, object]",
+    title: str,
+    evidence: "Evidence",
+    *,
+    figures: bool,
+) -> Path:
+    """Write tables, figures and report of a comparison; return the report."""
+    from shakerproc import files
+    from shakerproc.cli.evidence import write_evidence
+    from shakerproc.compare import COLUMNS, rows_of, sentence
+
+    files.write_json(folder / "compare.json", document)
+    rows = rows_of(found)
+    table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
+    files.write_text(folder / "errors.csv", files.csv_text(table))
+    if figures:
+        from shakerproc.report.compare import draw_comparison
+
+        draw_comparison(found, folder)
+    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
+    return write_evidence(folder, title, verdict, evidence)
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
