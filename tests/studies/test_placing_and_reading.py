@@ -128,7 +128,7 @@ def test_what_a_kind_needs_is_asked_for(write, text, message):
 
 
 @pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)
-def test_every_ready_made_study_is_sound(path):
+def test_every_ready_made_study_is_valid(path):
     study = read_study(path)
     assert study.kind in KINDS
     assert jobs_of(study)

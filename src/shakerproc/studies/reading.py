@@ -11,8 +11,8 @@ from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
+from shakerproc.studies.run_validation import MOST_SAMPLES, check_run
 from shakerproc.studies.schema import StudySection
-from shakerproc.studies.sound_runs import MOST_SAMPLES, check_run
 from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
 from shakerproc.units import near_miss, to_si
 
@@ -276,12 +276,12 @@ def _check_jobs(document: Document[StudySection], study: Study) -> None:
             if job.run is not None:
                 check_run(job.run, in_time="chaotic" in KINDS[study.kind].quantities)
     except (ValueError, ShakerprocError) as error:
-        as_written = study.run is None or _is_sound(study.run)  # so that a variation errs
+        as_written = study.run is None or _is_valid(study.run)  # so that a variation errs
         where: tuple[str | int, ...] = ("vary", 0) if as_written and study.vary else ("run",)
         raise document.error(where, f"{where[0]}: {error}") from error
 
 
-def _is_sound(run: Run) -> bool:
+def _is_valid(run: Run) -> bool:
     try:
         check_run(run)
     except ValueError:
