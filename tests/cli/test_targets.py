@@ -247,3 +247,15 @@ def test_tables_and_trends_that_a_batch_no_longer_makes_do_not_stay(tmp_path, ca
     (tmp_path / "model.yaml").write_text("model: 1", encoding="utf-8")
     assert run("compare", tmp_path / "model.yaml", log, "--out", out) == 1
     assert "holds the results of `shakerproc batch`" in capsys.readouterr().err
+
+
+def test_json_replaces_json_but_no_recording_no_log_and_no_model(tmp_path, capsys):
+    for name, begins in (("a.tdms", b"TDSm\x0e\x00"), ("log.yaml", b"testlog: 1\n")):
+        (tmp_path / name).write_bytes(begins)
+        assert run(*EFFECT, tmp_path / name) == 1
+        assert "this file is there, and it is no JSON" in capsys.readouterr().err
+        assert (tmp_path / name).read_bytes() == begins
+    for name, begins in (("empty", b""), ("old.json", b'\n{"effects": {}}')):
+        (tmp_path / name).write_bytes(begins)
+        assert run(*EFFECT, tmp_path / name) == 0
+        assert names_of((tmp_path / name).read_text(encoding="utf-8")) == {"gap"}

@@ -93,6 +93,34 @@ def test_compare_leaves_out_a_test_whose_channel_did_not_measure(case, tmp_path)
     assert "is left out" in " ".join(result.stderr.split())
 
 
+SEVERAL = {
+    "control 1 is constant": {"control 1": 0.0, "control 2": 0.0},
+    "control 1 is an open input": {"control 1": NOISE, "control 2": NOISE},
+    "ch3 holds values that are no numbers": {"response 1": np.nan},
+}
+
+
+@pytest.mark.parametrize("sentence", SEVERAL)
+def test_the_control_is_blamed_not_the_response_that_has_nothing_in_common(
+    sentence, healthy, tmp_path
+):
+    before: dict = {}
+    for channel, size in SEVERAL[sentence].items():
+
+        def fault(x, _, size=size, seed=int(channel[-1])):
+            return size * np.random.default_rng(seed).standard_normal(x.size)
+
+        before = damaged(healthy, fault, channel, (2,)) | before
+    target = tmp_path / "found.json"
+    model, log = healthy / "model.yaml", healthy / "testlog.yaml"
+    result = run("compare", model, log, "--no-figures", "--out", tmp_path, "--json", target)
+    for file, content in before.items():
+        file.write_bytes(content)
+    assert result.exit_code == 0
+    (told,) = json.loads(target.read_text())["left_out"]
+    assert f"is left out: {sentence}" in told
+
+
 ALL = [
     ("zero", "response 1", (1, 2, 3)),
     ("open", "control 1", (1, 2, 3)),

@@ -105,6 +105,14 @@ def test_of_two_channels_one_is_open_only_if_the_log_says_that_the_table_moves(d
     assert opened(samples, driven=driven, roles=("control", "response")) == found
 
 
+def test_where_nothing_else_moves_no_response_is_called_open():
+    """Dead controls are constant, and that is said: the response measures."""
+    samples = np.zeros((3, N))
+    samples[2] = excitation("random", np.random.default_rng(12))
+    roles = ("control", "control", "response")
+    assert opened(samples, driven=True, roles=roles) == []
+
+
 def test_a_strongly_nonlinear_response_is_no_open_input():
     rng = np.random.default_rng(11)
     samples = measured("random", rng)

@@ -48,7 +48,22 @@ def checked_json(target: str | None) -> str | None:
         )
     if not os.access(path if files.is_special(path) else path.resolve().parent, os.W_OK):
         raise OutputError(f"--json {target}: may not be written. Name another file.")
+    if path.is_file() and not _may_be_json(path):
+        raise OutputError(
+            f"--json {target}: this file is there, and it is no JSON that could be replaced, "
+            "but a recording, a log or something else. Name another file."
+        )
     return target
+
+
+def _may_be_json(path: Path) -> bool:
+    """Return whether a file is empty or begins as JSON does."""
+    try:
+        with path.open("rb") as file:
+            beginning = file.read(256).lstrip()
+    except OSError:
+        return False
+    return not beginning or beginning.startswith((b"{", b"["))
 
 
 def checked_folder(folder: Path | None) -> Path | None:

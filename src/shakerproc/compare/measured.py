@@ -263,7 +263,7 @@ def measure(
             )
         part = _part(recording, test, most)
         samples = recording.samples(part.first, part.last)
-        _check_measured(recording, samples, part, {*inputs, *rows}, most_clipped)
+        _check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
         chosen = (samples[inputs], samples[rows])
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
@@ -276,9 +276,12 @@ def measure(
 
 
 def _check_measured(
-    recording: Recording, samples: FloatArray, part: "_Part", rows: set[int], clipped: float
+    recording: Recording, samples: FloatArray, part: "_Part", rows: list[int], clipped: float
 ) -> None:
     """Pass the samples of a test of which every channel that is needed was measured.
+
+    Of several that were not, the first of `rows` is named: where the controls are dead, no
+    response has anything in common with them. Not being numbers goes before all else.
 
     Raises
     ------
@@ -287,10 +290,15 @@ def _check_measured(
     """
     judged = samples[:, part.start - part.first : part.stop - part.first]
     seen = recording_of_arrays(recording.run, recording.channels, judged, recording.sample_rate)
-    needed = {recording.channels[row].name for row in rows}
-    for flag in measuring(replace(seen, driven=recording.driven)):
+    needed = [recording.channels[row].name for row in rows]
+    found = [
+        f for f in measuring(replace(seen, driven=recording.driven)) if f.channel in needed
+    ]
+    for flag in sorted(
+        found, key=lambda f: (f.kind != "not a number", needed.index(f.channel))
+    ):
         most = {"clipping": clipped, "not a number": 0.0}.get(flag.kind, MOST_LOST)
-        if flag.channel in needed and unusable([flag], 0.0, seen.duration, most=most):
+        if unusable([flag], 0.0, seen.duration, most=most):
             start = part.start / recording.sample_rate
             since = ""
             if start and flag.start:

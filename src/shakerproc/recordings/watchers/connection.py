@@ -174,12 +174,13 @@ class Connection(AbstractWatcher):
     def _should_move(self, row: int, common: NDArray[np.bool_]) -> bool:
         """Return whether it is known that the channel must share a motion with another.
 
-        The log says that the table is driven; or other channels move together, for a control
-        (which rests while something decays) other controls with anything.
+        The log says that the table is driven, and another channel moves at all; or other
+        channels move together, for a control (which rests while something decays) other
+        controls with anything.
         """
-        if self._recording.driven:
-            return True
         others = [i for i in range(len(self._rows)) if i != row]
+        if self._recording.driven:
+            return bool(self._averages[0].moved[others].any())
         if self._rows[row] in self._inputs:
             others = [i for i in others if self._rows[i] in self._inputs]
         return bool(common[others].any())
