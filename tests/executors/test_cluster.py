@@ -241,7 +241,7 @@ def test_a_port_that_is_no_scheduler_is_said_within_seconds(tmp_path, silent):
         assert time.monotonic() - began < 60.0  # 5 s on a machine that is not busy
     assert process.returncode == 1
     (line,) = said.splitlines()
-    assert line.startswith(f"error: no scheduler answers at {address}: who listens there ")
+    assert line.startswith(f"error: no scheduler answers at {address}: the port is open, but ")
 
 
 def test_other_versions_on_a_worker_are_refused():

@@ -18,10 +18,10 @@ from shakerproc.compare.refit import Refit, refit
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
-_OPPOSED = -0.6  # correlation of the logarithms of measured and predicted gains
-_LIVELY = 0.25  # spread of the logarithms of gains, below which they tell nothing
-_HEARD = 0.5  # coherence below which a gain is noise
-_FEWEST = 12  # bins
+_EXCHANGED = -0.6  # correlation of the logarithms of measured and predicted gains
+_LEAST_SPREAD = 0.25  # spread of the logarithms of gains, below which they tell nothing
+_LEAST_COHERENCE = 0.5  # coherence below which a gain is noise
+_FEWEST_BINS = 12  # bins
 
 
 @final
@@ -195,15 +195,15 @@ def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[s
     warnings = []
     for prediction, pair in both:
         for i, name in enumerate(prediction.measured.sensors):
-            heard = np.minimum(pair.coherence[i], pair.coherence_model[i]) > _HEARD
-            lit = pair.excited & heard
-            if np.count_nonzero(lit) < _FEWEST:
+            known = np.minimum(pair.coherence[i], pair.coherence_model[i]) > _LEAST_COHERENCE
+            used = pair.excited & known
+            if np.count_nonzero(used) < _FEWEST_BINS:
                 continue
-            gain, predicted = (np.log(np.abs(h[i, lit])) for h in (pair.h1, pair.h1_model))
-            if min(gain.std(), predicted.std()) < _LIVELY:
+            gain, predicted = (np.log(np.abs(h[i, used])) for h in (pair.h1, pair.h1_model))
+            if min(gain.std(), predicted.std()) < _LEAST_SPREAD:
                 continue
             correlation = float(np.corrcoef(gain, predicted)[0, 1])
-            if correlation < _OPPOSED:
+            if correlation < _EXCHANGED:
                 warnings.append(
                     f"{prediction.measured.run}: controls and responses may be exchanged: over "
                     f"{gain.size} frequencies the gain of {name} is small where the model's is "

@@ -118,12 +118,12 @@ def _client(address: str) -> Iterator["Client"]:
 
 
 def _check_answers(where: ParseResult) -> None:
-    """Pass an address where something speaks; a scheduler does so before it is spoken to.
+    """Pass an address that sends something; a scheduler does so before it is asked.
 
     Raises
     ------
     OSError
-        If nobody listens there, or who does stays silent.
+        If nothing accepts the connection, or what does sends nothing.
     """
     with socket.create_connection((where.hostname, where.port), _ANSWER) as connection:
         if where.scheme != "tcp":
@@ -131,9 +131,11 @@ def _check_answers(where: ParseResult) -> None:
         try:
             said = connection.recv(1)
         except TimeoutError as error:
-            raise OSError(f"who listens there is silent for {_ANSWER:g} s") from error
+            raise OSError(
+                f"the port is open, but sends nothing within {_ANSWER:g} s"
+            ) from error
         if not said:
-            raise OSError("who listens there hangs up")
+            raise OSError("the port is open, but closes the connection")
 
 
 def _address(text: str) -> ParseResult:

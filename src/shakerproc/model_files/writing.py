@@ -80,7 +80,7 @@ def within(value: float, unit: str, low: float | None, high: float | None) -> fl
     """Return a value near, with as few digits as its interval bears out.
 
     It moves by a thousandth of the way to the nearer end of the interval at most: numbers
-    that were fitted together lean on each other, and a tenth of it may double the error.
+    that were fitted together are correlated, and a tenth of it may double the error.
 
     Parameters
     ----------

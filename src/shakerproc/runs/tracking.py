@@ -180,7 +180,7 @@ def swept_readings(
 
 
 def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
-    """Return how far a sweep falsifies a peak, where it matters; else nothing.
+    """Return by how much a sweep lowers and shifts a peak, where it matters; else nothing.
 
     Parameters
     ----------

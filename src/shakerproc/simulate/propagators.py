@@ -1,10 +1,8 @@
 """Exact propagators for every combination of branches of a piecewise-linear model."""
 
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
@@ -21,8 +19,6 @@ from shakerproc.simulate.kernels.table import (
     Store,
     room_for_series,
 )
-
-IntArray: TypeAlias = NDArray[np.int64]
 
 MOST_PARTS = 1e5
 """Steps in a sample."""

@@ -161,7 +161,7 @@ class Connection(AbstractWatcher):
             return []
         common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
         for averages in self._averages:
-            found = averages.coherent(self._heard(averages))
+            found = averages.coherent(self._without_hum(averages))
             common[:, averages.references] |= found
         common |= common.T
         moved = self._averages[0].moved
@@ -185,8 +185,8 @@ class Connection(AbstractWatcher):
             others = [i for i in others if self._rows[i] in self._inputs]
         return bool(common[others].any())
 
-    def _heard(self, averages: _Averages) -> NDArray[np.bool_]:
-        """Return the bins that tell: without those of hum, where hum is not the excitation."""
+    def _without_hum(self, averages: _Averages) -> NDArray[np.bool_]:
+        """Return which bins are judged: those of hum are not, unless hum is the excitation."""
         keep = np.ones(averages.power.shape[1], dtype=bool)
         keep[:2], keep[-1] = False, False
         for mains in MAINS:
