@@ -20,6 +20,9 @@ STANDARD_GRAVITY: Final = 9.80665
 
 Role: TypeAlias = Literal["control", "response", "force", "displacement", "velocity", "ignore"]
 
+Measurement: TypeAlias = int | Literal["all"]
+"""Which of the measurements that follow each other in a file, from 1, or all as one."""
+
 BadRows: TypeAlias = Literal["refuse", "skip"]
 """What is done with lines of a text file that are no rows of numbers."""
 

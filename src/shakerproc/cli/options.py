@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 if TYPE_CHECKING:
-    from shakerproc.data import BadRows
-    from shakerproc.recordings.choosing import Measurement
+    from shakerproc.data import BadRows, Measurement
     from shakerproc.testlog import Test
 
 

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final, Literal, TypeAlias
+from typing import Final
 
 from shakerproc import units
-from shakerproc.data import ChannelUse, UnusedChannel
+from shakerproc.data import ChannelUse, Measurement, UnusedChannel
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
@@ -15,9 +15,6 @@ SAME_RATE: Final = 1e-7
 
 SAME_AS_LOG: Final = 1e-4
 """How far the log may round the sample rate, relative."""
-
-Measurement: TypeAlias = int | Literal["all"]
-"""Which of the measurements that follow each other in a file, from 1, or all as one."""
 
 Chosen = tuple[RawChannel, ChannelUse | None]
 

@@ -15,6 +15,7 @@ from shakerproc.data import (
     Channel,
     ChannelUse,
     FloatArray,
+    Measurement,
     Recording,
     SampleSource,
     SourceFile,
@@ -22,7 +23,6 @@ from shakerproc.data import (
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import (
     Chosen,
-    Measurement,
     choose_channels,
     choose_group,
     choose_measurement,

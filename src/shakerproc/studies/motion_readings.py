@@ -49,7 +49,7 @@ def read_run(
     rows = [read(one) for one in ensemble(model, run, several)]
     values = {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
     errors = {
-        name: 2.0 * float(np.std([row[name] for row in rows])) / np.sqrt(several)
+        name: 2.0 * float(np.std([row[name] for row in rows]) / np.sqrt(several))
         for name in rows[0]
     }
     return motion, {**values, **told}, errors

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
-from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse
+from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
 from shakerproc.testlog.paths import is_inside
@@ -177,7 +177,7 @@ class Processing:
     sample_rate: float | None = None
     bad_rows: BadRows = "refuse"
     group: str | None = None
-    measurement: int | Literal["all"] | None = None
+    measurement: Measurement | None = None
     welch: Welch = Welch()
     detrend: Literal["none", "mean", "segment mean"] = "none"
     band: tuple[float, float] | None = None

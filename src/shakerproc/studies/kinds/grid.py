@@ -22,9 +22,10 @@ from shakerproc.studies.kinds.base import (
     label_of,
 )
 from shakerproc.studies.kinds.driving import driven
+from shakerproc.studies.motion_readings import read_run
 from shakerproc.studies.placing import TEMPERATURE, clearance_of
 from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.simulated import Motion, ensemble, simulated
+from shakerproc.studies.simulated import Motion
 from shakerproc.studies.study import Measure, Run, Study
 
 
@@ -139,23 +140,18 @@ class PeakOfRun:
 def peak_of_run(model: Model, run: Run, measure: Measure) -> PeakOfRun:
     """Return omega_e of a run by the estimator of a measure."""
 
-    def peak_of(motion: Motion) -> float:
+    def read(motion: Motion) -> dict[str, float]:
         found = spectrum(motion.of(measure.of), motion.sample_rate, measure)
-        return omega_e(found, measure)
+        return {"peak": omega_e(found, measure), "bin_width": found.bin_width}
 
-    motion = simulated(model, run)
-    width = spectrum(motion.of(measure.of), motion.sample_rate, measure).bin_width
-    several = np.empty(0)
-    if motion.chaotic and measure.ensemble >= 2:
-        several = np.array([peak_of(one) for one in ensemble(model, run, measure.ensemble)])
-    spread = float(np.std(several)) if several.size else np.nan
-    error = 2.0 * spread / np.sqrt(several.size) if several.size else 0.0
+    motion, values, errors = read_run(model, run, measure.ensemble, read)
+    single, error = read(motion), errors.get("peak", np.nan)
     return PeakOfRun(
-        single=peak_of(motion),
-        mean=float(np.mean(several)) if several.size else np.nan,
-        spread=spread,
-        resolution=max(width, error),
-        bin_width=width,
+        single=single["peak"],
+        mean=values["peak"] if errors else np.nan,
+        spread=0.5 * error * float(np.sqrt(measure.ensemble)),
+        resolution=float(np.fmax(single["bin_width"], error)),
+        bin_width=single["bin_width"],
         growth=motion.growth,
         chaotic=motion.chaotic,
     )
