@@ -121,6 +121,19 @@ def test_the_control_is_blamed_not_the_response_that_has_nothing_in_common(
     assert f"is left out: {sentence}" in told
 
 
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_a_response_out_of_all_proportion_is_a_wrong_unit(scale, healthy, tmp_path):
+    before = damaged(healthy, lambda x, _: scale * x, "response 1", (1, 2, 3))
+    result = run(
+        "diagnose", healthy / "model.yaml", healthy / "testlog.yaml", "--out", tmp_path
+    )
+    for file, content in before.items():
+        file.write_bytes(content)
+    assert result.exit_code == 1
+    told = str(result.exception)
+    assert re.search(r"ch3 has .* m/s.2 rms, .*e[+-]1\d times the drive. Check its unit", told)
+
+
 ALL = [
     ("zero", "response 1", (1, 2, 3)),
     ("open", "control 1", (1, 2, 3)),

@@ -223,6 +223,10 @@ class NotMeasuredError(DiagnosisError):
     """A channel that a model needs did not measure in a test."""
 
 
+MOST_RATIO: Final = 1e8
+"""Responses above so many times the drive, or below its inverse, have a wrong unit [-]."""
+
+
 def measure(
     log: TestLog, test: Test, model: Model, *,
     most_clipped: float = MOST_LOST, most: int = MOST_OF_EACH,
@@ -264,6 +268,7 @@ def measure(
         part = _part(recording, test, most)
         samples = recording.samples(part.first, part.last)
         _check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
+        _check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         chosen = (samples[inputs], samples[rows])
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
@@ -306,6 +311,33 @@ def _check_measured(
             raise NotMeasuredError(
                 f"{recording.run} is left out: {flag.channel} "
                 f"{FAULTS.get(flag.kind, flag.kind)}. {flag.message}{since}"
+            )
+
+
+def _check_sizes(
+    recording: Recording, samples: FloatArray, inputs: list[int], rows: list[int]
+) -> None:
+    """Pass responses that are not out of all proportion to what drives them.
+
+    Raises
+    ------
+    NotMeasuredError
+        If one is, as no structure and no sensor makes it, but a wrong unit does.
+    """
+    size = np.sqrt(np.mean(np.square(samples), axis=1))
+    drive = float(size[inputs].max())
+    for row in rows:
+        channel = recording.channels[row]
+        ratio = (
+            float(size[row]) / drive
+            if channel.unit == recording.channels[inputs[0]].unit
+            else 1.0
+        )
+        if not 1.0 / MOST_RATIO <= ratio <= MOST_RATIO:
+            raise NotMeasuredError(
+                f"{recording.run} is left out: {channel.name} has {size[row]:.3g} "
+                f"{channel.unit} rms, {ratio:.2g} times the drive. Check its unit and "
+                "sensitivity in the log."
             )
 
 
