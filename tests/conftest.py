@@ -1,5 +1,6 @@
 """What every test shares: loud floating-point errors and the way to the shared data."""
 
+import os
 from pathlib import Path
 
 import matplotlib as mpl
@@ -8,6 +9,11 @@ import pytest
 from hypothesis import settings
 
 mpl.use("Agg")
+
+# pytest imports readline, which tells every process started later that a terminal is 80 wide
+for name in ("COLUMNS", "LINES"):
+    os.environ.pop(name, None)
+    os.unsetenv(name)
 
 # a slow machine is no failure, and the same draws fail everywhere
 settings.register_profile("shakerproc", deadline=None, derandomize=True)
