@@ -31,7 +31,8 @@ def work_through_log(
 
         def start(to_do: int, kept: int) -> None:
             if kept:
-                output.message(f"{kept} tests stand from an earlier batch")
+                tests = "test" if kept == 1 else "tests"
+                output.message(f"{kept} {tests} reused from an earlier batch")
             if to_do:
                 advance[0] = stack.enter_context(output.progress("tests", to_do))
 

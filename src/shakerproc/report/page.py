@@ -1,4 +1,4 @@
-"""The report: one HTML file that opens offline, prints whole and runs nobody's text."""
+"""The report: one HTML file that opens offline, prints completely and runs nobody's text."""
 
 import base64
 import hashlib

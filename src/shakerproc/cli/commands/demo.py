@@ -21,7 +21,7 @@ def demo(
     figures: Annotated[bool, typer.Option(help="Draw figures as PNG files.")] = True,
     json: output.JsonOption = None,
 ) -> None:
-    """Work the sample recordings through, then find a gap that was hidden in a simulation."""
+    """Process the sample recordings, then find a gap that was hidden in a simulation."""
     from shakerproc.cli.compiling import announce
     from shakerproc.testlog import read_testlog
 

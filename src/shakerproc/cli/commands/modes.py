@@ -72,7 +72,7 @@ def modes(
     """Find natural frequencies, mode shapes and the static stiffness of a coupon's hole.
 
     Beside published values, where the coupon file has them. The clamped radius is often not
-    known: the table says how far the frequencies hang on it.
+    known: the table says how far the frequencies depend on it.
     """
     from shakerproc.finite_elements.mode_table import named_modes
     from shakerproc.model_files.coupon_files import read_coupon
