@@ -48,38 +48,60 @@ def read_lvm(path: Path, run: str) -> RawFile:
     if table.unended and any(promised[row] > lengths[row] for row in head.rows):
         values = values[:, :-1]  # its last number may be cut
         lengths = [length_of(row) for row in values]
-    rates = _Rates(head, values, lengths)
-    channels = []
-    for row in head.rows:
-        if lengths[row] > promised[row] and skipped is None:
-            raise RecordingError(
-                f"{run}: {shown(head.titles[row])} holds {lengths[row]} values but Samples "
-                f"says {promised[row]}. {AGAIN}"
-            )
-        channels.append(
-            RawChannel(
-                name=head.titles[row],
-                row=row,
-                n_samples=lengths[row],
-                promised=max(promised[row], lengths[row] + bool(table.torn)),
-                unit=head.text("Y_Unit_Label", row),
-                sample_rate=rates.agreed,
-                rate_problem=rates.problem,
-                rate_hint=rates.hint,
-                start_time=head.start,
-                problem="" if lengths[row] else "it holds no numbers",
-            )
-        )
+    if skipped is None:
+        _check_lengths(head, lengths, promised, run)
+    more = int(bool(table.torn))
+    wanted = [max(p, n + more) for p, n in zip(promised, lengths, strict=True)]
+    channels = _channels(head, _Rates(head, values, lengths), lengths, wanted)
     less = [c.name for c in channels if c.n_samples < c.promised]
     notes = [] if skipped is None else [skipped.message]
     if less:
         notes.append(f"The file is not whole: {shown(less[0])} is shorter than it says.")
     return RawFile(
-        (RawGroup("", tuple(channels)),),
+        (RawGroup("", channels),),
         ArraySource(values),
         tuple(notes),
         skipped,
         refusal(table.bad, len(head.titles)) if skipped else "",
+    )
+
+
+def _check_lengths(
+    head: "_Head", lengths: Sequence[int], promised: Sequence[int], run: str
+) -> None:
+    """Pass channels that are no longer than the headers say.
+
+    Raises
+    ------
+    RecordingError
+        If one is.
+    """
+    for row in head.rows:
+        if lengths[row] > promised[row]:
+            raise RecordingError(
+                f"{run}: {shown(head.titles[row])} holds {lengths[row]} values but Samples "
+                f"says {promised[row]}. {AGAIN}"
+            )
+
+
+def _channels(
+    head: "_Head", rates: "_Rates", lengths: Sequence[int], promised: Sequence[int]
+) -> tuple[RawChannel, ...]:
+    """Return the channels, with how many samples each has and should have, by column."""
+    return tuple(
+        RawChannel(
+            name=head.titles[row],
+            row=row,
+            n_samples=lengths[row],
+            promised=promised[row],
+            unit=head.text("Y_Unit_Label", row),
+            sample_rate=rates.agreed,
+            rate_problem=rates.problem,
+            rate_hint=rates.hint,
+            start_time=head.start,
+            problem="" if lengths[row] else "it holds no numbers",
+        )
+        for row in head.rows
     )
 
 
