@@ -53,6 +53,9 @@ LEAST_OF_MANY: Final = 2**14
 MOST_MOTION: Final = 2**23
 """Samples of a test, times the number of masses: their motion takes half a gigabyte."""
 
+MOST_RATIO: Final = 1e8
+"""Responses above so many times the drive, or below its inverse, have a wrong unit [-]."""
+
 PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock"})
 """Excitations that do not do the same all the time."""
 
@@ -221,10 +224,6 @@ def longest(n_tests: int, n_masses: int) -> int:
 
 class NotMeasuredError(DiagnosisError):
     """A channel that a model needs did not measure in a test."""
-
-
-MOST_RATIO: Final = 1e8
-"""Responses above so many times the drive, or below its inverse, have a wrong unit [-]."""
 
 
 def measure(

@@ -47,7 +47,7 @@ _FINER: Final = 4  # steps of the simulation in a sample, so that the recorder c
 _MOST_STEPS: Final = 4_000_000
 _TOLERANCE: Final = 1e-10
 _PASSES, _STOPS = 0.45, 0.49  # of the sample rate: the flank of the recorder's filter
-_MARGIN: Final = 512  # samples of zeros at both ends of what is filtered
+_MARGIN: Final = 512  # samples by which what is filtered is led past either end
 _NONE: Final[Mapping[str, float]] = MappingProxyType({})
 
 
