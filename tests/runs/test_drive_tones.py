@@ -1,5 +1,7 @@
 """A tone of the control is not a resonance of what it shakes, whatever the log says of it."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.runs.test_peak_tables import mode, processed
@@ -48,3 +50,15 @@ def test_random_vibration_has_no_tones(width):
         cross = cross_spectra(base[np.newaxis], RATE, segment=1024)
         found += bool(steady_lines(cross, [0], (5.0, 900.0)))
     assert found <= 2
+
+
+@pytest.mark.parametrize("hz", [5.02, 12.7])
+def test_a_drive_of_a_few_bins_is_told_at_its_own_frequency(hz, tmp_path, capfd):
+    """Below where peaks are looked for, its side lobes within are no tones and no omega_e."""
+    rng = np.random.default_rng(4)
+    base = np.sin(2.0 * np.pi * hz * TIME) + 1e-3 * rng.standard_normal(TIME.size)
+    summary, _ = processed(tmp_path, base + 1e-3 * rng.standard_normal(TIME.size), base)
+    assert omega_e(summary, "ch3") is None
+    (told,) = [line for line in capfd.readouterr().err.splitlines() if "steady tone" in line]
+    shown = float(re.search(r"at ([\d.]+) Hz", told)[1])
+    assert abs(shown - hz) < 0.3

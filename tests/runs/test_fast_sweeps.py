@@ -90,3 +90,14 @@ def test_a_slow_sweep_says_nothing(tmp_path):
     assert "sweep rate" not in {flag.kind for flag in summary.flags}
     (row,) = [row for row in rows if row["quantity"] == "sweep up"]
     assert_allclose(float(row["height_steady"]), float(row["height"]), rtol=0.03)
+
+
+@pytest.mark.parametrize(("rate", "told"), [(16.0, True), (1.0, False)])
+def test_a_passing_that_no_mode_follows_is_told_beside_its_gain(rate, told, tmp_path, capfd):
+    base = swept(rate)
+    response = mode(base, 60.0, 0.003 if told else 0.03)
+    options = "--excitation", "sine sweep", "--from-hz", "40", "--to-hz", "90", "--no-crop"
+    summary, _ = processed(tmp_path, response, base, *options)
+    (peak,) = summary.channels[1].swept_peaks
+    assert (peak.steady_gain is None) == told
+    assert ("steady gain withheld (ch3 up)" in capfd.readouterr().out) == told

@@ -77,6 +77,22 @@ def swept_rows(run: RunSummary) -> list[tuple[object, ...]]:
     ]
 
 
+def steady_withheld(run: RunSummary) -> str:
+    """Return of which swept responses no steady gain is known; empty where there are none."""
+    of = [
+        f"{channel.name} {peak.direction}"
+        for channel in run.channels
+        for peak in channel.swept_peaks
+        if peak.steady_gain is None
+    ]
+    return (
+        f"steady gain withheld ({', '.join(of)}): no linear mode fits; the joint is nonlinear, "
+        "or the sweep is too fast and the gain that it shows too low: sweep slower to tell"
+        if of
+        else ""
+    )
+
+
 def quantity_of(run: RunSummary) -> str:
     """Return what the peaks are of: ``|H1|``, or ``PSD`` where there is no control."""
     return "|H1|" if any(c.role == "control" for c in run.channels) else "PSD"

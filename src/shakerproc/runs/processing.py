@@ -117,7 +117,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
     cross = welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test)
     band = excited_band(test, cross)
     still = test.excitation in STILL
-    lines = spectra.steady_lines(cross, controls, band) if still else ()
+    lines = spectra.steady_lines(cross, controls, (0.0, band[1])) if still else ()
     search = _Search(cross, test, band, _finer(recording, crop, test), lines)
     against = _against(search, controls, responses)
     density = spectra.psd(cross)

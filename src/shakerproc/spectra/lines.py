@@ -69,13 +69,32 @@ def steady_lines(
     total, reach = float(density.sum()), int(NOTCH_BINS)
     lines: list[Line] = []
     leaked = np.zeros(density.shape)
+    at = {peak.index: peak for peak in peaks}
     for peak in peaks:
-        near = slice(max(0, peak.index - reach), peak.index + reach + 1)
-        if lit[peak.index] > most and peak.value > leaked[peak.index]:
-            power = float(density[near].sum())
-            lines.append(Line(peak.frequency, power / total))
-            leaked += power * _side_lobes(spectra, peak.frequency)
+        if not (lit[peak.index] > most and peak.value > leaked[peak.index]):
+            continue
+        # The mirror image below 0 Hz makes a tone of a few bins unsteady, not what it leaks.
+        first = max(0, peak.index - 2 * reach)
+        near = first + int(np.argmax(density[first : peak.index + 2 * reach + 1]))
+        place = at[near].frequency if near in at else _centre(spectra, density, near)
+        power = _power_near(density, near)
+        if power * _side_lobes(spectra, place)[peak.index] < peak.value:
+            place, power = peak.frequency, _power_near(density, peak.index)
+        lines.append(Line(place, power / total))
+        leaked += power * _side_lobes(spectra, place)
     return tuple(lines)
+
+
+def _power_near(density: FloatArray, index: int) -> float:
+    """Return the sum of a density over the bins that a window smears a tone over."""
+    reach = int(NOTCH_BINS)
+    return float(density[max(0, index - reach) : index + reach + 1].sum())
+
+
+def _centre(spectra: CrossSpectra, density: FloatArray, index: int) -> float:
+    """Return the mean frequency of the power in the main lobe about a bin [Hz]."""
+    lobe = slice(max(0, index - 2), index + 3)
+    return float(np.average(spectra.frequency[lobe], weights=density[lobe]))
 
 
 def _side_lobes(spectra: CrossSpectra, frequency: float) -> FloatArray:

@@ -439,7 +439,12 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
             f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
             json_target=json,
         )
-    for text in filter(None, (peak_rows.unresolved(summary, rows), *peak_rows.withheld(rows))):
+    remarks = (
+        peak_rows.unresolved(summary, rows),
+        *peak_rows.withheld(rows),
+        peak_rows.steady_withheld(summary),
+    )
+    for text in filter(None, remarks):
         output.data(text, json_target=json)
     output.message(f"results in {folder}")
 
