@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import run
 from tests.small_campaign import CHANNELS, RATE, samples, write_campaign
 
 from shakerproc.data import STANDARD_GRAVITY, recording_of_arrays
@@ -238,3 +239,15 @@ def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():
         kinds[hold] = {flag.kind for flag in process_test(log, chosen).flags}
     assert {"knock", "crop", "duration"} <= kinds[0.0]
     assert not kinds[0.05]
+
+
+def test_a_force_that_cannot_be_cropped_by_is_told_the_option_that_works(tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    path = tmp_path / "hammer.csv"
+    rows = np.column_stack([np.arange(4096) / 2048.0, rng.standard_normal((4096, 2))])
+    head = "time [s],F [N],a [g]"
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=head, comments="")
+    quiet = ("--no-figures", "--out", tmp_path / "out")
+    assert run("process", path, *quiet) == 1
+    assert "(or --no-crop)" in capsys.readouterr().err
+    assert run("process", path, "--no-crop", *quiet) == 0

@@ -270,7 +270,7 @@ def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
     raise LogError(
         f"{recording.run}: no channel {wanted!r} to crop by. The recording has {there}. Name "
         "one of them in crop: {channel: ...}, give a channel the role control, or use "
-        "crop: none."
+        "crop: none (or --no-crop)."
     )
 
 
