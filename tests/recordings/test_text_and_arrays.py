@@ -569,6 +569,33 @@ def test_files_that_are_too_long_to_hold_are_refused(tmp_path, write, monkeypatc
     refused(tmp_path / "run.parquet", "50 rows of 2 columns, more than any recording")
 
 
+@pytest.mark.parametrize("field", [2, 3])
+@pytest.mark.parametrize("compression", ["snappy", "none"])
+def test_a_page_of_parquet_that_promises_more_than_its_column_is_refused(
+    compression, field, tmp_path
+):
+    """Fields 1, 2 and 3 of a page header are numbers of one, three and three bytes."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "run.parquet"
+    values = np.random.default_rng(1).standard_normal(2000)
+    table = pa.table({"a [g]": values, "b [g]": values[::-1]})
+    parquet.write_table(table, path, compression=compression, use_dictionary=False)
+    with open_recording(path, sample_rate=1000.0) as sound:
+        assert sound.n_samples == 2000
+    content = bytearray(path.read_bytes())
+    page = parquet.ParquetFile(path).metadata.row_group(0).column(1).data_page_offset
+    at = {2: page + 2, 3: page + 6}[field]
+    assert (content[at], content[at + 3] & 0x80) == (0x15, 0)
+    content[at + 1 : at + 4] = b"\xfe\xff\x7f"
+    path.write_bytes(content)
+    with pytest.raises(
+        RecordingError, match=r"column 'b \[g\]' says it holds 1048575 bytes, but"
+    ):
+        open_recording(path, sample_rate=1000.0)
+
+
 @pytest.mark.parametrize("rate", ["nan", "0", "-1", "inf", "1e400", "fast"])
 def test_a_sample_rate_of_parquet_that_is_none_is_named(tmp_path, rate):
     import pyarrow as pa

@@ -12,6 +12,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import agreed_rate
 from shakerproc.recordings.columns import Columns, file_of_columns, rate_of_times, time_columns
 from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.parquet_pages import check_pages
 from shakerproc.recordings.raw import RawFile
 
 RATE_KEY: Final = b"sample_rate_hz"
@@ -45,6 +46,7 @@ def read_parquet(path: Path, run: str) -> RawFile:
         file = parquet.ParquetFile(path, pre_buffer=False, buffer_size=1 << 16)
     try:
         with foreign(run, "reading the table"):
+            check_pages(path, file.metadata, run)
             return _read(file, run)
     except BaseException:
         file.close()
