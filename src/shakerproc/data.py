@@ -227,6 +227,8 @@ class Recording:
         Every channel of the file that is none of `channels`.
     rate_doubt : float
         How far `sample_rate` may be off, relative: what the digits of the file resolve [-].
+    rate_overruled : str
+        What the file says against any even rate, where that of the log is used all the same.
     driven : bool
         Whether the log says that the test was driven, so that nothing rests while it lasts.
     """
@@ -246,6 +248,7 @@ class Recording:
     skipped: SkippedRows | None = None
     unused: tuple[UnusedChannel, ...] = ()
     rate_doubt: float = 0.0
+    rate_overruled: str = ""
     driven: bool = False
 
     def __post_init__(self) -> None:

@@ -328,3 +328,19 @@ def test_no_sample_rate_is_too_slow_or_too_fast_to_be_looked_at(rate):
     samples = np.random.default_rng(3).standard_normal((2, 5000))
     recording = recording_of_arrays("run", channels, samples, rate)
     assert all(flag.message for flag in health(recording))
+
+
+def test_a_rate_given_against_the_times_of_the_file_is_flagged(tmp_path):
+    """500 of 8000 rows are missing; a file without times leaves the rate to the log."""
+    values = np.random.default_rng(3).standard_normal(8000)
+    rows = [f"{i / 2000.0:.4f},{value:.6f}" for i, value in enumerate(values)]
+    gap = tmp_path / "gap.csv"
+    gap.write_text("\n".join(["t [s],a [g]", *rows[:3000], *rows[3500:]]) + "\n")
+    silent = tmp_path / "silent.csv"
+    silent.write_text("\n".join(["a [g]", *(row.split(",")[1] for row in rows)]) + "\n")
+    with open_recording(gap, sample_rate=2000.0) as recording:
+        (flag,) = health(recording)
+    assert flag.kind == "sample rate"
+    assert "does not advance evenly: from sample 2999 to 3000" in flag.message
+    with open_recording(silent, sample_rate=2000.0) as recording:
+        assert health(recording) == ()

@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import is_time, like_time, rate_of_times
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
 
 LARGEST: Final = 1 << 31
@@ -270,7 +270,7 @@ def agreed_rate(said: Mapping[str, float]) -> tuple[float | None, str]:
         Rates [Hz] by where they stand.
     """
     if not said:
-        return None, "the file does not say the sample rate"
+        return None, SILENT
     for name, rate in said.items():
         if not (np.isfinite(rate) and rate > 0.0):
             return None, f"{name} gives a rate of {rate:g} Hz, which is none"

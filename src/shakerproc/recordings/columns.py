@@ -10,7 +10,7 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import parse_unit, split_header
 
 _TIME: Final = re.compile(
@@ -258,9 +258,7 @@ def file_of_columns(
                 unit=unit.strip() or in_header,
                 sample_rate=axis.rate if axis and is_silent else sample_rate,
                 rate_doubt=axis.doubt if axis else 0.0,
-                rate_problem=(axis.rate_problem if axis else "")
-                or rate_problem
-                or "the file does not say the sample rate",
+                rate_problem=(axis.rate_problem if axis else "") or rate_problem or SILENT,
                 problem=problem,
                 alias=header,
             )

@@ -45,7 +45,7 @@ def health(
         finite = gaps.add(number * block, samples)
         for watcher in looking:
             watcher.add(number * block, finite)
-    found = [*_incomplete(recording), *_skipped(recording), *gaps.flags()]
+    found = [*_incomplete(recording), *_skipped(recording), *_rate(recording), *gaps.flags()]
     for watcher in looking:
         found += watcher.flags()
     return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
@@ -90,6 +90,17 @@ def _skipped(recording: Recording) -> list[Flag]:
         return []
     start, stop = (at / recording.sample_rate for at in (skipped.first, skipped.last))
     return [Flag("bad rows", "", skipped.message, start, stop)]
+
+
+def _rate(recording: Recording) -> list[Flag]:
+    if not recording.rate_overruled:
+        return []
+    message = (
+        f"The rate of {recording.sample_rate:.9g} Hz is given against the file: "
+        f"{recording.rate_overruled}. Where samples are missing, times, frequencies and "
+        "damping are wrong: cut the recording there."
+    )
+    return [Flag("sample rate", "", message, 0.0, recording.duration)]
 
 
 LARGEST: Final = 1e50

@@ -13,7 +13,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import CONTRADICTION
 from shakerproc.recordings.columns import is_time, length_of, rate_of_times
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text
 from shakerproc.recordings.text_rows import read_table
@@ -204,6 +204,6 @@ class _Rates:
             listed = ", ".join(f"{rate:.6g} Hz ({where})" for rate, where in texts.items())
             self.problem = f"the file contradicts itself: {listed}"
         elif not texts:
-            self.problem = self.problem or "the file does not say the sample rate"
+            self.problem = self.problem or SILENT
         self.hint = max(texts, key=lambda rate: len(said.get(rate, ()))) if texts else None
         self.agreed = None if self.problem else next(iter(texts))

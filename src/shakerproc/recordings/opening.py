@@ -240,6 +240,7 @@ def _recording(  # noqa: PLR0917
             for (channel, use), scale in zip(chosen, scales, strict=True)
         ),
         sample_rate=rate,
+        rate_overruled=next((c.rate_problem for c, _ in chosen if c.contradicts_rates), ""),
         rate_doubt=0.0 if rate == sample_rate else max(c.rate_doubt for c, _ in chosen),
         n_samples=n_samples,
         source=ScaledSource(raw.source, factors, file),

@@ -4,9 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TypeAlias, final
+from typing import Final, TypeAlias, final
 
 from shakerproc.data import SampleSource, SkippedRows
+
+SILENT: Final = "the file does not say the sample rate"
+"""What is wrong with the rate of a file that leaves it to the log."""
 
 
 @final
@@ -31,7 +34,8 @@ class RawChannel:
     rate_doubt : float
         How far that may be off, relative [-]: what the digits of a time column resolve.
     rate_problem : str
-        What is wrong with the file's sample rate, where `sample_rate` is None.
+        What is wrong with the file's sample rate, where `sample_rate` is None; begins with
+        `SILENT` where the file says none.
     rate_hint : float, optional
         One of the rates [Hz] between which the file does not decide.
     start_time : datetime, optional
@@ -49,11 +53,16 @@ class RawChannel:
     unit: str = ""
     sample_rate: float | None = None
     rate_doubt: float = 0.0
-    rate_problem: str = "the file does not say the sample rate"
+    rate_problem: str = SILENT
     rate_hint: float | None = None
     start_time: datetime | None = None
     problem: str = ""
     alias: str = ""
+
+    @property
+    def contradicts_rates(self) -> bool:
+        """Whether the file says something of its rate or times that no rate agrees with."""
+        return self.sample_rate is None and not self.rate_problem.startswith(SILENT)
 
 
 @final

@@ -12,7 +12,7 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
@@ -215,7 +215,7 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
 
 def _sample_rate(properties: Properties) -> tuple[float | None, str]:
     if "wf_increment" not in properties:
-        return None, "the file does not say the sample rate (no wf_increment)"
+        return None, f"{SILENT} (no wf_increment)"
     step = properties["wf_increment"]
     if not isinstance(step, int | float | np.number) or not math.isfinite(step) or step <= 0:
         return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
