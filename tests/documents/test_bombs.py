@@ -80,7 +80,7 @@ def write(path, text):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows neither forks nor tells the peak")
 def test_bombs_are_refused_in_seconds_and_100_mb(tmp_path):
-    """What is not bounded takes half a minute and more; `python -m tests.documents` times it."""
+    """What is not bounded takes half a minute; `python -m tests.documents` times what is."""
     paths = [str(tmp_path / f"{number}.yaml") for number in range(len(BOMBS))]
     for path, (text, _) in zip(paths, BOMBS.values(), strict=True):
         write(Path(path), text)
