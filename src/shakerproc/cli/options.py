@@ -106,7 +106,7 @@ def check_order(model: Path, log: Path) -> None:
         raise typer.BadParameter(f"{log} is {kinds[1]}, not a test log", param_hint="TESTLOG")
 
 
-MOST_SAMPLES = 2**24
+LONGEST_SEGMENT = 2**24
 """Samples of the longest segment: three channels of it take 400 MB."""
 
 LogArgument: TypeAlias = Annotated[
@@ -128,7 +128,7 @@ MeasurementOption: TypeAlias = Annotated[
 SegmentOption: TypeAlias = Annotated[
     int | None,
     typer.Option(
-        help="Samples of a Welch segment.", min=8, max=MOST_SAMPLES, show_default="1024"
+        help="Samples of a Welch segment.", min=8, max=LONGEST_SEGMENT, show_default="1024"
     ),
 ]
 OverlapOption: TypeAlias = Annotated[

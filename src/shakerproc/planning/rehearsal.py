@@ -18,6 +18,7 @@ from shakerproc.planning.drive import drive_of_test, length_of_run
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
 from shakerproc.simulate import Input, InterpolationError, Simulation, prepare, simulate
+from shakerproc.simulate.inputs import MOST_SAMPLES
 from shakerproc.simulate.interpolation import finer as finer_samples
 from shakerproc.simulate.interpolation import interpolation_error
 from shakerproc.testlog import Test
@@ -39,9 +40,6 @@ USUAL_NOISE: Final[Mapping[str, float]] = MappingProxyType({
     "V": 1e-4,
 })
 """Noise of a sensor, rms, by the unit of what it measures, where nobody says otherwise."""
-
-MOST_SAMPLES: Final = 2e7
-"""Samples of a simulated run: an hour at the laboratory's rate."""
 
 _FINER: Final = 4  # steps of the simulation in a sample, so that the recorder can filter
 _MOST_STEPS: Final = 4_000_000

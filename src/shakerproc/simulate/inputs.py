@@ -1,7 +1,7 @@
 """What shakes a model, prepared for the steppers."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from shakerproc.data import FloatArray
 from shakerproc.simulate.chirps import ROUNDING, Chirp
 from shakerproc.simulate.interpolation import InterpolationError, interpolation_error
 from shakerproc.simulate.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
+
+MOST_SAMPLES: Final = 2e7
+"""Samples of a simulated run: an hour at the laboratory's rate."""
 
 
 @final

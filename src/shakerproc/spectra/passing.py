@@ -17,6 +17,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.spectra.damping import NORMAL, UNLIKE
 from shakerproc.spectra.swept import Sweep
 
 ENOUGH: Final = 0.95
@@ -27,12 +28,6 @@ AROUND: Final = 3.0
 
 FEWEST: Final = 6
 """Points to each side of a swept peak that are fitted at least."""
-
-UNLIKE: Final = 0.05
-"""Misfit over the height of a peak that no linear mode has [-]."""
-
-NORMAL: Final = 1.96
-"""Standard errors to the end of a 95 % interval."""
 
 UNSURE: Final = 0.5
 """Half-width of the interval of a damping ratio from which nothing is known of it [-]."""

@@ -6,12 +6,13 @@ from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
+from shakerproc.simulate.inputs import MOST_SAMPLES
 from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
-from shakerproc.studies.run_validation import MOST_SAMPLES, check_run
+from shakerproc.studies.run_validation import check_run
 from shakerproc.studies.schema import StudySection
 from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
 from shakerproc.units import near_miss, to_si

@@ -1,11 +1,7 @@
 """Whether a run can be done at all: a level, a band in order, a bounded number of samples."""
 
-from typing import Final
-
+from shakerproc.simulate.inputs import MOST_SAMPLES
 from shakerproc.studies.study import Run
-
-MOST_SAMPLES: Final = 2e7
-"""Samples of one run."""
 
 
 def check_run(run: Run, *, in_time: bool = True) -> None:
