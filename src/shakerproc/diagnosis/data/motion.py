@@ -1,0 +1,134 @@
+"""Relative motion of the two sides of a joint: measured where it can be, else the model's."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.diagnosis.data.tests import Test
+from shakerproc.models import BASE, Model
+from shakerproc.simulate.assembly import System, assemble
+
+TRUSTED_FROM: Final = 0.35
+"""Accelerations integrated twice are trusted above this share of the lowest natural frequency;
+below it the linear model's own motion is (prototype of DIAGNOSIS.md: 0.35) [-]."""
+
+ANTI_ALIAS: Final = 0.3
+"""Motion is kept up to this share of the sample rate [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class JointMotion:
+    """Motion across one joint in one test.
+
+    Attributes
+    ----------
+    displacement, velocity : (n,) array
+        Of the second place less those of the first [m], [m/s].
+    """
+
+    displacement: FloatArray
+    velocity: FloatArray
+
+
+def linear_response(system: System, frequency: FloatArray) -> ComplexArray:
+    """Return displacements relative to the base for a unit input, (n_frequencies, n) array.
+
+    Laws that are not linear are left out.
+
+    Parameters
+    ----------
+    system : System
+        The model, assembled.
+    frequency : (n_frequencies,) array
+        Above 0 [Hz].
+    """
+    matrix = system.machine.matrix
+    n = matrix.shape[0]
+    omega = 2.0 * np.pi * frequency[:, None, None]
+    dynamic = -(omega**2) * np.eye(n) - matrix[:, :n] - 1j * omega * matrix[:, n : 2 * n]
+    load = np.broadcast_to(matrix[:, 2 * n :], (frequency.size, n, 1))
+    return np.asarray(np.linalg.solve(dynamic, load)[..., 0])
+
+
+def mass_displacements(model: Model, test: Test) -> FloatArray:
+    """Return displacements relative to the base, (n_masses, n) array [m].
+
+    A mass with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural frequency,
+    and where no sensor sits, as the linear part of the model does.
+    """
+    system = assemble(model)
+    size = test.n_samples
+    length = scipy.fft.next_fast_len(size + round(test.sample_rate), real=True)
+    frequency = scipy.fft.rfftfreq(length, 1.0 / test.sample_rate)
+    frequency[0] = frequency[1]
+    drive = scipy.fft.rfft(test.input, length)
+    motion = linear_response(system, frequency).T * drive
+    measured = _measured_spectra(model, test, drive, frequency, length)
+    trust = 1.0 / (1.0 + (TRUSTED_FROM * lowest_frequency(system) / frequency) ** 8)
+    for mass, (spectrum, integrated) in measured.items():
+        row = list(model.masses).index(mass)
+        share = trust if integrated else 1.0
+        motion[row] = share * spectrum + (1.0 - share) * motion[row]
+    motion *= 1.0 / (1.0 + (frequency / (ANTI_ALIAS * test.sample_rate)) ** 16)
+    motion[:, 0] = 0.0
+    found: FloatArray = scipy.fft.irfft(motion, length)[:, :size]
+    return found[: len(model.masses)]
+
+
+def lowest_frequency(system: System) -> float:
+    """Return the lowest natural frequency of the linear part above 0, or 0 if none [Hz]."""
+    n = system.machine.mass.size
+    omega = np.sqrt(np.abs(np.linalg.eigvals(-system.machine.matrix[:, :n])))
+    held = omega[omega > 1e-9 * max(float(omega.max()), 1e-300)]
+    return float(held.min()) / (2.0 * np.pi) if held.size else 0.0
+
+
+def _measured_spectra(
+    model: Model, test: Test, drive: ComplexArray, frequency: FloatArray, length: int
+) -> dict[str, tuple[ComplexArray, bool]]:
+    """Return relative displacement by each mass with a sensor, and if it was integrated."""
+    omega = 2.0 * np.pi * frequency
+    base = drive if model.excitation.on is None else 0.0 * drive
+    found: dict[str, tuple[ComplexArray, bool]] = {}
+    for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
+        if sensor.at not in model.masses:
+            continue
+        spectrum = scipy.fft.rfft(row, length)
+        relative = sensor.measures.startswith("relative")
+        if sensor.measures.endswith("acceleration"):
+            found[sensor.at] = -(spectrum - base) / omega**2, True
+        elif sensor.measures.endswith("velocity"):
+            moved = 0.0 if relative else base / (1j * omega)
+            found[sensor.at] = (spectrum - moved) / (1j * omega), True
+        elif sensor.measures.endswith("displacement"):
+            moved = 0.0 if relative else -base / omega**2
+            found[sensor.at] = spectrum - moved, False
+    return found
+
+
+def joint_motions(
+    model: Model, test: Test, joints: Sequence[tuple[str, str]]
+) -> tuple[JointMotion, ...]:
+    """Return the motion across each joint, given as pairs of places."""
+    displacements = mass_displacements(model, test)
+    rows = dict(zip(model.masses, displacements, strict=True))
+    rows[BASE] = np.zeros(test.n_samples)
+    out = []
+    for first, second in joints:
+        z = rows[second] - rows[first]
+        out.append(JointMotion(z, slope(z, test.sample_rate)))
+    return tuple(out)
+
+
+def slope(samples: FloatArray, sample_rate: float) -> FloatArray:
+    """Return the time derivative of band-limited samples, by their spectrum."""
+    length = scipy.fft.next_fast_len(2 * samples.size, real=True)
+    omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / sample_rate)
+    spectrum = 1j * omega * scipy.fft.rfft(samples, length)
+    found: FloatArray = scipy.fft.irfft(spectrum, length)[: samples.size]
+    return found

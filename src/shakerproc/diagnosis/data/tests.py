@@ -1,0 +1,145 @@
+"""Tests as arrays in SI units: as a caller gives them, and as the estimation needs them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.compare.measured import REACH
+from shakerproc.compare.quiet import Quiet, quiet_of
+from shakerproc.data import FloatArray
+
+NYQUIST_SHARE: Final = 0.45
+"""Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
+
+LOW_SHARE: Final = 0.7
+"""Lowest compared frequency over the lowest excited one [-]."""
+
+FLOOR_SHARE: Final = 1e-3
+"""Least uncertainty of a response: what sensors are calibrated and sampled to [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TestArrays:
+    """One test as arrays, in SI units.
+
+    Attributes
+    ----------
+    name : str
+        Name of the test.
+    sample_rate : float
+        Samples per second [Hz].
+    controls : (n_controls, n) array
+        Base accelerations [m/s^2], or one force [N].
+    responses : (n_sensors, n) array
+        Responses, in the order of the model's sensors.
+    hold_out : bool
+        Whether the test is kept out of every fit.
+    excitation : str
+        Kind of excitation, as the log says it.
+    level, level_unit : float and str, optional
+        Level of the excitation [SI] and its unit.
+    band : (float, float)
+        What is excited [Hz].
+    """
+
+    __test__: ClassVar[bool] = False  # not a test of pytest's
+
+    name: str
+    sample_rate: float
+    controls: FloatArray
+    responses: FloatArray
+    hold_out: bool = False
+    excitation: str = ""
+    level: float | None = None
+    level_unit: str = ""
+    band: tuple[float, float] = (5.0, 1000.0)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Test:
+    """One test as the estimation needs it.
+
+    Attributes
+    ----------
+    arrays : TestArrays
+        As it was given.
+    input : (n,) array
+        What drives the model [m/s^2 or N].
+    responses : (n_sensors, n) array
+        Without their means.
+    band : (float, float)
+        What is compared: the excited band and the harmonics above it [Hz].
+    start, stop : int
+        Samples between which the test is judged; the model runs from sample 0.
+    quiet : Quiet, optional
+        Noise of every channel, where the recording begins at rest.
+    noise : (n_sensors,) array
+        Standard deviation of a sample of each response, never below what sensors are
+        calibrated to [unit of the sensor].
+    """
+
+    __test__: ClassVar[bool] = False
+
+    arrays: TestArrays
+    input: FloatArray
+    responses: FloatArray
+    band: tuple[float, float]
+    start: int
+    stop: int
+    quiet: Quiet | None
+    noise: FloatArray
+
+    @property
+    def name(self) -> str:
+        """Name of the test."""
+        return self.arrays.name
+
+    @property
+    def sample_rate(self) -> float:
+        """Samples per second [Hz]."""
+        return self.arrays.sample_rate
+
+    @property
+    def n_samples(self) -> int:
+        """Samples of the recording."""
+        return self.input.size
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the recording begins at rest, so that the start of the motion is known."""
+        return self.quiet is not None
+
+
+def prepared(tests: Sequence[TestArrays]) -> tuple[Test, ...]:
+    """Return tests as the estimation needs them."""
+    return tuple(_prepared(test) for test in tests)
+
+
+def _prepared(arrays: TestArrays) -> Test:
+    controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
+    responses = arrays.responses - arrays.responses.mean(axis=1, keepdims=True)
+    rate = arrays.sample_rate
+    quiet = quiet_of(controls, responses, rate)
+    if quiet is not None:  # rest tells the offset of a channel better than the whole does
+        rest = slice(0, quiet.stop)
+        controls = controls - controls[:, rest].mean(axis=1, keepdims=True)
+        responses = responses - responses[:, rest].mean(axis=1, keepdims=True)
+    low, high = arrays.band
+    highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
+    start = quiet.stop if quiet is not None else min(round(rate), responses.shape[1] // 10)
+    rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
+    own = quiet.responses.std(axis=1) if quiet is not None else np.zeros(len(responses))
+    return Test(
+        arrays=arrays,
+        input=controls.mean(axis=0),
+        responses=responses,
+        band=(LOW_SHARE * low, highest),
+        start=start,
+        stop=responses.shape[1],
+        quiet=quiet,
+        noise=np.hypot(own, FLOOR_SHARE * rms),
+    )

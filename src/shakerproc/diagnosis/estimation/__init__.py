@@ -1,0 +1,1 @@
+"""Free-run simulation and least squares: one residual function, parameters, intervals."""

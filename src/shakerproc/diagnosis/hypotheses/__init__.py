@@ -1,0 +1,1 @@
+"""Hypotheses from the effects' own identification data."""

@@ -1,0 +1,1 @@
+"""Held-out scores, nesting, calibrated probability, verdict, next test."""
