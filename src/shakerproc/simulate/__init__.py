@@ -1,5 +1,6 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
+from shakerproc.simulate.free_runs import FreeRuns, Runs, free_runs, motions_of
 from shakerproc.simulate.inputs import Input, prepare
 from shakerproc.simulate.interpolation import InterpolationError
 from shakerproc.simulate.response import simulate, simulate_many
@@ -8,9 +9,13 @@ from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Sim
 __all__ = [
     "CHAOTIC_GROWTH",
     "SENSITIVE_GROWTH",
+    "FreeRuns",
     "Input",
     "InterpolationError",
+    "Runs",
     "Simulation",
+    "free_runs",
+    "motions_of",
     "prepare",
     "simulate",
     "simulate_many",

@@ -310,6 +310,40 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     return motion, relative, stats
 
 
+def run_window(
+    model: Model,
+    given: Input,
+    reach: tuple[int, int],
+    start: FloatArray,
+    *,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return motion and relative accelerations between two samples of an input.
+
+    Parameters
+    ----------
+    reach : (int, int)
+        First and last sample, both included.
+    start : (n_motions,) array
+        Motion at the first sample.
+
+    Raises
+    ------
+    SimulationError
+        If the stepper had to give up.
+    """
+    first, last = reach
+    system = assemble(model)
+    part = replace(
+        given, pieces=given.pieces[first * given.stride : last * given.stride], surplus=0
+    )
+    store = _store(system.machine, given, "automatic")
+    series = _by_series(system, "automatic")
+    case = _Case(model, system, store, part, start, tolerance, series)
+    motion, relative, _ = _run(case)
+    return motion, relative
+
+
 def _least_sizes(machine: Machine, given: Input) -> FloatArray:
     """Return what the input alone makes of displacements and velocities in one sample.
 

@@ -26,7 +26,7 @@ def read_sensors(
     wanted = {sensor.measures for sensor in model.sensors.values()}
     base = _Base(simulation.excitation, model.excitation.on is None, None, None)
     if base.driven and wanted & {"displacement", "velocity"}:
-        velocity, displacement = _integrated(pieces, stride, simulation.sample_rate)
+        velocity, displacement = integrated(pieces, stride, simulation.sample_rate)
         base = replace(base, velocity=velocity, displacement=displacement)
     outputs = {
         name: _recorded(sensor, simulation, base) for name, sensor in model.sensors.items()
@@ -89,7 +89,7 @@ _MEASURED: Mapping[Measures, Callable[[str, Simulation, _Base], FloatArray]] = (
 )
 
 
-def _integrated(
+def integrated(
     pieces: FloatArray, stride: int, sample_rate: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return velocity and displacement of a base that starts at rest, at the samples."""

@@ -1,0 +1,76 @@
+"""Free runs of windows against the simulation of the whole test, and their failures."""
+
+import numpy as np
+import pytest
+
+from shakerproc.models import Element, Excitation, Model, Sensor
+from shakerproc.models.effects import CubicStiffness, Damper, Gap, Spring
+from shakerproc.simulate import Runs, free_runs, motions_of, prepare, simulate
+
+RATE, COUNT = 1000.0, 1500
+SENSORS = {
+    "acceleration": Sensor("coupon"),
+    "velocity": Sensor("coupon", "velocity"),
+    "displacement": Sensor("coupon", "relative displacement"),
+    "table": Sensor("base"),
+}
+
+
+def model_with(*effects):
+    elements = (Spring(1000.0), Damper(damping=1.0), *effects)
+    joined = tuple(Element(effect, ("base", "coupon")) for effect in elements)
+    return Model("one mass", {"coupon": 1.0}, joined, Excitation("base acceleration"), SENSORS)
+
+
+@pytest.fixture(scope="module")
+def given():
+    noise = np.random.default_rng(0).standard_normal(COUNT)
+    smooth = np.convolve(noise, np.hanning(25), "same")
+    return prepare(5.0 * smooth * np.hanning(COUNT), RATE)
+
+
+@pytest.mark.parametrize("law", [(), (Gap(5000.0, 1e-3),), (CubicStiffness(1e8),)])
+def test_windows_follow_the_simulation_of_the_whole_test(law, given):
+    model = model_with(*law)
+    whole = simulate(model, given, growth=False)
+    windows = np.array([[0, 0, COUNT], [0, 300, 200], [0, 1400, 100]])
+    starts = np.array([
+        np.concatenate((whole.displacement[:, i], whole.velocity[:, i])) for i in windows[:, 1]
+    ])
+    runs = free_runs(model, Runs((given,), windows, starts), tolerance=1e-10, means=False)
+    assert not runs.failed.any()
+    absolute = simulate(model, given, growth=False).outputs
+    for (_, first, count), found in zip(windows, runs.outputs, strict=True):
+        assert found.shape == (len(SENSORS), count)
+        for name, row in zip(SENSORS, found, strict=True):
+            wanted = absolute[name][first : first + count]
+            size = np.max(np.abs(absolute[name]))
+            np.testing.assert_allclose(row, wanted, rtol=0.0, atol=1e-7 * size)
+
+
+def test_means_are_those_of_a_finer_simulation(given):
+    model = model_with(Gap(5000.0, 1e-3))
+    runs = free_runs(model, Runs((given,), np.array([[0, 0, 1000], [0, 700, 800]])))
+    fine = 16
+    finer = prepare(given.samples, RATE, upsample=fine)
+    dense = simulate(model, finer, growth=False)
+    velocity = dense.outputs["velocity"]
+    wanted = np.diff(velocity) * RATE
+    found = runs.outputs[0][0]
+    size = np.max(np.abs(wanted))
+    np.testing.assert_allclose(found, wanted[:1000], rtol=0.0, atol=1e-4 * size)
+    assert runs.outputs[1][0, -1] == runs.outputs[1][0, -2]
+
+
+def test_windows_that_run_away_fail_alone_and_are_large(given):
+    model = model_with(CubicStiffness(-3e8))
+    starts = np.array([[0.0, 0.0], [0.1, 0.0]])
+    runs = free_runs(model, Runs((given,), np.array([[0, 0, 50], [0, 0, 400]]), starts))
+    assert runs.failed.tolist() == [False, True]
+    assert np.all(np.isfinite(runs.outputs[1]))
+    size = np.max(np.abs(runs.outputs[0][2]))
+    assert np.max(np.abs(runs.outputs[1][2])) == pytest.approx(1e3 * size)
+
+
+def test_motions_are_named_in_the_order_of_starts():
+    assert motions_of(model_with()) == ("x coupon", "v coupon")
