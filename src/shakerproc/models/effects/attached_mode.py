@@ -9,6 +9,14 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.identification import (
+    Free,
+    Identification,
+    JointScales,
+    grid,
+    positive,
+    spread,
+)
 from shakerproc.models.kernels.along import attached_along
 from shakerproc.models.laws import Law, Row
 
@@ -66,6 +74,21 @@ class AttachedMode(AbstractEffect):
         advance = _advance(omega, self.damping_ratio, 1.0 / sample_rate)
         return attached_along(
             displacement, velocity, np.array((self.stiffness, self.damping)), advance
+        )
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={
+                "mass": positive(0.06 * at.mass, 1e-3, 1e2),
+                "frequency": positive(at.frequency, 0.1, 30.0),
+                "damping_ratio": Free(1e-4, 0.5, "logarithm", 0.015),
+            },
+            starts=grid(
+                mass=(0.02 * at.mass, 0.1 * at.mass),
+                frequency=spread(0.4, 3.0, 12, at.frequency),
+                damping_ratio=(0.015,),
+            ),
         )
 
     def rows(self) -> tuple[Row, ...]:

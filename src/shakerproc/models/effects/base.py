@@ -7,6 +7,7 @@ from typing import ClassVar, Literal, TypeAlias, final
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
+from shakerproc.models.identification import Identification, JointScales
 from shakerproc.models.laws import Row
 
 Sign: TypeAlias = Literal["positive", "not negative", "any"]
@@ -116,6 +117,18 @@ class AbstractEffect(ABC):
     @abstractmethod
     def rows(self) -> tuple[Row, ...]:
         """Return the lines of the kernels' table that make up this effect."""
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification | None:
+        """Return how to look for this effect in a joint; None if it is never looked for.
+
+        Parameters
+        ----------
+        at : JointScales
+            How the joint moves.
+        """
+        del at
+        return None
 
 
 class AbstractMemorylessEffect(AbstractEffect):

@@ -7,6 +7,18 @@ from typing import ClassVar, final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.identification import (
+    Contained,
+    Free,
+    Identification,
+    JointScales,
+    Values,
+    contact,
+    grid,
+    number,
+    positive,
+    spread,
+)
 from shakerproc.models.kernels.along import bouc_wen_along
 from shakerproc.models.laws import Law, Row
 
@@ -61,6 +73,48 @@ class BoucWen(AbstractEffect):
             displacement, self.stiffness, self.yield_displacement, self.exponent
         )
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={
+                "stiffness": contact(at),
+                "yield_displacement": positive(0.1 * at.displacement, 1e-3, 1e2),
+                "exponent": Free(1.0, _SHARPEST, "logarithm", 2.0),
+            },
+            starts=grid(
+                stiffness=(0.1 * at.steepness, 0.6 * at.steepness),
+                yield_displacement=spread(0.01, 0.8, 6, at.displacement),
+                exponent=(1.0, 2.0),
+            ),
+            contains=(
+                Contained("jenkins", _around_jenkins),
+                Contained("iwan", _around_iwan, limit=False),
+            ),
+            scaled=("stiffness",),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         values = (self.stiffness, self.yield_displacement, self.exponent)
         return (Row(Law.BOUC_WEN, values),)
+
+
+_SHARPEST = 20.0
+"""Exponent beyond which the loop cannot be told from the sharp one of a Jenkins element [-]."""
+
+
+def _around_jenkins(values: Values) -> tuple[Values, ...]:
+    stiffness, force = number(values, "stiffness"), number(values, "slip_force")
+    return grid(
+        stiffness=(stiffness,),
+        yield_displacement=(force / stiffness,),
+        exponent=(_SHARPEST, 1.0, 2.0, 4.0),
+    )
+
+
+def _around_iwan(values: Values) -> tuple[Values, ...]:
+    """Return elements of the same stiffness and final force."""
+    return grid(
+        stiffness=(number(values, "stiffness"),),
+        yield_displacement=(0.5 * number(values, "slip_displacement"),),
+        exponent=(1.0, 2.0),
+    )

@@ -14,6 +14,14 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    clearance,
+    clearances,
+    grid,
+    positive,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -66,6 +74,15 @@ class ContactDamping(AbstractMemorylessEffect):
         return (
             Switch("displacement", -self.clearance),
             Switch("displacement", self.clearance),
+        )
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        size = 0.1 * at.critical_damping
+        return Identification(
+            free={"damping": positive(size), "clearance": clearance(at)},
+            starts=grid(damping=(0.3 * size, 2.0 * size), clearance=clearances(at, 9)),
+            scaled=("damping",),
         )
 
     def rows(self) -> tuple[Row, ...]:

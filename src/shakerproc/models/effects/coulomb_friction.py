@@ -14,6 +14,13 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    friction,
+    frictions,
+    grid,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -66,6 +73,14 @@ class CoulombFriction(AbstractMemorylessEffect):
 
     def switches(self) -> tuple[Switch, ...]:
         return (Switch("velocity", 0.0),)
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={"sliding_force": friction(at)},
+            starts=grid(sliding_force=frictions(at)),
+            scaled=("sliding_force",),
+        )
 
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.FRICTION, (self.sliding_force, self.sliding_force, 1.0)),)

@@ -14,6 +14,12 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    grid,
+    signed,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -62,6 +68,23 @@ class CubicStiffness(AbstractMemorylessEffect):
 
     def switches(self) -> tuple[Switch, ...]:
         return ()
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        size = at.steepness / at.displacement**2
+        shares = (
+            0.03,
+            0.3,
+            2.0,
+            -0.02,
+            -0.1,
+            -0.4,
+        )  # of steepness, at full motion
+        return Identification(
+            free={"coefficient": signed(size)},
+            starts=grid(coefficient=(share * size for share in shares)),
+            scaled=("coefficient",),
+        )
 
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.ODD_POWER, (self.coefficient, 1.0, 3.0)),)

@@ -14,6 +14,15 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    clearance,
+    clearances,
+    contact,
+    contacts,
+    grid,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -70,6 +79,14 @@ class Gap(AbstractMemorylessEffect):
         return (
             Switch("displacement", -self.clearance),
             Switch("displacement", self.clearance),
+        )
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={"stiffness": contact(at), "clearance": clearance(at)},
+            starts=grid(stiffness=contacts(at), clearance=clearances(at, 9)),
+            scaled=("stiffness",),
         )
 
     def rows(self) -> tuple[Row, ...]:

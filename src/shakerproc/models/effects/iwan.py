@@ -7,6 +7,17 @@ from typing import ClassVar, final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    contact,
+    grid,
+    number,
+    positive,
+    spread,
+)
 from shakerproc.models.kernels.along import iwan_along
 from shakerproc.models.laws import Law, Row
 
@@ -62,5 +73,29 @@ class Iwan(AbstractEffect):
     ) -> FloatArray:
         return iwan_along(displacement, self.stiffness, self.slip_displacement)
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={
+                "stiffness": contact(at),
+                "slip_displacement": positive(0.3 * at.displacement, 1e-3, 1e2),
+            },
+            starts=grid(
+                stiffness=(0.1 * at.steepness, 0.6 * at.steepness),
+                slip_displacement=spread(0.03, 3.0, 8, at.displacement),
+            ),
+            contains=(Contained("jenkins", _around_jenkins, limit=False),),
+            scaled=("stiffness",),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.IWAN, (self.stiffness, self.slip_displacement)),)
+
+
+def _around_jenkins(values: Values) -> tuple[Values, ...]:
+    """Return the elements with the same stiffness, or about it, and the same final force."""
+    stiffness, force = number(values, "stiffness"), number(values, "slip_force")
+    return tuple(
+        {"stiffness": share * stiffness, "slip_displacement": 2.0 * force / (share * stiffness)}
+        for share in (1.0, 1.6)
+    )

@@ -7,6 +7,16 @@ from typing import ClassVar, final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    contact,
+    friction,
+    number,
+    spread,
+)
 from shakerproc.models.kernels.along import jenkins_along
 from shakerproc.models.laws import Law, Row
 
@@ -53,5 +63,36 @@ class Jenkins(AbstractEffect):
     ) -> FloatArray:
         return jenkins_along(displacement, self.stiffness, self.slip_force)
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={"stiffness": contact(at), "slip_force": friction(at)},
+            starts=tuple(
+                _values(share * at.steepness, slip)
+                for share in (0.1, 0.6)
+                for slip in spread(0.01, 0.8, 8, at.displacement)
+            ),
+            contains=(
+                Contained(
+                    "coulomb_friction",
+                    lambda values: tuple(
+                        _slider(number(values, "sliding_force"), share * at.displacement)
+                        for share in (0.003, 0.02, 0.1)
+                    ),
+                ),
+            ),
+            scaled=("stiffness", "slip_force"),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.JENKINS, (self.stiffness, self.slip_force)),)
+
+
+def _values(stiffness: float, slip: float) -> Values:
+    """Return the element that slips at this displacement [m]."""
+    return {"stiffness": stiffness, "slip_force": stiffness * slip}
+
+
+def _slider(force: float, slip: float) -> Values:
+    """Return the element of this slip force [N] that slips at this displacement [m]."""
+    return {"stiffness": force / slip, "slip_force": force}

@@ -9,6 +9,15 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    friction,
+    number,
+    positive,
+)
 from shakerproc.models.kernels.along import lugre_along
 from shakerproc.models.laws import Law, Row
 
@@ -87,6 +96,31 @@ class LuGreFriction(AbstractEffect):
         values = np.array(self.rows()[0].values)
         return lugre_along(velocity + 0.0 * displacement, 1.0 / sample_rate, values)
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={
+                "sliding_force": friction(at),
+                "excess": positive(0.3, 1e-3, 30.0),
+                "stribeck_velocity": positive(0.1 * at.velocity, 1e-3, 100.0),
+                "bristle_stiffness": positive(at.steepness, 1e-3, 1e3),
+                "bristle_time": positive(_bristle_time(at, at.steepness), 1e-3, 1e2),
+            },
+            starts=tuple(
+                _start(at, share * at.force, excess, speed * at.velocity, bend)
+                for share in (0.01, 0.04, 0.15, 0.5)
+                for excess, speed in ((0.2, 0.1), (0.6, 0.3))
+                for bend in (0.01, 0.05)
+            ),
+            contains=(
+                Contained("coulomb_friction", lambda values: _around_coulomb(values, at)),
+                Contained("stribeck_friction", lambda values: _around_stribeck(values, at)),
+                Contained("jenkins", lambda values: _around_jenkins(values, at), limit=False),
+            ),
+            numbers=_numbers,
+            scaled=("sliding_force", "bristle_stiffness"),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         values = (
             self.sliding_force,
@@ -97,3 +131,68 @@ class LuGreFriction(AbstractEffect):
             self.viscous_damping,
         )
         return (Row(Law.LUGRE, values),)
+
+
+_BRISTLE_RATIO = 0.2
+"""Damping of the bristles to start from, as a share of critical on the joint's mass [-]."""
+
+_STIFF = 0.003
+"""Deflection of bristles that can hardly be told from none, of the largest displacement [-]."""
+
+
+def _bristle_time(at: JointScales, stiffness: float) -> float:
+    """Return bristle damping over bristle stiffness at the ratio to start from [s]."""
+    return float(_BRISTLE_RATIO * np.sqrt(at.mass / stiffness))
+
+
+def _start(at: JointScales, sliding: float, excess: float, speed: float, bend: float) -> Values:
+    """Return coordinates; `bend` is the deflection while sliding over the displacement [-]."""
+    stiffness = sliding / (bend * at.displacement)
+    return {
+        "sliding_force": sliding,
+        "excess": excess,
+        "stribeck_velocity": speed,
+        "bristle_stiffness": stiffness,
+        "bristle_time": _bristle_time(at, stiffness),
+        "viscous_damping": 0.0,
+    }
+
+
+def _around_coulomb(values: Values, at: JointScales) -> tuple[Values, ...]:
+    sliding, speed = number(values, "sliding_force"), 0.1 * at.velocity
+    stiff = _start(at, sliding, 1e-3, speed, _STIFF)
+    soft = (
+        _start(at, 0.95 * sliding, 0.3, share * speed, bend)
+        for share in (1.0, 4.0)
+        for bend in (0.01, 0.05)
+    )
+    return (stiff, *soft)
+
+
+def _around_stribeck(values: Values, at: JointScales) -> tuple[Values, ...]:
+    sliding, excess = number(values, "sliding_force"), number(values, "excess")
+    speed = number(values, "stribeck_velocity")
+    return tuple(_start(at, sliding, excess, speed, bend) for bend in (_STIFF, 0.01, 0.05))
+
+
+def _around_jenkins(values: Values, at: JointScales) -> tuple[Values, ...]:
+    sliding, stiffness = number(values, "slip_force"), number(values, "stiffness")
+    bend = sliding / (stiffness * at.displacement)
+    return tuple(_start(at, sliding, excess, 0.1 * at.velocity, bend) for excess in (1e-3, 0.3))
+
+
+def _numbers(values: Values) -> Values:
+    """Return the parameters.
+
+    `excess` is the breakaway over the sliding force, less 1 [-], `bristle_time` the damping of
+    the bristles over their stiffness [s].
+    """
+    sliding, stiffness = number(values, "sliding_force"), number(values, "bristle_stiffness")
+    return {
+        "sliding_force": sliding,
+        "breakaway_force": sliding * (1.0 + number(values, "excess")),
+        "stribeck_velocity": number(values, "stribeck_velocity"),
+        "bristle_stiffness": stiffness,
+        "bristle_damping": stiffness * number(values, "bristle_time"),
+        "viscous_damping": number(values, "viscous_damping"),
+    }

@@ -14,6 +14,16 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    clearance,
+    contact,
+    number,
+    spread,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -83,8 +93,60 @@ class OffsetGap(AbstractMemorylessEffect):
             Switch("displacement", self.clearance_positive),
         )
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        far = _FAR * at.displacement
+        steps = spread(0.05, 0.9, 5, at.displacement)
+        return Identification(
+            free={
+                "stiffness": contact(at),
+                "clearance_positive": clearance(at, 1.5 * _FAR),
+                "clearance_negative": clearance(at, 1.5 * _FAR),
+            },
+            starts=tuple(
+                _values(1.5 * at.steepness, above, below)
+                for above in steps
+                for below in steps
+                if above != below
+            ),
+            contains=(
+                Contained("gap", _around_gap),
+                Contained("stop", lambda values: _around_stop(values, far)),
+            ),
+            scaled=("stiffness",),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         return (
             Row(Law.STOP, (self.stiffness, self.clearance_positive, 1.0)),
             Row(Law.STOP, (self.stiffness, -self.clearance_negative, -1.0)),
         )
+
+
+_FAR = 1.3
+"""Clearance that nothing touches, as a multiple of the largest displacement [-]."""
+
+_SHIFTS = (0.0, -0.3, 0.3)
+"""Shifts of the rest position to try about a centred gap, as shares of its clearance [-]."""
+
+
+def _values(stiffness: float, above: float, below: float) -> Values:
+    return {
+        "stiffness": stiffness,
+        "clearance_positive": above,
+        "clearance_negative": below,
+    }
+
+
+def _around_gap(values: Values) -> tuple[Values, ...]:
+    stiffness, play = number(values, "stiffness"), number(values, "clearance")
+    return tuple(
+        _values(stiffness, play * (1.0 - shift), play * (1.0 + shift)) for shift in _SHIFTS
+    )
+
+
+def _around_stop(values: Values, far: float) -> tuple[Values, ...]:
+    stiffness, play = number(values, "stiffness"), number(values, "clearance")
+    if values["side"] == "positive":
+        return tuple(_values(stiffness, play, other) for other in (far, 0.6 * far))
+    return tuple(_values(stiffness, other, play) for other in (far, 0.6 * far))

@@ -14,6 +14,16 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Contained,
+    Free,
+    Identification,
+    JointScales,
+    Values,
+    grid,
+    number,
+    positive,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -79,5 +89,30 @@ class PowerLaw(AbstractMemorylessEffect):
         odd = self.exponent % 2.0 == 1.0
         return () if odd else (Switch("displacement", 0.0),)
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        reference = 0.5 * at.displacement
+        size = at.steepness * reference
+        return Identification(
+            free={"force": positive(size), "exponent": Free(1.05, 15.0, "logarithm", 3.0)},
+            starts=grid(
+                force=(0.3 * size,),
+                reference_displacement=(reference,),
+                exponent=(1.3, 1.6, 2.0, 2.5, 3.0, 3.6, 4.3, 5.2, 7.0),
+            ),
+            contains=(
+                Contained("cubic_stiffness", lambda values: _from_cubic(values, reference)),
+            ),
+            scaled=("force",),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.ODD_POWER, (self.force, self.reference_displacement, self.exponent)),)
+
+
+def _from_cubic(values: Values, reference: float) -> tuple[Values, ...]:
+    """Return the power laws of a hardening cubic: its own, and one to each side of it."""
+    force = number(values, "coefficient") * reference**3
+    if force <= 0.0:
+        return ()
+    return grid(force=(force,), reference_displacement=(reference,), exponent=(3.0, 2.4, 4.0))

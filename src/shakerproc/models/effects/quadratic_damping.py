@@ -14,6 +14,12 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    grid,
+    positive,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -60,6 +66,15 @@ class QuadraticDamping(AbstractMemorylessEffect):
 
     def switches(self) -> tuple[Switch, ...]:
         return (Switch("velocity", 0.0),)
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        size = 0.03 * at.critical_damping / at.velocity  # damping ratio 3 % at full velocity
+        return Identification(
+            free={"coefficient": positive(size)},
+            starts=grid(coefficient=(0.1 * size, size, 10.0 * size)),
+            scaled=("coefficient",),
+        )
 
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.QUADRATIC_DAMPING, (self.coefficient,)),)

@@ -14,6 +14,12 @@ from shakerproc.models.effects.base import (
     Parameter,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Free,
+    Identification,
+    JointScales,
+    grid,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -67,6 +73,20 @@ class StiffnessDrift(AbstractEffect, DependsOnSurroundings):
         time = np.arange(displacement.size) / sample_rate
         change = self.stiffness * self.rate * (time - self.reference)
         return change * displacement + 0.0 * velocity
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification | None:
+        if at.stiffness <= 0.0:  # there is nothing that could drift
+            return None
+        size = 0.1 / at.duration
+        # Below -1 over the test, nothing would be left of the stiffness.
+        return Identification(
+            free={"rate": Free(-9.5 * size, 30.0 * size, "identity", size)},
+            starts=grid(
+                rate=(-2.0 * size, -0.3 * size, 0.3 * size, 2.0 * size), reference=(0.0,)
+            ),
+            scaled=("rate",),
+        )
 
     def rows(self) -> tuple[Row, ...]:
         if self.stiffness is None:

@@ -14,6 +14,15 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Identification,
+    JointScales,
+    clearance,
+    clearances,
+    contact,
+    contacts,
+    grid,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -77,6 +86,15 @@ class Stop(AbstractMemorylessEffect):
 
     def switches(self) -> tuple[Switch, ...]:
         return (Switch("displacement", self.direction * self.clearance),)
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        sides = ("positive", "negative")
+        return Identification(
+            free={"stiffness": contact(at), "clearance": clearance(at)},
+            starts=grid(side=sides, stiffness=contacts(at), clearance=clearances(at, 9)),
+            scaled=("stiffness",),
+        )
 
     def rows(self) -> tuple[Row, ...]:
         wall = self.direction * self.clearance

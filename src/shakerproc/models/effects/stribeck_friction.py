@@ -14,6 +14,17 @@ from shakerproc.models.effects.base import (
     Switch,
     check_parameters,
 )
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    friction,
+    frictions,
+    grid,
+    number,
+    positive,
+)
 from shakerproc.models.laws import Law, Row
 
 
@@ -85,6 +96,52 @@ class StribeckFriction(AbstractMemorylessEffect):
     def switches(self) -> tuple[Switch, ...]:
         return (Switch("velocity", 0.0),)
 
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        speed = at.velocity
+        return Identification(
+            free={
+                "sliding_force": friction(at),
+                "excess": positive(0.3, 1e-3, 30.0),
+                "stribeck_velocity": positive(0.1 * speed, 1e-3, 100.0),
+            },
+            starts=grid(
+                sliding_force=frictions(at),
+                excess=(0.4,),
+                stribeck_velocity=(0.02 * speed, 0.1 * speed, 0.4 * speed),
+            ),
+            contains=(
+                Contained("coulomb_friction", lambda values: _around_coulomb(values, speed)),
+            ),
+            numbers=_numbers,
+            scaled=("sliding_force",),
+        )
+
     def rows(self) -> tuple[Row, ...]:
         values = (self.sliding_force, self.breakaway_force, self.stribeck_velocity)
         return (Row(Law.FRICTION, values),)
+
+
+def _numbers(values: Values) -> Values:
+    """Return the parameters: `excess` is the breakaway over the sliding force, less 1 [-]."""
+    sliding = number(values, "sliding_force")
+    return {
+        "sliding_force": sliding,
+        "breakaway_force": sliding * (1.0 + number(values, "excess")),
+        "stribeck_velocity": number(values, "stribeck_velocity"),
+    }
+
+
+def _around_coulomb(values: Values, speed: float) -> tuple[Values, ...]:
+    """Return the friction itself, with no excess to speak of, and some that fall."""
+    sliding = number(values, "sliding_force")
+    pairs = ((1.0, 1e-3), (0.95, 0.15), (0.8, 0.5))  # of the sliding force; excess
+    return tuple(
+        {
+            "sliding_force": share * sliding,
+            "excess": excess,
+            "stribeck_velocity": fall * speed,
+        }
+        for share, excess in pairs
+        for fall in ((0.1,) if excess < 0.01 else (0.02, 0.1, 0.4))
+    )
