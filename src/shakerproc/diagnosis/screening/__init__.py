@@ -1,1 +1,5 @@
 """Regression on the measured motion: where to start, and what need not be tried."""
+
+from shakerproc.diagnosis.screening.starts import Start, screen
+
+__all__ = ["Start", "screen"]

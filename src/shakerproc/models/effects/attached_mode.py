@@ -54,6 +54,7 @@ class AttachedMode(AbstractEffect):
     signature: ClassVar[str] = (
         "Two peaks with a notch between them, the same at every level: linear."
     )
+    absolute: ClassVar[bool] = True
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "mass": Parameter("kg", "mt", "attached mass", linear=True),
         "frequency": Parameter("Hz", "ft", "natural frequency on a held place"),
@@ -89,6 +90,7 @@ class AttachedMode(AbstractEffect):
                 frequency=spread(0.4, 3.0, 12, at.frequency),
                 damping_ratio=(0.015,),
             ),
+            scaled=("mass",),
         )
 
     def rows(self) -> tuple[Row, ...]:

@@ -86,6 +86,9 @@ class AbstractEffect(ABC):
         The law in one line of plain text.
     signature : str
         What betrays it in measurements, in one sentence.
+    absolute : bool
+        Whether its force depends on the absolute motion of the second place, and acts there
+        alone, instead of on the relative motion of the two.
     """
 
     __slots__ = ()
@@ -94,6 +97,7 @@ class AbstractEffect(ABC):
     parameters: ClassVar[Mapping[str, Parameter]]
     formula: ClassVar[str]
     signature: ClassVar[str]
+    absolute: ClassVar[bool] = False
 
     @abstractmethod
     def force_along(

@@ -74,8 +74,13 @@ def bouc_wen_along(
     memory, previous = 0.0, displacement[0]
     for i in range(displacement.size):
         way = (displacement[i] - previous) / yield_displacement
-        n_steps = int(np.ceil(abs(way) / 0.02))
+        if memory * way < 0.0:  # unloading is elastic
+            back = np.sign(way) * min(abs(way), abs(memory))
+            memory, way = memory + back, way - back
+        n_steps = int(np.ceil(abs(way) / 0.05))
         for _ in range(n_steps):
+            if (1.0 - abs(memory)) * exponent < 1e-13:  # it has yielded
+                break
             memory = _bouc_wen_step(memory, way / n_steps, exponent)
         force[i], previous = stiffness * yield_displacement * memory, displacement[i]
     return force
@@ -94,7 +99,11 @@ def _bouc_wen_step(memory: float, way: float, exponent: float) -> float:
 @compiled
 def _bouc_wen_slope(memory: float, way: float, exponent: float) -> float:
     """Return the growth of memory with displacement: 1 less what yields."""
-    return 1.0 - abs(memory) ** exponent if memory * way > 0.0 else 1.0
+    if memory * way <= 0.0:
+        return 1.0
+    if exponent == 2.0:
+        return 1.0 - memory * memory
+    return 1.0 - abs(memory) if exponent == 1.0 else 1.0 - abs(memory) ** exponent
 
 
 @compiled
@@ -140,14 +149,20 @@ def attached_along(
     x, v = displacement[0], velocity[0]
     for i in range(displacement.size):
         if i > 0:
-            known = np.array((
-                x,
-                v,
-                displacement[i - 1],
-                velocity[i - 1],
-                displacement[i],
-                velocity[i],
-            ))
-            x, v = np.sum(advance[0] * known), np.sum(advance[1] * known)
+            z, w = displacement[i - 1], velocity[i - 1]
+            next_z, next_w = displacement[i], velocity[i]
+            x, v = (
+                _one_on(advance[0], x, v, z, w, next_z, next_w),
+                _one_on(advance[1], x, v, z, w, next_z, next_w),
+            )
         force[i] = stiffness * (displacement[i] - x) + damping * (velocity[i] - v)
     return force
+
+
+@compiled
+def _one_on(
+    row: FloatArray, x: float, v: float, z: float, w: float, next_z: float, next_w: float
+) -> float:
+    """Return a row times what is known at the start of a sample and of its place at the end."""
+    own = row[0] * x + row[1] * v
+    return own + row[2] * z + row[3] * w + row[4] * next_z + row[5] * next_w

@@ -1,0 +1,129 @@
+"""Forces of effects along the measured motion of a joint."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.screening.stretches import Stretch
+from shakerproc.diagnosis.screening.transfer import Joint
+from shakerproc.errors import ModelError
+from shakerproc.models import Element, Model
+from shakerproc.models.effects import EFFECTS, AbstractEffect
+from shakerproc.models.effects.base import AbstractMemorylessEffect
+from shakerproc.models.identification import Identification, Values
+from shakerproc.models.surroundings import resolved
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Law:
+    """An effect at a start, in a joint.
+
+    Attributes
+    ----------
+    kind : str
+        Key of the effect.
+    between : (str, str)
+        The joint.
+    identification : Identification
+        Of the effect there.
+    values : mapping
+        Its coordinates and fixed values.
+    effect : AbstractEffect
+        The effect with these numbers, and those of its surroundings.
+    """
+
+    kind: str
+    between: Joint
+    identification: Identification
+    values: Values
+    effect: AbstractEffect
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What tells a variant of the effect."""
+        return tuple(v for v in self.values.values() if isinstance(v, str))
+
+    @property
+    def one_sign(self) -> bool:
+        """Whether its force may not be turned round: a scaled coordinate must be above 0."""
+        free = self.identification.free
+        names = self.identification.scaled
+        return any(free[name].transform == "logarithm" for name in names)
+
+    @property
+    def shape(self) -> tuple[object, ...]:
+        """What is left of the values once the force is scaled."""
+        names = self.identification.scaled
+        unit = abs(float(self.values[names[0]])) if names else 1.0
+        sizes = {name: round(float(self.values[name]) / unit, 9) for name in names}
+        if not self.one_sign:
+            sizes = {name: abs(size) for name, size in sizes.items()}
+        return (self.kind, self.between, *({**self.values, **sizes}).items())
+
+    def scaled(self, amplitude: float) -> Values:
+        """Return the values that make the force this many times as large, within bounds."""
+        free = self.identification.free
+        changed = {
+            name: _kept(float(self.values[name]) * amplitude, free[name].low, free[name].high)
+            for name in self.identification.scaled
+        }
+        return {**self.values, **changed}
+
+    def force(self, motion: JointMotion, stretch: Stretch, sample_rate: float) -> FloatArray:
+        """Return its force along a stretch of a test [N].
+
+        A law with memory begins a block before; one that knows the time, with the test.
+        """
+        first = stretch.start
+        if not isinstance(self.effect, AbstractMemorylessEffect):
+            first = (
+                0 if self._knows_time(motion, sample_rate) else max(0, first - stretch.block)
+            )
+        part = slice(first, stretch.stop)
+        with np.errstate(all="ignore"):
+            along = self.effect.force_along(
+                motion.displacement[part], motion.velocity[part], sample_rate
+            )
+        return np.asarray(along[stretch.start - first :], float)
+
+    def _knows_time(self, motion: JointMotion, sample_rate: float) -> bool:
+        """Return whether the force changes while the joint rests away from its zero."""
+        still = np.full(2, float(np.max(np.abs(motion.displacement))))
+        force = self.effect.force_along(still, 0.0 * still, sample_rate)
+        return bool(force[0] != force[1])
+
+
+def _kept(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
+def laws_of(
+    model: Model, joint: Joint, identifications: Mapping[str, Identification]
+) -> tuple[Law, ...]:
+    """Return every start of every effect in a joint that the model can have there."""
+    found = []
+    for kind, identification in identifications.items():
+        for values in identification.starts:
+            effect = _effect(model, joint, kind, identification.numbers(values))
+            if effect is not None:
+                found.append(Law(kind, joint, identification, values, effect))
+    return tuple(found)
+
+
+def _effect(model: Model, joint: Joint, kind: str, numbers: Values) -> AbstractEffect | None:
+    """Return an effect in its place, or None where it cannot stand there."""
+    try:
+        element = Element(EFFECTS[kind](**numbers), joint)
+        return resolved(replace(model, elements=(*model.elements, element)))[-1].effect
+    except (ValueError, ModelError):
+        return None
+
+
+def one_of_each_shape(laws: Sequence[Law]) -> tuple[Law, ...]:
+    """Return laws that differ by more than the size of their force."""
+    return tuple({law.shape: law for law in reversed(laws)}.values())[::-1]

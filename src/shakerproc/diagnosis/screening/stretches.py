@@ -1,0 +1,103 @@
+"""Which samples are looked at: a bounded number, where the tests tell most."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+
+MOST_SAMPLES: Final = 2**16
+"""Samples of all stretches together: what bounds the cost of a screening [-]."""
+
+LONGEST_BLOCK: Final = 2**12
+"""Samples of a block: 0.7 s at 5.7 kHz, ten periods of the slowest joints there are [-]."""
+
+SHORTEST_BLOCK: Final = 2**7
+"""Samples of the smallest block that still has a spectrum worth the name [-]."""
+
+FEWEST_BLOCKS: Final = 12
+"""Blocks wanted for a cross-validation [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Consecutive blocks of one test.
+
+    Attributes
+    ----------
+    test : int
+        Which test.
+    start : int
+        First sample.
+    n_blocks, block : int
+        How many blocks, and samples of each.
+    """
+
+    test: int
+    start: int
+    n_blocks: int
+    block: int
+
+    @property
+    def stop(self) -> int:
+        """First sample that no longer belongs to it."""
+        return self.start + self.n_blocks * self.block
+
+    def cut(self, samples: FloatArray) -> FloatArray:
+        """Return samples of the whole test as blocks, (..., n_blocks, block) array."""
+        return self.folded(samples[..., self.start : self.stop])
+
+    def folded(self, samples: FloatArray) -> FloatArray:
+        """Return samples of the stretch as blocks, (..., n_blocks, block) array."""
+        return samples.reshape(*samples.shape[:-1], self.n_blocks, self.block)
+
+
+def stretches_of(tests: Sequence[Test], motion: Sequence[FloatArray]) -> tuple[Stretch, ...]:
+    """Return the stretches to look at: half of all in the test that moves most.
+
+    Parameters
+    ----------
+    tests : sequence of Test
+        The tests.
+    motion : sequence of (n,) array
+        How much the joints move in each, at every sample, in one unit.
+    """
+    lengths = [test.stop - test.start for test in tests]
+    block = block_length(lengths)
+    moves = [
+        float(np.mean(m[t.start : t.stop] ** 2)) for t, m in zip(tests, motion, strict=True)
+    ]
+    order = sorted(range(len(tests)), key=lambda i: -moves[i])
+    left = min(MOST_SAMPLES, sum(lengths)) // block
+    wanted = dict.fromkeys(order, 0)
+    for place, i in enumerate(order):
+        others = len(order) - place - 1
+        share = left // 2 if place == 0 and others else left // (others + 1)
+        wanted[i] = min(lengths[i] // block, max(share, 1))
+        left -= wanted[i]
+    return tuple(
+        _strongest(i, tests[i], motion[i], n, block) for i, n in wanted.items() if n > 0
+    )
+
+
+def block_length(lengths: Sequence[int]) -> int:
+    """Return the samples of a block, a power of two."""
+    block = LONGEST_BLOCK
+    enough = min(MOST_SAMPLES, sum(lengths)) // FEWEST_BLOCKS
+    while block > max(SHORTEST_BLOCK, min(enough, *lengths)):
+        block //= 2
+    return block
+
+
+def _strongest(
+    index: int, test: Test, motion: FloatArray, n_blocks: int, block: int
+) -> Stretch:
+    """Return the stretch of so many blocks that moves most."""
+    power = np.concatenate([[0.0], np.cumsum(motion[test.start : test.stop] ** 2)])
+    size = n_blocks * block
+    first = int(np.argmax(power[size:] - power[:-size]))
+    return Stretch(index, test.start + first, n_blocks, block)
