@@ -1,18 +1,17 @@
 """Free runs of one model: whole tests or windows of them, all in one call."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import assemble
 from shakerproc.simulate.inputs import Input
-from shakerproc.simulate.response import run_window
-from shakerproc.simulate.window_sensing import base_motion, sense
+from shakerproc.simulate.walking import Placed, Walk
 
 RUNAWAY: Final = 1e3
 """Size of a failed window as a multiple of the usual size of its sensor [-]."""
@@ -91,37 +90,62 @@ def free_runs(
         All else are values at the samples.
     """
     system = assemble(model)
-    bases = tuple(base_motion(model, given) for given in runs.inputs)
-    outputs, failed = [], []
-    for i, (test, first, count) in enumerate(runs.windows):
-        last = min(first + count - (not means), runs.inputs[test].n_samples - 1)
-        start = np.zeros(system.n_motions) if runs.starts is None else runs.starts[i]
-        base = bases[test].part(first, last)
-        try:
-            motion = run_window(
-                model, runs.inputs[test], (first, last), start, tolerance=tolerance
-            )
-        except SimulationError:
-            failed.append(True)
-            outputs.append(None)
-            continue
-        found = sense(model, system, *motion, base, means=means)
-        failed.append(False)
-        outputs.append(found[:, :count])
-    return _filled(model, runs, outputs, np.array(failed, bool))
+    counts = runs.windows[:, 2]
+    offsets = np.concatenate(([0], np.cumsum(counts)))
+    flat = np.zeros((len(model.sensors), offsets[-1]))
+    failed = np.zeros(len(runs.windows), np.bool_)
+    for test, given in enumerate(runs.inputs):
+        members = np.flatnonzero(runs.windows[:, 0] == test)
+        if members.size:
+            walk = Walk(model, system, given, tolerance)
+            starts = np.zeros((members.size, system.n_motions))
+            if runs.starts is not None:
+                starts[:] = runs.starts[members]
+            first, count = runs.windows[members, 1], counts[members]
+            rows = np.minimum(count + means, given.n_samples - first)
+            placed = Placed(first, count, offsets[members], rows)
+            failed[members] = walk.fill(placed, starts, flat, means=means)
+            if means:
+                _repeat_last(model, placed, flat)
+    outputs = tuple(flat[:, a:b] for a, b in pairwise(offsets))
+    if not np.isfinite(flat).all():
+        failed |= [not np.isfinite(found).all() for found in outputs]
+    _apply_faults(model, runs, outputs)
+    _hold_failed(runs, outputs, failed)
+    return FreeRuns(outputs, failed)
 
 
-def _filled(
-    model: Model, runs: Runs, outputs: list[FloatArray | None], failed: NDArray[np.bool_]
-) -> FreeRuns:
-    """Return the runs, failed windows filled with a large finite motion."""
+def _repeat_last(model: Model, placed: Placed, flat: FloatArray) -> None:
+    """Give windows that end with their test a last mean, the one before."""
+    last = placed.offset + placed.count - 1
+    last = last[(placed.rows == placed.count) & (placed.count > 1)]
+    for i, sensor in enumerate(model.sensors.values()):
+        if sensor.measures == "acceleration":
+            flat[i, last] = flat[i, last - 1]
+
+
+def _apply_faults(model: Model, runs: Runs, outputs: tuple[FloatArray, ...]) -> None:
+    """Let the sensors that have faults record what they do."""
+    for i, sensor in enumerate(model.sensors.values()):
+        for fault in sensor.faults:
+            for (test, *_), found in zip(runs.windows, outputs, strict=True):
+                found[i] = fault.apply(found[i], runs.inputs[test].sample_rate)
+
+
+def _hold_failed(
+    runs: Runs, outputs: tuple[FloatArray, ...], failed: NDArray[np.bool_]
+) -> None:
+    """Fill failed windows with a large finite motion."""
+    if not failed.any():
+        return
     sizes = runs.sizes
     if sizes is None:
-        good = [np.max(np.abs(o), axis=1) for o in outputs if o is not None]
-        sizes = np.max(good, axis=0) if good else np.ones(len(model.sensors))
+        good = [
+            np.max(np.abs(found), axis=1)
+            for found, no in zip(outputs, failed, strict=True)
+            if not no
+        ]
+        sizes = np.max(good, axis=0) if good else np.ones(len(outputs[0]))
     held = np.where(sizes > 0.0, RUNAWAY * sizes, RUNAWAY)[:, None]
-    whole = tuple(
-        np.repeat(held, count, axis=1) if found is None else found
-        for found, count in zip(outputs, runs.windows[:, 2], strict=True)
-    )
-    return FreeRuns(whole, failed)
+    for i in np.flatnonzero(failed):
+        outputs[i][:] = held

@@ -16,7 +16,7 @@ MOST_SAMPLES: Final = 2e7
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Input:
     """What shakes the model, prepared once for any number of simulations.
 

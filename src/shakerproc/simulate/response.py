@@ -281,7 +281,7 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     series.y[:, 0] = first
     motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, n))
     room = np.zeros((4, first.size + n + 4 * n_lines + given.pieces.shape[1] + 32))
-    room[3, : 2 * n] = _least_sizes(machine, given)
+    room[3, : 2 * n] = least_sizes(machine, given, float(np.max(np.abs(given.pieces[:, 0]))))
     stats = np.zeros(7)
     fresh = machine._replace(
         mode=np.zeros_like(machine.mode),
@@ -310,47 +310,18 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     return motion, relative, stats
 
 
-def run_window(
-    model: Model,
-    given: Input,
-    reach: tuple[int, int],
-    start: FloatArray,
-    *,
-    tolerance: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return motion and relative accelerations between two samples of an input.
-
-    Parameters
-    ----------
-    reach : (int, int)
-        First and last sample, both included.
-    start : (n_motions,) array
-        Motion at the first sample.
-
-    Raises
-    ------
-    SimulationError
-        If the stepper had to give up.
-    """
-    first, last = reach
-    system = assemble(model)
-    part = replace(
-        given, pieces=given.pieces[first * given.stride : last * given.stride], surplus=0
-    )
-    store = _store(system.machine, given, "automatic")
-    series = _by_series(system, "automatic")
-    case = _Case(model, system, store, part, start, tolerance, series)
-    motion, relative, _ = _run(case)
-    return motion, relative
-
-
-def _least_sizes(machine: Machine, given: Input) -> FloatArray:
+def least_sizes(machine: Machine, given: Input, largest: float) -> FloatArray:
     """Return what the input alone makes of displacements and velocities in one sample.
 
     Errors are never held against less: a joint that has just broken away moves by nothing.
+
+    Parameters
+    ----------
+    largest : float
+        Largest input [m/s^2 or N].
     """
     n = machine.mass.size
-    pushed = np.max(np.abs(machine.matrix[:, 2 * n])) * np.max(np.abs(given.pieces[:, 0]))
+    pushed = np.max(np.abs(machine.matrix[:, 2 * n])) * largest
     step = given.part / given.span
     return np.repeat((pushed * step**2, pushed * step), n)
 

@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
-from typing import Final, final
+from typing import Final, TypeAlias, final
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.model import BASE, Measures, Model
@@ -13,106 +16,131 @@ from shakerproc.simulate.assembly import System
 from shakerproc.simulate.inputs import Input
 from shakerproc.simulate.sensing import integrated
 
+Samples: TypeAlias = NDArray[np.int64] | slice
+
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
 class BaseMotion:
-    """How the base moves at the samples of a test, from rest at its first.
-
-    Attributes
-    ----------
-    acceleration, velocity, displacement : (n,) array
-        At the samples [m/s^2], [m/s], [m].
-    mean : (n,) array
-        Mean acceleration over the interval after each sample; the last is repeated [m/s^2].
-    sample_rate : float
-        Samples per second [Hz].
-    """
-
-    acceleration: FloatArray
-    velocity: FloatArray
-    displacement: FloatArray
-    mean: FloatArray
-    sample_rate: float
-
-    def part(self, first: int, last: int) -> "BaseMotion":
-        """Return the motion between two samples, both included."""
-        rows = slice(first, last + 1)
-        return BaseMotion(
-            self.acceleration[rows], self.velocity[rows], self.displacement[rows],
-            self.mean[rows], self.sample_rate,
-        )  # fmt: skip
-
-
-def base_motion(model: Model, given: Input) -> BaseMotion:
-    """Return how the base of a model moves in a test; where a force drives it, not at all."""
-    if model.excitation.on is not None:
-        still = np.zeros(given.n_samples)
-        return BaseMotion(still, still, still, still, given.sample_rate)
-    k = np.arange(given.pieces.shape[1])
-    velocity, displacement = integrated(given.pieces, given.stride, given.sample_rate)
-    of_parts = given.pieces @ (1.0 / (k + 1))
-    mean = of_parts.reshape(-1, given.stride).mean(axis=1)
-    return BaseMotion(
-        given.samples, velocity, displacement, np.append(mean, mean[-1]), given.sample_rate
-    )
-
-
-def sense(
-    model: Model,
-    system: System,
-    motion: FloatArray,
-    acceleration: FloatArray,
-    base: BaseMotion,
-    *,
-    means: bool,
-) -> FloatArray:
-    """Return what every sensor records, (n_sensors, n) array [SI].
+    """How the base moves in a test, from rest at its first sample; computed where needed.
 
     Parameters
     ----------
-    motion : (n, n_motions) array
-        Displacements, velocities and states, relative to the base.
-    acceleration : (n, n_masses) array
-        Relative to the base [m/s^2].
-    base : BaseMotion
-        At the same samples.
-    means : bool
-        Whether accelerations are means over the interval after each sample.
+    given : Input
+        Acceleration of the base [m/s^2].
     """
-    n = len(system.names)
-    if means:
-        acceleration = np.diff(motion[:, n : 2 * n], axis=0) * base.sample_rate
-        acceleration = np.concatenate((acceleration, acceleration[-1:]))
-        base = BaseMotion(
-            base.mean, base.velocity, base.displacement, base.mean, base.sample_rate
-        )
-    out = np.empty((len(model.sensors), len(motion)))
-    for row, sensor in zip(out, model.sensors.values(), strict=True):
-        quantity = _QUANTITY[sensor.measures]
-        row[:] = quantity.of_base(base)
-        if sensor.at != BASE:
-            at = system.names.index(sensor.at)
-            of_mass = (acceleration, motion, motion[:, n:])[quantity.source]
-            np.add(row, of_mass[:, at], out=row)
-        for fault in sensor.faults:
-            row[:] = fault.apply(row, base.sample_rate)
-    return out
+
+    def __init__(self, given: Input) -> None:
+        self._pieces, self._stride = given.pieces, given.stride
+        self._rate = given.sample_rate
+        self.acceleration = given.samples
+
+    @cached_property
+    def mean(self) -> FloatArray:
+        """Mean acceleration over the interval after each sample; the last is repeated."""
+        of_parts = self._pieces @ (1.0 / np.arange(1, self._pieces.shape[1] + 1))
+        mean = of_parts.reshape(-1, self._stride).mean(axis=1)
+        return np.append(mean, mean[-1])
+
+    @cached_property
+    def motion(self) -> tuple[FloatArray, FloatArray]:
+        """Velocity [m/s] and displacement [m] at the samples."""
+        return integrated(self._pieces, self._stride, self._rate)
+
+
+_BASES: Final[WeakKeyDictionary[Input, BaseMotion]] = WeakKeyDictionary()
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class _Quantity:
-    """Where a measured quantity comes from: 0 acceleration, 1 displacement, 2 velocity."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Rows of the motion of a model, not all of one window, and where the base is meanwhile.
 
-    source: int
-    of_base: Callable[[BaseMotion], FloatArray | float]
+    Attributes
+    ----------
+    rows : (n, n_motions) array
+        Displacements, velocities and states, relative to the base.
+    acceleration : (n, n_masses) array
+        Relative to the base [m/s^2].
+    samples : slice or (n,) array of int
+        Sample of the test at each row.
+    base : BaseMotion, optional
+        Where the base moves.
+    """
+
+    rows: FloatArray
+    acceleration: FloatArray
+    samples: Samples
+    base: BaseMotion | None
 
 
-_QUANTITY: Final[Mapping[Measures, _Quantity]] = MappingProxyType({
-    "acceleration": _Quantity(0, lambda base: base.acceleration),
-    "displacement": _Quantity(1, lambda base: base.displacement),
-    "velocity": _Quantity(2, lambda base: base.velocity),
-    "relative displacement": _Quantity(1, lambda _: 0.0),
-    "relative velocity": _Quantity(2, lambda _: 0.0),
+def base_motion(model: Model, given: Input) -> BaseMotion | None:
+    """Return how the base of a model moves in a test; None where a force drives it."""
+    if model.excitation.on is not None:
+        return None
+    if given not in _BASES:
+        _BASES[given] = BaseMotion(given)
+    return _BASES[given]
+
+
+def sense(
+    model: Model, system: System, motion: Motion, rate: float, *, means: bool
+) -> FloatArray:
+    """Return what every sensor records, faults apart, (n_sensors, n) array [SI].
+
+    Parameters
+    ----------
+    motion : Motion
+        Consecutive rows.
+    rate : float
+        Samples per second [Hz].
+    means : bool
+        Whether accelerations are means over the interval to the next row; 0 in the last.
+    """
+    n = len(system.names)
+    out = np.zeros((len(model.sensors), len(motion.rows)))
+    for i, sensor in enumerate(model.sensors.values()):
+        at = None if sensor.at == BASE else system.names.index(sensor.at)
+        _RECORDED[sensor.measures](motion, n, at, rate if means else 0.0, out[i])
+    return out
+
+
+def _acceleration(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    if at is not None and rate:
+        out[:-1] = np.diff(m.rows[:, n + at]) * rate
+    elif at is not None:
+        out[:] = m.acceleration[:, at]
+    if m.base is not None:
+        out += (m.base.mean if rate else m.base.acceleration)[m.samples]
+
+
+def _velocity(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    _relative_velocity(m, n, at, rate, out)
+    if m.base is not None:
+        out += m.base.motion[0][m.samples]
+
+
+def _displacement(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    _relative_displacement(m, n, at, rate, out)
+    if m.base is not None:
+        out += m.base.motion[1][m.samples]
+
+
+def _relative_velocity(m: Motion, n: int, at: int | None, _: float, out: FloatArray) -> None:
+    if at is not None:
+        out[:] = m.rows[:, n + at]
+
+
+def _relative_displacement(
+    m: Motion, _n: int, at: int | None, _: float, out: FloatArray
+) -> None:
+    if at is not None:
+        out[:] = m.rows[:, at]
+
+
+_RECORDED: Final[Mapping[Measures, Callable[..., None]]] = MappingProxyType({
+    "acceleration": _acceleration,
+    "displacement": _displacement,
+    "velocity": _velocity,
+    "relative displacement": _relative_displacement,
+    "relative velocity": _relative_velocity,
 })

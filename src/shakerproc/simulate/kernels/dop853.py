@@ -218,6 +218,88 @@ def _locate(
     return length
 
 
+@inner
+def one_sample(
+    machine: Machine,
+    tableau: FloatArray,
+    pieces: FloatArray,
+    j: int,
+    at: float,
+    wanted: float,
+    sample: float,
+    tolerance: float,
+    series: Series,
+    work: FloatArray,
+    scales: FloatArray,
+    stats: FloatArray,
+) -> float:
+    """Carry the motion from a share `at` of a piece to its end.
+
+    Returns
+    -------
+    float
+        Step to try next, as a share of a piece, of which `wanted` was tried first.
+    """
+    n, n_y = machine.mass.size, series.y.shape[0]
+    flips = 0
+    while at < 1.0:
+        share = min(wanted, 1.0 - at)
+        even_out(scales, n)
+        _rates(machine, pieces, j, at, sample, series)
+        for i in range(n_y):
+            work[_START, i] = series.y[i, 0]
+        _watch(machine, series, work[_AHEAD])
+        _step(machine, tableau, pieces, j, at, share, sample, series, work)
+        stats[3] += 1.0
+        error = _error(tableau, share * sample, n_y, scales, tolerance, work)
+        if not error < 1.0 and share > 1e-9:
+            wanted = share * max(0.2, 0.9 * error**-0.125) if error < 1e30 else 0.1 * share
+            for i in range(n_y):
+                series.y[i, 0] = work[_START, i]
+            continue
+        _watch(machine, series, work[_BEHIND])
+        e, doubt = _late(machine, share, sample, scales, work)
+        if doubt and share > 1e-3:
+            wanted = 0.5 * share
+            for i in range(n_y):
+                series.y[i, 0] = work[_START, i]
+            continue
+        if e >= 0 and flips < 8 + 4 * machine.lines.shape[0]:
+            length, other = share, e
+            while other >= 0:  # until nothing else has happened before it
+                e = other
+                length = _locate(
+                    machine, tableau, pieces, j, at, length, sample, e, series, work
+                )
+                _watch(machine, series, work[_BEHIND])
+                work[_BEHIND, e] = -1.0
+                other, _ = _late(machine, length, sample, scales, work)
+                if length == 0.0:
+                    break
+            if length == 0.0:
+                for i in range(n_y):
+                    series.y[i, 0] = work[_START, i]
+            _rates(machine, pieces, j, at + length, sample, series)
+            switch(machine, e // 2, e % 2, (j + at + length) * sample, series)
+            stats[1] += 1.0
+            flips = flips + 1 if length < 1e-9 else 0
+            at += length
+        else:
+            stats[4] += 1.0 if e >= 0 else 0.0
+            flips = 0
+            at = 1.0 if share == 1.0 - at else at + share
+            growth = 0.9 * error**-0.125 if error > 1e-7 else 5.0
+            wanted = min(max(wanted, share) * min(growth, 5.0), 1e9)
+        stats[2] += min(error, 1.0) * tolerance * scales[0]
+        stats[6] += min(error, 1.0) * tolerance * scales[n]
+        for i in range(n_y):
+            if abs(series.y[i, 0]) > scales[i]:
+                scales[i] = abs(series.y[i, 0])
+        if at > 1.0 - 1e-14:
+            at = 1.0
+    return wanted
+
+
 @compiled
 def integrate_dop853(
     machine: Machine,
@@ -252,62 +334,11 @@ def integrate_dop853(
     begin(machine, series)
     wanted = 1.0  # step, as a share of a sample
     for j in range(-1, pieces.shape[0]):
-        at, flips = 0.0, 0
-        while j >= 0 and at < 1.0:
-            share = min(wanted, 1.0 - at)
-            even_out(scales, n)
-            _rates(machine, pieces, j, at, sample, series)
-            for i in range(n_y):
-                work[_START, i] = series.y[i, 0]
-            _watch(machine, series, work[_AHEAD])
-            _step(machine, tableau, pieces, j, at, share, sample, series, work)
-            stats[3] += 1.0
-            error = _error(tableau, share * sample, n_y, scales, tolerance, work)
-            if not error < 1.0 and share > 1e-9:
-                wanted = share * max(0.2, 0.9 * error**-0.125) if error < 1e30 else 0.1 * share
-                for i in range(n_y):
-                    series.y[i, 0] = work[_START, i]
-                continue
-            _watch(machine, series, work[_BEHIND])
-            e, doubt = _late(machine, share, sample, scales, work)
-            if doubt and share > 1e-3:
-                wanted = 0.5 * share
-                for i in range(n_y):
-                    series.y[i, 0] = work[_START, i]
-                continue
-            if e >= 0 and flips < 8 + 4 * machine.lines.shape[0]:
-                length, other = share, e
-                while other >= 0:  # until nothing else has happened before it
-                    e = other
-                    length = _locate(
-                        machine, tableau, pieces, j, at, length, sample, e, series, work
-                    )
-                    _watch(machine, series, work[_BEHIND])
-                    work[_BEHIND, e] = -1.0
-                    other, _ = _late(machine, length, sample, scales, work)
-                    if length == 0.0:
-                        break
-                if length == 0.0:
-                    for i in range(n_y):
-                        series.y[i, 0] = work[_START, i]
-                _rates(machine, pieces, j, at + length, sample, series)
-                switch(machine, e // 2, e % 2, (j + at + length) * sample, series)
-                stats[1] += 1.0
-                flips = flips + 1 if length < 1e-9 else 0
-                at += length
-            else:
-                stats[4] += 1.0 if e >= 0 else 0.0
-                flips = 0
-                at = 1.0 if share == 1.0 - at else at + share
-                growth = 0.9 * error**-0.125 if error > 1e-7 else 5.0
-                wanted = min(max(wanted, share) * min(growth, 5.0), 1e9)
-            stats[2] += min(error, 1.0) * tolerance * scales[0]
-            stats[6] += min(error, 1.0) * tolerance * scales[n]
-            for i in range(n_y):
-                if abs(series.y[i, 0]) > scales[i]:
-                    scales[i] = abs(series.y[i, 0])
-            if at > 1.0 - 1e-14:
-                at = 1.0
+        if j >= 0:
+            wanted = one_sample(
+                machine, tableau, pieces, j, 0.0, wanted, sample, tolerance, series, work,
+                scales, stats,
+            )  # fmt: skip
         if not abs(series.y[0, 0]) < 1e100:
             stats[0], stats[5] = 2.0, (j + 1) * sample
             return

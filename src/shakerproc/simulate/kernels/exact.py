@@ -15,7 +15,7 @@ DIVERGED: Final = 2
 
 
 @inlined
-def _by_motion(rows: FloatArray, e: int, y: FloatArray, w: float, n_y: int) -> float:
+def by_motion(rows: FloatArray, e: int, y: FloatArray, w: float, n_y: int) -> float:
     """Return a row by (y, w, 1)."""
     total = rows[e, n_y] * w + rows[e, n_y + 1]
     for k in range(n_y):
@@ -33,12 +33,14 @@ def _rate(coefficients: FloatArray, n_c: int) -> float:
 
 
 @inlined
-def _fast(
+def fast(
     machine: Machine,
     store: Store,
     pieces: FloatArray,
     j: int,
+    stop: int,
     stride: int,
+    before: int,
     scales: FloatArray,
     series: Series,
     y: FloatArray,
@@ -48,7 +50,9 @@ def _fast(
     n: int,
     n_y: int,
 ) -> tuple[int, float]:
-    """Carry the motion on until an event is near; return the sample and the share of it.
+    """Carry the motion on until an event is near; return the piece and the share of it.
+
+    It goes on to piece `stop`, and the results lack the first `before` samples.
 
     A part of a sample is taken if every event is still ahead at its end, and, where it was
     first approached and then left again, the tangents at both ends meet before it. A wall that
@@ -62,13 +66,13 @@ def _fast(
     for i in range(n_y):
         y[i] = series.y[i, 0]
     part = 0
-    k_out = j // stride  # counted on, since a division takes as long as all the rest
+    k_out = j // stride - before  # counted on, since a division takes as long as all the rest
     wait = stride - j % stride
     fastest = 0.0
     for i in range(n, 2 * n):
         if scales[i] > fastest:
             fastest = scales[i]
-    while j < pieces.shape[0]:
+    while j < stop:
         c = pieces[j]
         if parts > 1:
             shift(pieces, j, part / parts, 1.0 / parts, series.w)
@@ -85,7 +89,7 @@ def _fast(
             end[i] = y[i] + total
         free = True
         for e in range(n_events):
-            ahead = _by_motion(events, e, end, w, n_y)
+            ahead = by_motion(events, e, end, w, n_y)
             if ahead >= 0.0:
                 free = False
                 break
@@ -93,13 +97,13 @@ def _fast(
                 machine.lines[which[e, 0], LAW]
             ):
                 continue
-            down = -_by_motion(slopes, e, end, w, n_y)
+            down = -by_motion(slopes, e, end, w, n_y)
             if events[e, n_y] != 0.0:
                 down -= events[e, n_y] * _rate(c, n_c)
             if down > 0.0:
-                up = _by_motion(slopes, e, y, c[0], n_y) + events[e, n_y] * c[1]
+                up = by_motion(slopes, e, y, c[0], n_y) + events[e, n_y] * c[1]
                 if up > 0.0:
-                    before = _by_motion(events, e, y, c[0], n_y)
+                    before = by_motion(events, e, y, c[0], n_y)
                     highest = ahead if ahead > before else before
                     if highest + up * down / (up + down) >= 0.0:
                         free = False
@@ -117,7 +121,7 @@ def _fast(
                 for i in range(n_y):
                     motion[k_out, i] = end[i]
                 for i in range(n):
-                    accelerations[k_out, i] = _by_motion(system, n + i, end, w, n_y)
+                    accelerations[k_out, i] = by_motion(system, n + i, end, w, n_y)
         for i in range(n_y):
             y[i] = end[i]
             size = abs(end[i])
@@ -131,7 +135,7 @@ def _fast(
 
 
 @inlined
-def _record(
+def record(
     machine: Machine,
     time: float,
     series: Series,
@@ -169,13 +173,15 @@ def _walk(
     j, passed = 0, 0.0
     while j < pieces.shape[0]:
         if linear and n == 1 and n_y == 2:  # known numbers make it a third quicker
-            j, passed = _fast(
-                machine, store, pieces, j, stride, scales, series, room[0], room[1],
+            j, passed = fast(
+                machine, store, pieces, j, pieces.shape[0], stride, 0, scales, series, room[0],
+                room[1],
                 motion, accelerations, 1, 2,
             )  # fmt: skip
         elif linear:
-            j, passed = _fast(
-                machine, store, pieces, j, stride, scales, series, room[0], room[1],
+            j, passed = fast(
+                machine, store, pieces, j, pieces.shape[0], stride, 0, scales, series, room[0],
+                room[1],
                 motion, accelerations, n, n_y,
             )  # fmt: skip
         if linear and j == pieces.shape[0]:
@@ -208,7 +214,7 @@ def _walk(
             for k in range(pieces.shape[1]):
                 series.w[0] += pieces[j - 1, k]
             row = j * span // stride
-            _record(machine, j * sample, series, motion, accelerations, row)
+            record(machine, j * sample, series, motion, accelerations, row)
     stats[5] = j * sample
     if not abs(series.y[0, 0]) < 1e100:
         stats[0] = DIVERGED
@@ -267,7 +273,7 @@ def integrate(
             scales[i] = abs(series.y[i, 0])
     series.w[0] = pieces[0, 0]
     begin(machine, series)
-    _record(machine, 0.0, series, motion, accelerations, 0)
+    record(machine, 0.0, series, motion, accelerations, 0)
     _walk(
         machine, store, pieces, sample, stride, span, tolerance, series, room, motion,
         accelerations, stats,

@@ -49,11 +49,20 @@ def power(lines: FloatArray, row: int, exponent: float, order: int) -> float:
     """Return the coefficient of a power of the series in plane BASE of a line.
 
     Whole powers by squaring and multiplying; the planes after BASE hold what comes in
-    between. Of other powers there is order 0 alone, of the absolute value.
+    between. Other powers, of the absolute value, by the recurrence of x y' = p x' y, which
+    ends at 0.
     """
     whole = int(exponent)
     if exponent != whole:
-        return abs(lines[row, BASE, 0]) ** exponent if order == 0 else math.nan
+        total = abs(lines[row, BASE, 0]) ** exponent
+        if order > 0:
+            total = 0.0
+            for j in range(1, order + 1):
+                share = (exponent + 1.0) * j - order
+                total += share * lines[row, BASE, j] * lines[row, BASE + 1, order - j]
+            total /= order * lines[row, BASE, 0]
+        lines[row, BASE + 1, order] = total
+        return total
     bit = 1
     while 2 * bit <= whole:
         bit *= 2

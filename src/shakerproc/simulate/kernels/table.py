@@ -86,13 +86,20 @@ class Store(NamedTuple):
         Line and number of each event.
     system : (s, n_y, n_y + 2) array
         Rates of y, by (y, w, 1).
-    events : (s, 2 r, n_y + 2) array
-        Events, by (y, w, 1): above 0 once they have happened.
-    slopes : (s, 2 r, n_y + 2) array
-        How much events rise in a part at this rate, by (y, w, 1); the input's own rise is left
-        out.
-    step : (s, n_y, n_y + degree + 2) array
-        What a part adds to y, by (y, c, 1).
+    events : (s, 2 r, n_y + 2 + m) array
+        Events, by (y, w, 1, carried forces): above 0 once they have happened.
+    slopes : (s, 2 r, n_y + 2 + m) array
+        How much events rise in a part at this rate, by the same; the rise of the input and of
+        the forces themselves is left out.
+    step : (s, n_y, n_y + degree + 2 + 4 m) array
+        What a part adds to y, by (y, c, 1) and the four coefficients of each carried force.
+    carried : (r,) array of int
+        Number of each line among the m whose law is not linear on its branches: its force is
+        given to the propagators as a cubic over a part. -1 for all others.
+    owner : (n_states,) array of int
+        Number of the carried force whose state each is, or -1.
+    push : (s, n, m) array
+        Accelerations by unit carried forces.
     """
 
     slot_of: NDArray[np.int64]
@@ -104,6 +111,13 @@ class Store(NamedTuple):
     events: FloatArray
     slopes: FloatArray
     step: FloatArray
+    carried: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    push: FloatArray
+
+
+FORCE_TERMS: Final = 4
+"""Coefficients of a carried force over a part of a sample: it is a cubic."""
 
 
 HIGHEST: Final = 24

@@ -51,7 +51,8 @@ def slot_of(machine: Machine, store: Store) -> int:
     """Return where the propagators of the present branches stand."""
     code = 0
     for row in range(machine.lines.shape[0]):
-        code = 3 * code + machine.mode[row, 0] + 1
+        free = store.carried[row] >= 0 and machine.lines[row, LAW] != FRICTION
+        code = 3 * code + (1 if free else machine.mode[row, 0] + 1)
     return store.slot_of[code]
 
 
@@ -313,7 +314,8 @@ def careful(
     float
         Share of the interval that was reached: 1, or where the steps became too small.
     """
-    n, n_y, linear = machine.mass.size, series.y.shape[0], store.parts.size > 0
+    n, n_y = machine.mass.size, series.y.shape[0]
+    linear = store.parts.size > 0 and store.push.shape[2] == 0
     flips = 0
     inside = 1
     for _ in range(20000):

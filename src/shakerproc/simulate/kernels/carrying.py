@@ -1,0 +1,434 @@
+"""Exact propagators under nonlinear forces: what a law does in a sample, as a cubic.
+
+The linear part of a model, and of the branches that it is on, moves exactly. The force of
+every other law over a sample is the cubic with the law's values and rates at both ends, which
+misses a sine by (omega h)^4 / 384. Its far end is predicted and corrected until the motion
+rests; states of laws with memory follow by the same rule, in its implicit form (Hermite and
+Obreshkov's, order 4, stable however fast the state relaxes). Where that does not settle, or a
+branch ends, the sample is left to the Taylor series.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.compiled import inlined
+from shakerproc.simulate.kernels.exact import by_motion
+from shakerproc.simulate.kernels.modes import event, wall
+from shakerproc.simulate.kernels.motion import between, sticks
+from shakerproc.simulate.kernels.series import law_series
+from shakerproc.simulate.kernels.table import (
+    DISPLACEMENT,
+    FORCE_TERMS,
+    LAW,
+    MEMORY,
+    STATE,
+    VELOCITY,
+    Machine,
+    Series,
+    Store,
+)
+from shakerproc.simulate.kernels.taylor import even_out, shift, slot_of
+
+_ATTEMPTS: Final = 3
+_LOOSE: Final = 100.0
+"""How far the first correction may be above the tolerance: a cubic misses a smooth force by
+about a thirtieth of what a prediction misses it by [-]."""
+
+_FORCE: Final = 0  # planes of `law`: force and rate, their slopes by the state
+_RATE: Final = 1
+_FORCE_BY_STATE: Final = 2
+_RATE_BY_STATE: Final = 3
+
+
+class Carried(NamedTuple):
+    """Room for forces over a part of a sample, by the share of it that has passed.
+
+    Attributes
+    ----------
+    force, rate : (m, 4) array
+        Coefficients of each carried force [N], and of the rate of its state.
+    now : (m, 4) array
+        Force, its slope, rate and its slope at the start of the part.
+    law : (m, 4, orders) array
+        What the law gave last: force, rate, and the slopes of both by the state.
+    line : (2, m, 5) array
+        Displacement, velocity, acceleration, state and its rate, at start and end.
+    y : (5, any) array
+        Motion at the start, at the end, at the end without carried forces; input; and the
+        end that was corrected.
+    """
+
+    force: FloatArray
+    rate: FloatArray
+    now: FloatArray
+    law: FloatArray
+    line: FloatArray
+    y: FloatArray
+
+
+def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
+    """Return empty room."""
+    return Carried(
+        np.zeros((n_forces, FORCE_TERMS)),
+        np.zeros((n_forces, FORCE_TERMS)),
+        np.zeros((n_forces, 4)),
+        np.zeros((n_forces, 4, FORCE_TERMS)),
+        np.zeros((2, n_forces, 5)),
+        np.zeros((5, max(n_motions, degree + 1))),
+    )
+
+
+@inlined
+def _ask(
+    machine: Machine,
+    store: Store,
+    slot: int,
+    time: float,
+    step: float,
+    orders: int,
+    slopes: int,
+    series: Series,
+    room: Carried,
+) -> None:
+    """Set orders of the carried forces and rates, of accelerations, and the next motion.
+
+    With slopes 1, the derivatives by the state are asked for too, by order 1 of the laws for
+    a state that alone changes.
+    """
+    n, n_y, n_lines = series.a.shape[0], series.y.shape[0], machine.lines.shape[0]
+    system, push = store.system[slot], store.push[slot]
+    for turn in range(orders + slopes):
+        probing = slopes == 1 and turn == 1
+        order = turn - slopes if slopes == 1 and turn > 1 else turn
+        for row in range(n_lines):
+            c, state = store.carried[row], machine.lines[row, MEMORY]
+            if c < 0 or (probing and state < 0):
+                continue
+            if sticks(machine, row):
+                room.law[c, _FORCE, order] = 0.0
+                room.law[c, _RATE, order] = 0.0
+                continue
+            z = between(machine, row, series.y, 0, order)
+            v = between(machine, row, series.y, n, order)
+            series.lines[row, DISPLACEMENT, order] = 0.0 if probing else z
+            series.lines[row, VELOCITY, order] = 0.0 if probing else v
+            if state >= 0:
+                own = 1.0 if probing else series.y[2 * n + state, order]
+                series.lines[row, STATE, order] = own
+            force, rate = law_series(machine, row, order, time, step, series.lines)
+            if probing:
+                room.law[c, _FORCE_BY_STATE, 0] = force
+                room.law[c, _RATE_BY_STATE, 0] = rate
+                continue
+            room.law[c, _FORCE, order] = force
+            room.law[c, _RATE, order] = rate
+            if state >= 0:
+                series.y[2 * n + state, order + 1] = rate * step / (order + 1)
+        if probing:
+            continue
+        factor = step / (order + 1)
+        for i in range(n):
+            total = system[n + i, n_y] * series.w[order]
+            if order == 0:
+                total += system[n + i, n_y + 1]
+            for k in range(n_y):
+                total += system[n + i, k] * series.y[k, order]
+            for c in range(push.shape[1]):
+                total += push[i, c] * room.law[c, _FORCE, order]
+            series.a[i, order] = total
+            series.y[i, order + 1] = factor * series.y[n + i, order]
+            series.y[n + i, order + 1] = factor * total
+        for i in range(2 * n, n_y):
+            free = store.owner[i - 2 * n] < 0
+            if free:
+                total = 0.0
+                for k in range(n_y):
+                    total += system[i, k] * series.y[k, order]
+                series.y[i, order + 1] = factor * total
+
+
+@inlined
+def _note(
+    machine: Machine, store: Store, side: int, y: FloatArray, series: Series, room: Carried
+) -> None:
+    """Write down the motion across the carried lines at the start (0) or the end (1)."""
+    n = series.a.shape[0]
+    for row in range(machine.lines.shape[0]):
+        c = store.carried[row]
+        if c < 0:
+            continue
+        line = room.line
+        second, first = machine.lines[row, 1], machine.lines[row, 2]
+        for kind in range(2):
+            total = 0.0
+            if second >= 0:
+                total += y[kind * n + second]
+            if first >= 0:
+                total -= y[kind * n + first]
+            line[side, c, kind] = total
+        line[side, c, 2] = between(machine, row, series.a, 0, 0)
+        if machine.lines[row, MEMORY] >= 0:
+            line[side, c, 3] = y[2 * n + machine.lines[row, MEMORY]]
+            line[side, c, 4] = room.law[c, _RATE, 0]
+
+
+@inlined
+def _ahead(machine: Machine, store: Store, step: float, room: Carried) -> bool:
+    """Return whether every event of the carried lines is still ahead; see `exact.fast`."""
+    for row in range(machine.lines.shape[0]):
+        c = store.carried[row]
+        if c < 0 or sticks(machine, row):
+            continue
+        for which in range(2):
+            kind, sign, level = event(machine, row, which)
+            if kind < 0:
+                break
+            at = 3 if kind == STATE else kind
+            now = sign * room.line[1, c, at] - level
+            if now >= 0.0:
+                return False
+            down = -sign * room.line[1, c, at + 1]
+            if down > 0.0:
+                up = sign * room.line[0, c, at + 1]
+                if up > 0.0:
+                    before = sign * room.line[0, c, at] - level
+                    highest = now if now > before else before
+                    if highest + step * up * down / (up + down) >= 0.0:
+                        return False
+    return True
+
+
+@inlined
+def _ahead_linear(
+    machine: Machine,
+    store: Store,
+    slot: int,
+    c: FloatArray,
+    n_c: int,
+    w: float,
+    fastest: float,
+    room: Carried,
+) -> bool:
+    """Return whether every event of the linear branches is still ahead; see `exact.fast`."""
+    events, slopes, which = store.events[slot], store.slopes[slot], store.which[slot]
+    y, end, n_y, n_forces = room.y[0], room.y[1], store.system.shape[1], room.now.shape[0]
+    for e in range(store.n_events[slot]):
+        ahead = by_motion(events, e, end, w, n_y)
+        for f in range(n_forces):
+            ahead += events[e, n_y + 2 + f] * room.law[f, _FORCE, 0]
+        if ahead >= 0.0:
+            return False
+        if ahead < -4.0 * fastest * store.part[slot] and wall(machine.lines[which[e, 0], LAW]):
+            continue
+        down = -by_motion(slopes, e, end, w, n_y)
+        up = by_motion(slopes, e, y, c[0], n_y)
+        before = by_motion(events, e, y, c[0], n_y)
+        for f in range(n_forces):
+            down -= slopes[e, n_y + 2 + f] * room.law[f, _FORCE, 0]
+            up += slopes[e, n_y + 2 + f] * room.now[f, 0]
+            before += events[e, n_y + 2 + f] * room.now[f, 0]
+            down -= events[e, n_y + 2 + f] * room.law[f, _FORCE, 1]
+            up += events[e, n_y + 2 + f] * room.now[f, 1]
+        if events[e, n_y] != 0.0:
+            up += events[e, n_y] * c[1]
+            for k in range(1, n_c):
+                down -= events[e, n_y] * k * c[k]
+        if down > 0.0 and up > 0.0:
+            highest = ahead if ahead > before else before
+            if highest + up * down / (up + down) >= 0.0:
+                return False
+    return True
+
+
+@inlined
+def _correct_states(
+    machine: Machine, store: Store, step: float, scales: FloatArray, room: Carried
+) -> float:
+    """Correct states, forces and rates at the end; return the largest correction.
+
+    One step of Newton's method on s1 = s0 + h (r0 + r1) / 2 + h^2 (r0' - r1') / 12.
+    """
+    n2, worst = 2 * store.push.shape[1], 0.0
+    for row in range(machine.lines.shape[0]):
+        c, state = store.carried[row], machine.lines[row, MEMORY]
+        if c < 0 or state < 0:
+            continue
+        law = room.law
+        slope = step * law[c, _RATE_BY_STATE, 0]
+        mean = 0.5 * (room.now[c, 2] + law[c, _RATE, 0])
+        mean += (room.now[c, 3] - law[c, _RATE, 1]) / 12.0
+        left = room.y[0, n2 + state] + step * mean - room.y[1, n2 + state]
+        change = left / (1.0 - 0.5 * slope + slope * slope / 12.0)
+        room.y[4, n2 + state] = room.y[1, n2 + state] + change
+        rate = law[c, _RATE_BY_STATE, 0] * change
+        law[c, _RATE, 0] += rate
+        law[c, _RATE, 1] += slope * rate
+        law[c, _FORCE, 0] += law[c, _FORCE_BY_STATE, 0] * change
+        law[c, _FORCE, 1] += law[c, _FORCE_BY_STATE, 0] * slope * change
+        size = scales[n2 + state]
+        if abs(room.y[4, n2 + state]) > size:
+            size = abs(room.y[4, n2 + state])
+        if not abs(change) <= worst * size:
+            worst = abs(change) / size if size > 0.0 else 0.0
+    return worst
+
+
+@inlined
+def _bend(
+    values: FloatArray, c: int, d: int, law: FloatArray, plane: int, out: FloatArray
+) -> None:
+    """Set the cubic with values and slopes of a force or rate at both ends."""
+    rise = law[c, plane, 0] - values[c, d]
+    out[c, 0] = values[c, d]
+    out[c, 1] = values[c, d + 1]
+    out[c, 2] = 3.0 * rise - 2.0 * values[c, d + 1] - law[c, plane, 1]
+    out[c, 3] = -2.0 * rise + values[c, d + 1] + law[c, plane, 1]
+
+
+@inlined
+def carry(
+    machine: Machine,
+    store: Store,
+    pieces: FloatArray,
+    j: int,
+    stop: int,
+    stride: int,
+    before: int,
+    sample: float,
+    tolerance: float,
+    scales: FloatArray,
+    series: Series,
+    room: Carried,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    n: int,
+) -> tuple[int, float]:
+    """Carry the motion on until an event is near; as `exact.fast` does."""
+    n_c, n_y, n_forces = pieces.shape[1], series.y.shape[0], room.now.shape[0]
+    slot = slot_of(machine, store)
+    parts, h = store.parts[slot], store.part[slot]
+    step, system, push = store.step[slot], store.system[slot], store.push[slot]
+    y, end, free, c = room.y[0], room.y[1], room.y[2], room.y[3]
+    first_force = n_y + n_c + 1
+    even_out(scales, n)
+    fastest = scales[n]
+    for i in range(n_y):
+        y[i] = series.y[i, 0]
+    k_out, wait, part, warm = j // stride - before, stride - j % stride, 0, False
+    while j < stop:
+        if parts > 1:
+            shift(pieces, j, part / parts, 1.0 / parts, c)
+        else:
+            for k in range(n_c):
+                c[k] = pieces[j, k]
+        time = (j + part / parts) * sample
+        w, w_rate = c[0], 0.0
+        for k in range(1, n_c):
+            w += c[k]
+            w_rate += k * c[k]
+        if not warm:
+            for i in range(n_y):
+                series.y[i, 0] = y[i]
+            for k in range(FORCE_TERMS):
+                series.w[k] = c[k] if k < n_c else 0.0
+            _ask(machine, store, slot, time, h, FORCE_TERMS, 0, series, room)
+            _note(machine, store, 0, y, series, room)
+            for f in range(n_forces):
+                for k in range(FORCE_TERMS):
+                    room.force[f, k] = room.law[f, _FORCE, k]
+                    room.rate[f, k] = room.law[f, _RATE, k]
+        else:
+            for f in range(n_forces):
+                room.force[f, 2] += 3.0 * room.force[f, 3]
+                room.rate[f, 2] += 3.0 * room.rate[f, 3]
+        for f in range(n_forces):
+            if not warm:
+                room.now[f, 0], room.now[f, 1] = room.force[f, 0], room.force[f, 1]
+                room.now[f, 2], room.now[f, 3] = room.rate[f, 0], room.rate[f, 1]
+            else:
+                room.force[f, 0], room.force[f, 1] = room.now[f, 0], room.now[f, 1]
+                room.rate[f, 0], room.rate[f, 1] = room.now[f, 2], room.now[f, 3]
+        for i in range(n_y):
+            total = step[i, n_y + n_c]
+            for k in range(n_c):
+                total += step[i, n_y + k] * c[k]
+            for k in range(n_y):
+                total += step[i, k] * y[k]
+            free[i] = y[i] + total
+            for f in range(n_forces):
+                at = first_force + FORCE_TERMS * f
+                for k in range(FORCE_TERMS):
+                    total += step[i, at + k] * room.force[f, k]
+            end[i] = y[i] + total
+        for i in range(2 * n, n_y):
+            f = store.owner[i - 2 * n]
+            if f >= 0:
+                rise = 0.0
+                for k in range(FORCE_TERMS):
+                    rise += room.rate[f, k] / (k + 1)
+                end[i] = y[i] + h * rise
+        good = False
+        for _ in range(_ATTEMPTS):
+            for i in range(n_y):
+                series.y[i, 0] = end[i]
+            series.w[0], series.w[1] = w, w_rate
+            _ask(machine, store, slot, time + h, h, 2, 1, series, room)
+            worst = _correct_states(machine, store, h, scales, room)
+            for f in range(n_forces):
+                _bend(room.now, f, 0, room.law, _FORCE, room.force)
+                _bend(room.now, f, 2, room.law, _RATE, room.rate)
+            for i in range(n_y):
+                if i >= 2 * n and store.owner[i - 2 * n] >= 0:
+                    end[i] = room.y[4, i]
+                    continue
+                total = free[i]
+                for f in range(n_forces):
+                    at = first_force + FORCE_TERMS * f
+                    for k in range(FORCE_TERMS):
+                        total += step[i, at + k] * room.force[f, k]
+                if not abs(total - end[i]) <= worst * scales[i]:
+                    worst = abs(total - end[i]) / scales[i] if scales[i] > 0.0 else 1.0
+                end[i] = total
+            good = worst <= tolerance
+            if good or not worst <= _LOOSE * tolerance:
+                break
+        if not good:
+            break
+        _note(machine, store, 1, end, series, room)
+        if not _ahead(machine, store, h, room):
+            break
+        if not _ahead_linear(machine, store, slot, c, n_c, w, fastest, room):
+            break
+        for f in range(n_forces):
+            room.now[f, 0], room.now[f, 1] = room.law[f, _FORCE, 0], room.law[f, _FORCE, 1]
+            room.now[f, 2], room.now[f, 3] = room.law[f, _RATE, 0], room.law[f, _RATE, 1]
+            for k in range(5):
+                room.line[0, f, k] = room.line[1, f, k]
+        warm = True
+        part += 1
+        if part == parts:
+            part = 0
+            j += 1
+            wait -= 1
+            if wait == 0:
+                wait = stride
+                k_out += 1
+                for i in range(n_y):
+                    motion[k_out, i] = end[i]
+                for i in range(n):
+                    total = by_motion(system, n + i, end, w, n_y)
+                    for f in range(n_forces):
+                        total += push[i, f] * room.law[f, _FORCE, 0]
+                    accelerations[k_out, i] = total
+        for i in range(n_y):
+            y[i] = end[i]
+            size = abs(end[i])
+            if size > scales[i]:
+                scales[i] = size
+                if i >= n and i < 2 * n and size > fastest:
+                    fastest = size
+    for i in range(n_y):
+        series.y[i, 0] = y[i]
+    return j, part / parts

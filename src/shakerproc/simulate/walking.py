@@ -1,0 +1,169 @@
+"""The windows of one test, carried by the compiled stepper piece by piece."""
+
+from dataclasses import dataclass
+from typing import Final, TypeAlias, final
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.models.model import Model
+from shakerproc.simulate.assembly import System
+from shakerproc.simulate.inputs import Input
+from shakerproc.simulate.kernels.carrying import room_to_carry
+from shakerproc.simulate.kernels.dop853 import WORK_ROWS
+from shakerproc.simulate.kernels.table import room_for_series
+from shakerproc.simulate.kernels.windows import walk_windows
+from shakerproc.simulate.propagators import build_store
+from shakerproc.simulate.response import dop853_tableau, least_sizes
+from shakerproc.simulate.window_sensing import Motion, base_motion, sense
+
+ROWS: Final = 2**15
+"""Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""
+
+PATIENCE: Final = 3e4
+"""Steps around switchings after which it returns in any case; so many take 0.1 s or so."""
+
+Whole: TypeAlias = NDArray[np.int64]
+Places: TypeAlias = Whole | slice
+
+_LARGEST: Final[WeakKeyDictionary[Input, float]] = WeakKeyDictionary()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Windows of one test, and where they stand among the samples of all.
+
+    Attributes
+    ----------
+    first, count, offset : (n,) array of int
+        First sample in the test, number of samples, and place of the first in the results.
+    rows : (n,) array of int
+        Samples that are simulated: one more than wanted, for means over intervals, if the test
+        goes on.
+    """
+
+    first: Whole
+    count: Whole
+    offset: Whole
+    rows: Whole
+
+    def between(self, begin: int, stop: int, ready: int) -> tuple[Places, Places, Places]:
+        """Return what becomes of the rows from begin to stop of all windows together.
+
+        Parameters
+        ----------
+        ready : int
+            How many of them are not to be kept for the next time.
+
+        Returns
+        -------
+        samples : slice or (stop - begin,) array of int
+            The sample of the test that each is.
+        wanted, places : slice or (n,) array of int
+            Which of them are results, and where these go.
+        """
+        ends = np.cumsum(self.rows)
+        low = int(np.searchsorted(ends, begin, "right"))
+        high = int(np.searchsorted(ends, stop, "left")) + 1
+        begins = ends[low:high] - self.rows[low:high]
+        if high == low + 1:
+            place = begin - int(begins[0])
+            sample, at = int(self.first[low]) + place, int(self.offset[low]) + place
+            kept = max(0, min(ready, int(self.count[low]) - place))
+            return slice(sample, sample + stop - begin), slice(0, kept), slice(at, at + kept)
+        counts = np.minimum(ends[low:high], stop) - np.maximum(begins, begin)
+        which = np.repeat(np.arange(low, high), counts)
+        place_of = np.arange(begin, stop) - np.repeat(begins, counts)
+        wanted = np.flatnonzero(place_of[:ready] < self.count[which[:ready]])
+        return (
+            self.first[which] + place_of, wanted,
+            self.offset[which[wanted]] + place_of[wanted],
+        )  # fmt: skip
+
+
+@final
+class Walk:
+    """A model, ready to be carried through windows of one test.
+
+    Parameters
+    ----------
+    model, system : Model, System
+        What is shaken, and the same assembled.
+    given : Input
+        What shakes it.
+    tolerance : float
+        Error of a step as a share of the largest motion so far [-].
+    """
+
+    def __init__(self, model: Model, system: System, given: Input, tolerance: float) -> None:
+        self._model, self._system, self._given = model, system, given
+        self._tolerance = tolerance
+        degree = given.pieces.shape[1] - 1
+        self._store = build_store(system.machine, given.part, degree, carry=True)
+        n, n_lines = system.machine.mass.size, len(system.machine.lines)
+        n_y, n_forces = system.n_motions, self._store.push.shape[2]
+        self._series = room_for_series(n, system.n_states, n_lines)
+        self._room = np.zeros((4, n_y + n + 4 * n_lines + degree + 33))
+        self._carried = room_to_carry(n_y, n_forces, degree)
+        self._work = np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1))
+        self._least = np.zeros(n_y)
+        self._least[: 2 * n] = least_sizes(system.machine, given, _largest(given))
+        self._motion = np.zeros((ROWS + 1, n_y))
+        self._acceleration = np.zeros((ROWS + 1, n))
+
+    def fill(
+        self, placed: Placed, starts: FloatArray, flat: FloatArray, *, means: bool
+    ) -> NDArray[np.bool_]:
+        """Set what the sensors record in windows; return which of them failed.
+
+        Parameters
+        ----------
+        placed : Placed
+            The windows.
+        starts : (n, n_motions) array
+            Motion at the first sample of each.
+        flat : (n_sensors, any) array
+            Set, where the windows stand in it.
+        means : bool
+            Whether accelerations are means over intervals.
+        """
+        base, rate = base_motion(self._model, self._given), self._given.sample_rate
+        windows = np.stack((placed.first, placed.rows), axis=1)
+        cursor, failed = np.zeros(3, np.int64), np.zeros(len(windows), np.bool_)
+        done, seen, total = 0, 0, int(np.sum(placed.rows))
+        while done < total:
+            kept = min(seen, 1)
+            new = self._advance(windows, starts, cursor, failed, kept)
+            done, seen = done + new, kept + new
+            ready = seen - (done < total)  # a mean needs the next sample as well
+            samples, wanted, places = placed.between(done - seen, done, ready)
+            motion = Motion(self._motion[:seen], self._acceleration[:seen], samples, base)
+            recorded = sense(self._model, self._system, motion, rate, means=means)
+            flat[:, places] = recorded[:, wanted]
+            self._motion[0] = self._motion[seen - 1]
+            self._acceleration[0] = self._acceleration[seen - 1]
+        return failed
+
+    def _advance(
+        self, windows: Whole, starts: FloatArray, cursor: Whole, failed: NDArray[np.bool_],
+        kept: int,
+    ) -> int:  # fmt: skip
+        """Carry the windows on by as many rows as there is room, or fewer; return how many."""
+        given, system = self._given, self._system
+        return walk_windows(
+            system.machine, self._store, system.analytic, dop853_tableau(), given.pieces,
+            given.part, given.stride, windows, starts, self._least, self._tolerance,
+            self._series, self._room, self._carried, self._work, cursor, failed,
+            self._motion[kept:], self._acceleration[kept:], np.zeros(7),
+            PATIENCE / len(system.names) ** 2,
+        )  # fmt: skip
+
+
+def _largest(given: Input) -> float:
+    """Return the largest input [m/s^2 or N]."""
+    if given not in _LARGEST:
+        _LARGEST[given] = float(np.max(np.abs(given.pieces[:, 0])))
+    return _LARGEST[given]
