@@ -166,8 +166,8 @@ def set_propagators(units: FloatArray, room: FloatArray, store: Store) -> None:
     """Set the fields `slopes` and `step` of a store, the latter less 1.
 
     By (y, c, 1, forces) they give what is added to y, so that their rounding is that of the
-    small change. exp of [[A, b, 0], [0, J, 0]] holds the integrals of exp(A (1 - x)) b x^k / k! in
-    its columns, where J shifts (Al-Mohy and Higham, SIAM J. Sci. Comput. 33, 488-511, 2011).
+    small change. exp of [[A, b, 0], [0, J, 0]] holds the integrals of exp(A (1 - x)) b x^k / k!
+    in its columns, where J shifts (Al-Mohy and Higham, SIAM J. Sci. Comput. 33, 488-511, 2011).
 
     Parameters
     ----------
