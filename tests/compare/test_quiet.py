@@ -28,6 +28,14 @@ def test_too_short_a_rest_tells_nothing(start):
     assert quiet_of(*channels(start), RATE) is None
 
 
+def test_a_drive_that_is_turned_up_slowly_is_no_rest():
+    controls, responses = channels(0, noise=0.0)
+    rising = np.linspace(0.0, 1.0, controls.shape[1])
+    rng = np.random.default_rng(4)
+    controls, responses = (rising * rng.standard_normal((n, rising.size)) for n in (2, 1))
+    assert quiet_of(controls, responses, RATE) is None
+
+
 def test_a_recording_that_is_all_noise_has_no_lead_in():
     controls, responses = channels(20000)
     assert quiet_of(controls, responses, RATE) is None

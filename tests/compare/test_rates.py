@@ -35,7 +35,7 @@ def measured(name, path, **options):
     empty = np.zeros((1, 2048))
     return Measured(
         SimpleNamespace(id=name), name, rate, empty, ("ch3",), empty, (1.0, 2.0), (1.0, 2.0),
-        0, 2048, None, (), rate_doubt=doubt,
+        0, 2048, None, None, (1.0, 2.0), (), rate_doubt=doubt,
     )  # fmt: skip
 
 

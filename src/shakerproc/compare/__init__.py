@@ -1,4 +1,4 @@
-"""Measured against predicted: where and by how much a model fails."""
+"""Measured and simulated: the one error, its floor, and where in a test a model fails."""
 
 from shakerproc.compare.comparison import (
     Comparison,
@@ -8,39 +8,69 @@ from shakerproc.compare.comparison import (
 )
 from shakerproc.compare.document import COLUMNS, document_of, rows_of
 from shakerproc.compare.errors import Pair, SensorErrors
-from shakerproc.compare.floor import Floor
+from shakerproc.compare.floor import Floor, floor_shares, is_refuted
+from shakerproc.compare.free_run_error import (
+    Scored,
+    fall,
+    free_run_error,
+    relative_errors,
+    relative_residuals,
+    standard_error,
+)
+from shakerproc.compare.held_out import held_out, held_out_samples
 from shakerproc.compare.joints import JointErrors, JointMotion, by_range
 from shakerproc.compare.measured import Measured, Usable, measure, measured_tests, usable_tests
-from shakerproc.compare.prediction import Prediction, predict
+from shakerproc.compare.noise import Noise, noise_of
+from shakerproc.compare.noise_sources import Channels
+from shakerproc.compare.prediction import Prediction, as_means, at_samples, predict
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.compare.refit import FittedParameter, Refit, refit
 from shakerproc.compare.verdict import sentence
+from shakerproc.compare.windows import Windows, run_windows, windows_of
 
 __all__ = [
     "COLUMNS",
+    "Channels",
     "Comparison",
     "FittedParameter",
     "Floor",
     "JointErrors",
     "JointMotion",
     "Measured",
+    "Noise",
     "Pair",
     "Prediction",
     "Quiet",
     "Refit",
+    "Scored",
     "SensorErrors",
     "TestComparison",
     "Usable",
+    "Windows",
+    "as_means",
+    "at_samples",
     "by_range",
     "compare",
     "compare_tests",
     "document_of",
+    "fall",
+    "floor_shares",
+    "free_run_error",
+    "held_out",
+    "held_out_samples",
+    "is_refuted",
     "measure",
     "measured_tests",
+    "noise_of",
     "predict",
     "quiet_of",
     "refit",
+    "relative_errors",
+    "relative_residuals",
     "rows_of",
+    "run_windows",
     "sentence",
+    "standard_error",
     "usable_tests",
+    "windows_of",
 ]

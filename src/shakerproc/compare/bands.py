@@ -50,7 +50,7 @@ def band_errors(
     left, whole, noise = (
         np.array([_in_bands(edges, pair, of) for pair, of in zip(pairs, rows, strict=True)])
         for rows in (
-            [unexplained(p, pair) for p, pair in zip(predictions, pairs, strict=True)],
+            [pair.residual for pair in pairs],
             [pair.psd for pair in pairs],
             [floor.density for floor in floors],
         )
@@ -64,26 +64,6 @@ def band_errors(
         floor=np.where(known, np.sqrt(noise / base), np.nan),
         share=left / np.where(total > 0.0, total, 1.0),
     )
-
-
-def unexplained(prediction: Prediction, pair: Pair) -> FloatArray:
-    """Return the density of what the model leaves, (n_sensors, n_frequencies) array.
-
-    The residual, where the motion is predictable; else what differs in the response function
-    and in the density that the input does not explain.
-    """
-    if prediction.predictable:
-        return pair.residual
-    coherent = np.abs(pair.h1 - pair.h1_model) ** 2 * pair.input
-    rest, rest_model = (
-        np.sqrt(np.maximum(0.0, (1.0 - part) * density))
-        for part, density in (
-            (pair.coherence, pair.psd),
-            (pair.coherence_model, pair.psd_model),
-        )
-    )
-    left: FloatArray = coherent + (rest - rest_model) ** 2
-    return left
 
 
 def _in_bands(edges: FloatArray, pair: Pair, rows: FloatArray) -> FloatArray:

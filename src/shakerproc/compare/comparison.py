@@ -1,7 +1,8 @@
-"""A model held against a campaign: everything by which they part."""
+"""A model compared with a campaign: where and by how much they disagree."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
@@ -9,12 +10,15 @@ import numpy as np
 from shakerproc.compare.bands import BandErrors, band_errors
 from shakerproc.compare.drift import TimeErrors, time_errors
 from shakerproc.compare.errors import Pair, SensorErrors, errors_of, pair_of
-from shakerproc.compare.floor import Floor, floors_of
+from shakerproc.compare.floor import Floor, floor_of, is_refuted
+from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.compare.harmonics import HarmonicErrors, harmonic_errors
+from shakerproc.compare.held_out import held_out
 from shakerproc.compare.joints import JointMotion, joint_motions
-from shakerproc.compare.measured import Measured, usable_tests
+from shakerproc.compare.measured import Measured, usable_tests, with_repeats
 from shakerproc.compare.prediction import Prediction, predict
 from shakerproc.compare.refit import Refit, refit
+from shakerproc.compare.windows import Windows
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
@@ -22,6 +26,7 @@ _EXCHANGED = -0.6  # correlation of the logarithms of measured and predicted gai
 _LEAST_SPREAD = 0.25  # spread of the logarithms of gains, below which they tell nothing
 _LEAST_COHERENCE = 0.5  # coherence below which a gain is noise
 _FEWEST_BINS = 12  # bins
+_SOURCES = 4  # of noise, one after the other
 
 
 @final
@@ -41,8 +46,8 @@ class TestComparison:
         Noise of the test.
     harmonics : tuple of HarmonicErrors, optional
         One for every sensor, in sweeps and at tones.
-    time : TimeErrors, optional
-        Error along the test, where the motion is predictable.
+    time : TimeErrors
+        Error along the test.
     joints : tuple of JointMotion
         Force and motion of every joint that can be judged.
     """
@@ -53,7 +58,7 @@ class TestComparison:
     errors: tuple[SensorErrors, ...]
     floor: Floor
     harmonics: tuple[HarmonicErrors, ...] | None
-    time: TimeErrors | None
+    time: TimeErrors
     joints: tuple[JointMotion, ...]
 
     @property
@@ -63,13 +68,13 @@ class TestComparison:
 
     @property
     def error(self) -> float:
-        """Rms over the sensors of their errors [-]."""
-        return float(np.sqrt(np.mean([error.error**2 for error in self.errors])))
+        """The free-run error of the test [-]."""
+        return free_run_error([self.prediction.scored])
 
     @property
     def noise(self) -> float:
-        """Rms over the sensors of their noise; not a number where it is unknown [-]."""
-        return float(np.sqrt(np.mean(self.floor.share**2)))
+        """The floor of the test's error; not a number where its noise is unknown [-]."""
+        return pooled([self.floor.share])
 
 
 @final
@@ -102,14 +107,44 @@ class Comparison:
 
     @property
     def error(self) -> float:
-        """Rms over the tests of their errors [-]."""
-        return float(np.sqrt(np.mean([test.error**2 for test in self.tests])))
+        """The free-run error over all tests [-]."""
+        return free_run_error([test.prediction.scored for test in self.tests])
+
+    @property
+    def noise(self) -> float:
+        """The floor of that error; not a number where noise is unknown [-]."""
+        return pooled([test.floor.share for test in self.tests])
 
     @property
     def held_out(self) -> float | None:
-        """The same over the tests that are held out; None without any [-]."""
-        kept = [test.error**2 for test in self.tests if test.measured.test.hold_out]
-        return float(np.sqrt(np.mean(kept))) if kept else None
+        """The free-run error over what is held out; None where nothing is [-]."""
+        kept = self.scored_held_out
+        return free_run_error(kept) if any(test.counted.any() for test in kept) else None
+
+    @property
+    def held_out_noise(self) -> float | None:
+        """The floor of the error over what is held out; None where nothing is [-]."""
+        kept = [
+            test.floor.share
+            for test, scored in zip(self.tests, self.scored_held_out, strict=True)
+            if scored.counted.any()
+        ]
+        return pooled(kept) if kept else None
+
+    @property
+    def scored_held_out(self) -> tuple[Scored, ...]:
+        """What is held out of every test: tests that the log marks, else blocks of each."""
+        kept = held_out([test.measured for test in self.tests])
+        return tuple(
+            test.prediction.scored.within(inside)
+            for test, inside in zip(self.tests, kept, strict=True)
+        )
+
+    @property
+    def windows(self) -> dict[str, Windows]:
+        """Windows of the tests whose motion is predicted in windows, by their names."""
+        found = {test.measured.name: test.prediction.windows for test in self.tests}
+        return {name: windows for name, windows in found.items() if windows is not None}
 
 
 def compare(
@@ -149,40 +184,68 @@ def compare_tests(
     *,
     left_out: Sequence[str] = (),
     fit: bool = False,
+    windows: Mapping[str, Windows] = MappingProxyType({}),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
-    """Return the same for tests that are in memory."""
+    """Return the same for tests that are in memory.
+
+    `windows` are those of another model, by the name of the test, so that both models are
+    scored alike.
+    """
     fitted = None
     if fit:
         fitted = refit(model, tests, tell)
         model = fitted.model
-    both = [_spectra(model, test, tell) for test in tests]
-    predictions, pairs = [b[0] for b in both], [b[1] for b in both]
-    floors = floors_of(predictions, pairs)
-    compared = tuple(
-        TestComparison(
-            prediction=prediction,
-            pair=pair,
-            errors=errors_of(prediction, pair),
-            floor=floor,
-            harmonics=harmonic_errors(prediction),
-            time=time_errors(prediction),
-            joints=joint_motions(model, prediction),
-        )
-        for prediction, pair, floor in zip(predictions, pairs, floors, strict=True)
-    )
+    compared = [_compared(model, test, windows.get(test.name), tell) for test in tests]
+    compared = _with_next_floors(compared, tests)
+    predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
     return Comparison(
-        model, compared, band_errors(predictions, pairs, floors), fitted, tuple(left_out),
-        _exchanged(model, both),
+        model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
+        fitted, tuple(left_out), _exchanged(model, list(zip(predictions, pairs, strict=True))),
     )  # fmt: skip
 
 
-def _spectra(
-    model: Model, test: Measured, tell: Callable[[str], None]
-) -> tuple[Prediction, Pair]:
+def _compared(
+    model: Model, test: Measured, windows: Windows | None, tell: Callable[[str], None]
+) -> TestComparison:
     tell(f"test {test.name}")
-    prediction = predict(model, test)
-    return prediction, pair_of(prediction)
+    prediction = predict(model, test, windows=windows)
+    pair = pair_of(prediction)
+    return TestComparison(
+        prediction=prediction,
+        pair=pair,
+        errors=errors_of(prediction, pair),
+        floor=floor_of(prediction, pair),
+        harmonics=harmonic_errors(prediction),
+        time=time_errors(prediction),
+        joints=joint_motions(model, prediction),
+    )
+
+
+def _with_next_floors(
+    compared: Sequence[TestComparison], tests: Sequence[Measured]
+) -> list[TestComparison]:
+    """Return the tests with floors that no error refutes on what is held out of the fit."""
+    kept = held_out(tests)
+    refuted: dict[str, tuple[str, ...]] = {}
+    found = list(compared)
+    for _ in range(_SOURCES):
+        beaten = [
+            i
+            for i, (test, inside) in enumerate(zip(found, kept, strict=True))
+            if inside.any()
+            and is_refuted(test.prediction.scored.within(inside), test.measured.noise)
+        ]
+        if not beaten:
+            break
+        for i in beaten:
+            refuted[tests[i].name] = (*found[i].floor.refuted, found[i].floor.source)
+        measured = with_repeats(tests, refuted)
+        for i in beaten:
+            prediction = replace(found[i].prediction, measured=measured[i])
+            floor = floor_of(prediction, found[i].pair, refuted[tests[i].name])
+            found[i] = replace(found[i], prediction=prediction, floor=floor)
+    return found
 
 
 def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ def rows_of(comparison: Comparison) -> list[list[object]]:
             noise = float(test.floor.share[i])
             rows.append([
                 test.measured.name, log.excitation, log.level_text, log.hold_out, name,
-                e.error, noise if np.isfinite(noise) else None, e.time, e.psd, e.psd_db, e.h1,
+                e.error, noise if np.isfinite(noise) else None, e.error, e.psd, e.psd_db, e.h1,
                 e.coherence, e.peak_hz, e.peak_model_hz, e.peak_gain, e.peak_model_gain,
             ])  # fmt: skip
     return rows
@@ -44,6 +44,7 @@ def document_of(comparison: Comparison) -> dict[str, Any]:
         "sentence": sentence(comparison),
         "error": comparison.error,
         "error_held_out": comparison.held_out,
+        "errors": _summary(comparison),
         "left_out": list(comparison.left_out),
         "warnings": list(comparison.warnings),
         "refit": _refit(comparison.refit),
@@ -52,6 +53,24 @@ def document_of(comparison: Comparison) -> dict[str, Any]:
         ],
         "tests": [_test(comparison, i) for i in range(len(comparison.tests))],
     }
+
+
+def _summary(comparison: Comparison) -> dict[str, Any]:
+    """Return the free-run errors, their floors and the horizon of every test."""
+    return {
+        "all": {"error": comparison.error, "noise_floor": _number(comparison.noise)},
+        "held_out": {
+            "error": comparison.held_out,
+            "noise_floor": _number_or_none(comparison.held_out_noise),
+        },
+        "horizon_s": {
+            test.measured.name: test.prediction.horizon_s for test in comparison.tests
+        },
+    }
+
+
+def _number_or_none(value: float | None) -> float | None:
+    return None if value is None else _number(value)
 
 
 def _test(comparison: Comparison, index: int) -> dict[str, Any]:
@@ -65,6 +84,10 @@ def _test(comparison: Comparison, index: int) -> dict[str, Any]:
         "error": test.error,
         "noise_floor": _number(test.noise),
         "noise_from": test.floor.source,
+        "noise_of_input_from": test.measured.noise.input_source,
+        "noise_refuted": list(test.floor.refuted),
+        "error_band_hz": list(test.measured.error_band),
+        "horizon_s": test.prediction.horizon_s,
         "predictable": test.prediction.predictable,
         "growth_of_a_disturbance": test.prediction.simulation.growth,
         "notes": [*test.measured.notes, *test.measured.read],
@@ -92,7 +115,7 @@ def _errors(test: TestComparison, i: int) -> dict[str, Any]:
     return {
         "error": e.error,
         "noise_floor": _number(float(test.floor.share[i])),
-        "error_time": e.time,
+        "error_time": e.error,
         "error_psd": e.psd,
         "psd_db": e.psd_db,
         "error_h1": e.h1,
@@ -118,9 +141,7 @@ def _harmonics(test: TestComparison, i: int) -> dict[str, Any] | None:
     }
 
 
-def _time(test: TestComparison, i: int) -> dict[str, Any] | None:
-    if test.time is None:
-        return None
+def _time(test: TestComparison, i: int) -> dict[str, Any]:
     return {
         "time_s": _list(test.time.time),
         "error": _list(test.time.error[i]),

@@ -5,6 +5,7 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.compare.free_run_error import squares
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import FloatArray
 
@@ -24,7 +25,7 @@ class TimeErrors:
     time : (n_blocks,) array
         Middle of each block, from the start of the recording [s].
     error : (n_sensors, n_blocks) array
-        Unexplained over measured rms; not a number where there is next to no response [-].
+        Free-run error of the block; not a number where there is next to no response [-].
     slope : (n_sensors,) array
         Steady growth of the error over the whole test, as a share of its mean [-].
     """
@@ -34,16 +35,16 @@ class TimeErrors:
     slope: FloatArray
 
 
-def time_errors(prediction: Prediction) -> TimeErrors | None:
-    """Return the error along a test, or None where the motion is chaotic."""
-    if not prediction.predictable:
-        return None
-    measured = prediction.measured
+def time_errors(prediction: Prediction) -> TimeErrors:
+    """Return the free-run error along a test."""
+    measured, counted = prediction.measured, prediction.scored.counted
     n_blocks = min(BLOCKS, prediction.input.size // 64)
     size = prediction.input.size // n_blocks
-    whole, left = (
-        np.sqrt(np.mean(rows[:, : n_blocks * size].reshape(len(rows), n_blocks, size) ** 2, 2))
-        for rows in (prediction.response, prediction.residual)
+    part = slice(measured.start, measured.start + n_blocks * size)
+    number = np.maximum(1, counted[part].reshape(n_blocks, size).sum(axis=1))
+    left, whole = (
+        np.sqrt((rows * counted)[:, part].reshape(len(rows), n_blocks, size).sum(2) / number)
+        for rows in squares(prediction.scored)
     )
     heard = whole > _AUDIBLE * whole.max(axis=1, keepdims=True)
     error = np.where(heard, left / np.where(heard, whole, 1.0), np.nan)

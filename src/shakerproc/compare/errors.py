@@ -1,4 +1,4 @@
-"""How far model and measurement part: in time, in densities, in response functions."""
+"""How far model and measurement differ: in time, in densities, in response functions."""
 
 from dataclasses import dataclass
 from typing import final
@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.compare.free_run_error import relative_errors
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.spectra import CrossSpectra, coherence, cross_spectra, h1, psd
@@ -56,10 +57,10 @@ class SensorErrors:
 
     Attributes
     ----------
-    time : float, optional
-        Rms of measured less predicted over rms measured; None where the motion is chaotic [-].
+    error : float
+        The free-run error: rms of measured less simulated over rms measured [-].
     psd : float
-        The same of the square roots of the densities, bin by bin [-].
+        Difference of the square roots of the densities, bin by bin [-].
     psd_db : float
         Rms over the excited bins of the ratio of the densities [dB].
     h1 : float
@@ -74,7 +75,7 @@ class SensorErrors:
         Of the response within the band [unit].
     """
 
-    time: float | None
+    error: float
     psd: float
     psd_db: float
     h1: float
@@ -85,11 +86,6 @@ class SensorErrors:
     peak_model_gain: float
     rms: float
     rms_model: float
-
-    @property
-    def error(self) -> float:
-        """The error that counts: in time, or where that means nothing, in density and H1."""
-        return self.time if self.time is not None else float(np.hypot(self.psd, self.h1))
 
 
 def pair_of(prediction: Prediction) -> Pair:
@@ -146,19 +142,21 @@ def _coherence(cross: CrossSpectra, rows: range) -> FloatArray:
 
 def errors_of(prediction: Prediction, pair: Pair) -> tuple[SensorErrors, ...]:
     """Return the errors of every sensor in one test."""
-    return tuple(_sensor_errors(prediction, pair, i) for i in range(len(pair.psd)))
+    errors = relative_errors(prediction.scored)
+    return tuple(
+        _sensor_errors(prediction, pair, i, float(error)) for i, error in enumerate(errors)
+    )
 
 
-def _sensor_errors(prediction: Prediction, pair: Pair, i: int) -> SensorErrors:
-    rms, rms_model, left = (
-        float(np.sqrt(np.mean(x[i] ** 2)))
-        for x in (prediction.response, prediction.predicted, prediction.residual)
+def _sensor_errors(prediction: Prediction, pair: Pair, i: int, error: float) -> SensorErrors:
+    rms, rms_model = (
+        float(np.sqrt(np.mean(x[i] ** 2))) for x in (prediction.response, prediction.predicted)
     )
     amplitude, amplitude_model = np.sqrt(pair.psd[i]), np.sqrt(pair.psd_model[i])
     lit, gain, gain_model = pair.excited, np.abs(pair.h1[i]), np.abs(pair.h1_model[i])
     peak, peak_model = (int(np.argmax(np.where(lit, g, 0.0))) for g in (gain, gain_model))
     return SensorErrors(
-        time=share(left, rms) if prediction.predictable else None,
+        error=error,
         psd=share(_norm(amplitude - amplitude_model), _norm(amplitude)),
         psd_db=_decibels(pair.psd[i, lit], pair.psd_model[i, lit]),
         h1=share(

@@ -1,20 +1,28 @@
-"""The noise floor: the error that even the true model would have."""
+"""The floor of the free-run error: what the noise of a test alone makes of it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias, final
+from dataclasses import dataclass, replace
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.compare.errors import Pair
-from shakerproc.compare.measured import Measured
+from shakerproc.compare.free_run_error import (
+    Scored,
+    edges,
+    measured_rms,
+    pooled,
+    relative_errors,
+    standard_error,
+)
+from shakerproc.compare.noise import Noise
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import FloatArray
 from shakerproc.spectra import cross_spectra, psd
 
-Source: TypeAlias = Literal["quiet lead-in", "repeats", "incoherent part", "unknown"]
+BEATEN_BY: Final = 2.0
+"""Standard errors below a floor at which an error refutes it (a starting value) [-]."""
 
-_SEGMENT: Final = 512
+_SEGMENT: Final = 512  # samples of a Welch segment, as those of the noise
 
 
 @final
@@ -25,95 +33,83 @@ class Floor:
     Attributes
     ----------
     share : (n_sensors,) array
-        Noise over response, both rms within the band; not a number where it is unknown [-].
+        Noise over response, both rms within the band of the error; not a number where it is
+        unknown [-].
     density : (n_sensors, n_frequencies) array
         Noise at the bins of the pair of spectra [unit^2/Hz].
     source : str
         Where it was taken from.
+    refuted : tuple of str
+        Sources that were beaten by more than two standard errors, and so are no floor.
     """
 
     share: FloatArray
     density: FloatArray
-    source: Source
+    source: str
+    refuted: tuple[str, ...] = ()
 
 
-def floors_of(predictions: Sequence[Prediction], pairs: Sequence[Pair]) -> tuple[Floor, ...]:
-    """Return the noise floor of every test.
+def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
+    r"""Return the error that the true model would have, (n_sensors,) array.
 
-    The quiet lead-in tells the noise of the sensors, and the noise of the controls that the
-    model passes on to its response (one that is not linear is simulated with it once more).
-    Without one, tests that were run twice tell it, or else the part of the response that is not
-    coherent with the input at the lowest level, which also holds what a nonlinear joint
-    scatters there.
+    .. math:: \sqrt{\int G_{nn} \, df + \mathrm{rms}(\Delta \hat y)^2}
+        \Big/ \mathrm{rms}(y)
+
+    within the band of the error: the noise of the sensor, and what noise of the input makes of
+    the simulated response.
+
+    Parameters
+    ----------
+    test : Scored
+        A test, measured and simulated.
+    noise : Noise
+        Of the test.
+    moved : (n_sensors, n) array
+        By how much the simulated response moves under `noise.drawn` on the input [unit].
+
+    Returns
+    -------
+    (n_sensors,) array
+        Share of the response; not a number where the noise is unknown [-].
     """
-    return tuple(
-        _quiet(prediction, pair)
-        or _repeated(i, predictions, pairs)
-        or _incoherent(i, predictions, pairs)
-        for i, (prediction, pair) in enumerate(zip(predictions, pairs, strict=True))
+    passed = relative_errors(replace(test, simulated=test.measured - moved))
+    shares: FloatArray = np.hypot(sensor_shares(test, noise), passed)
+    return shares
+
+
+def sensor_shares(test: Scored, noise: Noise) -> FloatArray:
+    """Return the noise of the responses alone over the response, (n_sensors,) array [-]."""
+    if not noise.known:
+        return np.full(len(test.measured), np.nan)
+    gain = edges(noise.frequency, test.band) ** 2
+    own = np.sum(noise.responses * gain, axis=1) * float(noise.frequency[0])
+    rms = measured_rms(test)
+    shares: FloatArray = np.sqrt(own) / np.where(rms > 0.0, rms, np.nan)
+    return shares
+
+
+def floor_of(prediction: Prediction, pair: Pair, refuted: tuple[str, ...] = ()) -> Floor:
+    """Return the noise floor of a test under a model."""
+    noise, measured = prediction.measured.noise, prediction.measured
+    moved = prediction.moved[:, prediction.scored.counted]
+    cross = cross_spectra(moved, measured.sample_rate, segment=min(_SEGMENT, moved.shape[1]))
+    passed = [np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)]
+    return Floor(
+        share=floor_shares(prediction.scored, noise, prediction.moved),
+        density=noise.responses_at(pair.frequency) + np.array(passed),
+        source=noise.source,
+        refuted=refuted,
     )
 
 
-def _floor(pair: Pair, density: FloatArray, source: Source) -> Floor:
-    ratio = density.sum(axis=1) / np.maximum(pair.psd.sum(axis=1), np.finfo(float).tiny)
-    return Floor(np.sqrt(ratio), density, source)
+def is_refuted(test: Scored, noise: Noise) -> bool:
+    """Return whether the noise of the responses exceeds an error beyond its uncertainty.
 
-
-def _quiet(prediction: Prediction, pair: Pair) -> Floor | None:
-    """Return the noise of sensors and controls at rest, the latter through the model."""
-    measured = prediction.measured
-    quiet = measured.quiet
-    if quiet is None:
-        return None
-    own = _density(quiet.responses, measured, pair.frequency)
-    if prediction.scatter is not None:
-        through = _density(prediction.scatter, measured, pair.frequency)
-    else:
-        inputs = _density(quiet.controls, measured, pair.frequency)
-        through = np.abs(pair.h1_model) ** 2 * inputs.sum(axis=0) / len(inputs) ** 2
-        through = through * pair.excited
-    return _floor(pair, own + through, "quiet lead-in")
-
-
-def _density(rows: FloatArray, measured: Measured, frequency: FloatArray) -> FloatArray:
-    """Return densities of noise, smoothed, at other frequencies."""
-    segment = min(_SEGMENT, rows.shape[1])
-    cross = cross_spectra(rows, measured.sample_rate, segment=segment)
-    # bins 0 and 1 hold what is left of the mean
-    return np.array([np.interp(frequency, cross.frequency[2:], row[2:]) for row in psd(cross)])
-
-
-def _repeated(
-    index: int, predictions: Sequence[Prediction], pairs: Sequence[Pair]
-) -> Floor | None:
-    """Return half the power by which a test differs from one that was run alike."""
-    test, pair = predictions[index].measured.test, pairs[index]
-    for other, its in zip(predictions, pairs, strict=True):
-        twin = other.measured.test
-        alike = (twin.excitation, twin.level, twin.band) == (
-            test.excitation, test.level, test.band,
-        )  # fmt: skip
-        same = its.frequency.size == pair.frequency.size
-        if other is not predictions[index] and test.level is not None and alike and same:
-            density = 0.5 * np.abs(pair.h1 - its.h1) ** 2 * pair.input
-            return _floor(pair, density, "repeats")
-    return None
-
-
-def _incoherent(index: int, predictions: Sequence[Prediction], pairs: Sequence[Pair]) -> Floor:
-    """Return the incoherent part of the test with the smallest response."""
-    lowest = min(range(len(pairs)), key=lambda i: float(np.mean(predictions[i].response ** 2)))
-    pair, low = pairs[index], pairs[lowest]
-    if low.averages < 4.0:
-        return Floor(np.full(len(pair.psd), np.nan), np.zeros_like(pair.psd), "unknown")
-    # what leaks between bins lowers the coherence of the noiseless model too
-    lost = np.where(low.excited, np.maximum(0.0, low.coherence_model - low.coherence), 0.0)
-    lost = lost * low.psd
-    density = np.array([np.interp(pair.frequency, low.frequency, row) for row in lost])
-    return _floor(pair, density, "incoherent part")
-
-
-def worst(floor: Floor) -> float:
-    """Return the floor of the noisiest sensor [-]."""
-    known = floor.share[np.isfinite(floor.share)]
-    return float(known.max()) if known.size else float("nan")
+    Noise that the simulation of a model beats on a test that it was not fitted to is less. What
+    noise of the input makes of the simulated response is not judged: it depends on the model.
+    """
+    own = sensor_shares(test, noise)
+    if not np.all(np.isfinite(own)):
+        return False
+    error = pooled([relative_errors(test)])
+    return error + BEATEN_BY * standard_error([test]) < pooled([own])

@@ -7,8 +7,9 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.compare.free_run_error import edges
 from shakerproc.compare.measured import Measured
-from shakerproc.compare.prediction import Prediction, edges
+from shakerproc.compare.prediction import Prediction
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Element, Model
 from shakerproc.models.effects.attached_mode import AttachedMode

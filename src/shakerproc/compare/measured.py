@@ -1,11 +1,14 @@
 """What a model is held against: the input and every sensor of one test, as arrays in SI."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
 
+from shakerproc.compare.noise import Noise, band_above, noise_of
+from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import (
     Channel,
@@ -66,7 +69,12 @@ RUN_IN: Final = 16
 """The model runs in for this share of the part that is judged: its inverse [-]."""
 
 _DEFAULT_LOW_HZ: Final = 5.0
-_HIGHEST: Final = 0.45  # of the sample rate: above it the recorder's filter rules
+HIGHEST: Final = 0.45
+"""Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
+
+LOWEST: Final = 0.2
+"""Lowest compared frequency: below it accelerometers drift [Hz]."""
+
 _SHORTEST: Final = 1024  # samples
 
 
@@ -96,7 +104,12 @@ class Measured:
     start, stop : int
         Samples between which errors are taken; the model runs from sample 0.
     quiet : Quiet, optional
-        Noise of every channel, where the recording begins or ends at rest.
+        Samples of every channel, where the recording begins at rest.
+    noise : Noise
+        Of the input and the responses, from the measurement alone.
+    error_band : (float, float)
+        Band of the free-run error: `from` to `to` of the test; where the log has none, where
+        the responses exceed their noise [Hz].
     notes : tuple of str
         What had to be decided, a sentence each.
     rate_doubt : float
@@ -120,6 +133,8 @@ class Measured:
     start: int
     stop: int
     quiet: Quiet | None
+    noise: Noise
+    error_band: tuple[float, float]
     notes: tuple[str, ...]
     rate_doubt: float = 0.0
     read: tuple[str, ...] = ()
@@ -135,6 +150,11 @@ class Measured:
     def name(self) -> str:
         """Number of the test, as text."""
         return str(self.test.id)
+
+    @property
+    def channels(self) -> Channels:
+        """What was measured, as the noise is told from it."""
+        return Channels(self.controls, self.responses, self.sample_rate, self.excited)
 
     @property
     def input(self) -> FloatArray:
@@ -212,7 +232,27 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
         raise DiagnosisError(
             f"{log.path.name}: no test is left to judge by. {left_out[0]}{more}"
         )
-    return Usable(tuple(found), tuple(left_out))
+    return Usable(with_repeats(found), tuple(left_out))
+
+
+def with_repeats(
+    tests: Sequence[Measured], refuted: Mapping[str, Collection[str]] = MappingProxyType({})
+) -> tuple[Measured, ...]:
+    """Return tests whose noise their repeats tell, where nothing better does.
+
+    Parameters
+    ----------
+    tests : sequence of Measured
+        The tests of a campaign.
+    refuted : mapping of str to collection of str
+        By the name of a test, the sources that tell too much noise of it.
+    """
+    every = [test.channels for test in tests]
+    found = []
+    for test, own in zip(tests, every, strict=True):
+        noise = noise_of(own, every, refuted=refuted.get(test.name, ()))
+        found.append(replace(test, noise=noise, error_band=_error_band(test.test, own, noise)))
+    return tuple(found)
 
 
 def longest(n_tests: int, n_masses: int) -> int:
@@ -361,12 +401,22 @@ def _measured(
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited
-    band = (0.7 * low, min(max(REACH * high, 4.0 * low), _HIGHEST * rate))
+    band = (0.7 * low, min(max(REACH * high, 4.0 * low), HIGHEST * rate))
+    own = Channels(controls, responses, rate, excited)
+    noise = noise_of(own)
     return Measured(
         test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=sensors,
         responses=responses, excited=excited, band=band, start=start, stop=stop, quiet=quiet,
-        notes=part.notes,
+        noise=noise, error_band=_error_band(test, own, noise), notes=part.notes,
     )  # fmt: skip
+
+
+def _error_band(test: Test, own: Channels, noise: Noise) -> tuple[float, float]:
+    """Return the band of the free-run error [Hz]."""
+    if test.band is not None:
+        low, high = test.band
+        return max(low, LOWEST), min(high, HIGHEST * own.sample_rate)
+    return band_above(own, noise, (LOWEST, HIGHEST * own.sample_rate)) or own.excited
 
 
 @final
@@ -436,10 +486,10 @@ def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int)
 
 
 def _excited(test: Test, rate: float) -> tuple[float, float]:
-    low, high = test.processing.band or test.band or (_DEFAULT_LOW_HZ, _HIGHEST * rate)
+    low, high = test.processing.band or test.band or (_DEFAULT_LOW_HZ, HIGHEST * rate)
     if test.frequency_hz is not None and test.band is None:
         low, high = 0.8 * test.frequency_hz, 1.25 * test.frequency_hz
-    return max(low, 0.2), min(high, _HIGHEST * rate)
+    return max(low, LOWEST), min(high, HIGHEST * rate)
 
 
 def sensors_of(model: Model) -> dict[str, Sensor]:

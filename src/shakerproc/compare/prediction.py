@@ -6,60 +6,90 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.compare.free_run_error import Scored, in_band
 from shakerproc.compare.measured import Measured
-from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.compare.windows import (
+    RUN_IN_PERIODS,
+    Windows,
+    horizon_of,
+    period_of_response,
+    run_windows,
+    windows_of,
+)
+from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulate import Simulation, simulate
+from shakerproc.simulate import Input, Runs, Simulation, free_runs, prepare, simulate
 
 LINEAR: Final = frozenset({"spring", "damper"})
-"""Effects whose response functions tell what becomes of noise."""
-DRAWS: Final = 4
-"""How often a model that is not linear is simulated with fresh noise."""
+"""Effects in whose company a disturbance dies out."""
+
+TOLERANCE: Final = 1e-9
+"""Of a simulation that is compared with a measurement, as a share of the motion [-]."""
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """A test and its simulation, both within the compared band.
+    """A test and its simulation.
 
     Attributes
     ----------
     measured : Measured
         The test.
     simulation : Simulation
-        The motion of the model under the measured input.
+        The motion of the model under the measured input, from rest.
+    scored : Scored
+        The samples of which the free-run error is taken.
+    moved : (n_sensors, n) array
+        By how much the simulated samples move under as much noise again as the input holds
+        [unit of the sensor].
     response, predicted : (n_sensors, n) array
         What the sensors measured and what the model says, n the judged samples, within the
-        band [unit of the sensor].
+        compared band [unit of the sensor].
     input : (n,) array
-        The input within the band [m/s^2 or N].
-    scatter : (n_sensors, n * DRAWS) array, optional
-        By how much the prediction moves under as much noise again as the controls hold at
-        rest, where the model is not linear: several draws of it, one after the other [unit of
-        the sensor].
+        The input within the compared band [m/s^2 or N].
+    windows : Windows, optional
+        Where the motion cannot be predicted as a whole.
     """
 
     measured: Measured
     simulation: Simulation
+    scored: Scored
+    moved: FloatArray
     response: FloatArray
     predicted: FloatArray
     input: FloatArray
-    scatter: FloatArray | None = None
+    windows: Windows | None = None
 
     @property
     def residual(self) -> FloatArray:
-        """What was measured less what is predicted, (n_sensors, n) array."""
-        return self.response - self.predicted
+        """What was measured less what is predicted, (n_sensors, n) array.
+
+        Of windows, where the motion is predicted in windows.
+        """
+        if self.windows is None:
+            return self.response - self.predicted
+        inside = np.any(self.scored.simulated != 0.0, axis=0)
+        left = np.where(inside, self.scored.measured - self.scored.simulated, 0.0)
+        part = slice(self.measured.start, self.measured.stop)
+        return within(left, self.measured)[:, part]
 
     @property
     def predictable(self) -> bool:
-        """Whether the motion can be compared in time, not only in statistics."""
-        return not self.simulation.sensitive
+        """Whether the motion is predictable for the whole test."""
+        return self.windows is None
+
+    @property
+    def horizon_s(self) -> float | None:
+        """Length of the windows, where the motion is predicted in windows [s]."""
+        if self.windows is None:
+            return None
+        return self.windows.n_samples / self.measured.sample_rate
 
 
-def predict(model: Model, measured: Measured, *, growth: bool = True) -> Prediction:
+def predict(model: Model, measured: Measured, *, windows: Windows | None = None) -> Prediction:
     """Return the response of the model to the input of a test.
 
     Parameters
@@ -68,36 +98,100 @@ def predict(model: Model, measured: Measured, *, growth: bool = True) -> Predict
         What is shaken.
     measured : Measured
         The test.
-    growth : bool
-        Whether to see how a disturbance grows, so that chaos is told; in a model of springs and
-        dampers it dies out.
+    windows : Windows, optional
+        Windows of another model of the same test, so that both are scored alike; by default
+        those in which the motion of this one is predictable.
 
     Raises
     ------
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    wanted = growth and not _is_stable(model)
+    given = prepare(measured.input, measured.sample_rate, tolerance=TOLERANCE)
     try:
-        simulation = simulate(model, measured.input, measured.sample_rate, growth=wanted)
+        simulation = simulate(model, given, growth=not _is_stable(model), tolerance=TOLERANCE)
     except SimulationError as error:
         raise SimulationError(f"{measured.run}: {error}") from error
+    if windows is None and simulation.sensitive:
+        windows = _windows(model, measured, given, simulation)
+    scored, moved = _scored(model, measured, given, windows, _sizes(simulation))
     part = slice(measured.start, measured.stop)
     outputs = np.array([simulation.outputs[name] for name in measured.sensors])
-    scatter = None
-    if growth and not simulation.sensitive:
-        noisy = _under_noise(model, measured)
-        if noisy:
-            moved = [within(one - outputs, measured)[:, part] for one in noisy]
-            scatter = np.concatenate(moved, axis=1)
     return Prediction(
         measured=measured,
         simulation=_only_sensed(simulation, model),
+        scored=scored,
+        moved=moved,
         response=within(measured.responses, measured)[:, part],
         predicted=within(outputs, measured)[:, part],
         input=within(measured.input, measured)[part],
-        scatter=scatter,
+        windows=windows,
     )
+
+
+def free_run(model: Model, measured: Measured) -> Scored:
+    """Return a test simulated from rest as a whole, however a disturbance may grow.
+
+    Raises
+    ------
+    SimulationError
+        If the motion runs away; the message opens with the run.
+    """
+    given = prepare(measured.input, measured.sample_rate, tolerance=TOLERANCE)
+    simulated, failed = _from_rest(model, given)
+    if failed:
+        raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
+    return _of_whole(measured, simulated)
+
+
+def _of_whole(measured: Measured, simulated: FloatArray) -> Scored:
+    counted = np.zeros(simulated.shape[1], bool)
+    counted[measured.start : measured.stop] = True
+    return Scored(
+        measured.responses, simulated, measured.sample_rate, measured.error_band, counted
+    )
+
+
+def _from_rest(model: Model, given: Input) -> tuple[FloatArray, bool]:
+    """Return what the sensors record, at the samples, and whether the motion ran away."""
+    whole = np.array([(0, 0, given.n_samples)])
+    found = free_runs(model, Runs((given,), whole))
+    return at_samples(model, found.outputs[0]), bool(found.failed[0])
+
+
+def _scored(
+    model: Model,
+    measured: Measured,
+    given: Input,
+    windows: Windows | None,
+    sizes: FloatArray,
+) -> tuple[Scored, FloatArray]:
+    """Return the scored samples, and how the simulated ones move under noise of the input."""
+    noise = measured.noise.drawn(
+        given.n_samples, measured.sample_rate, np.random.default_rng(0)
+    )
+    noisy = prepare(measured.input + noise, measured.sample_rate, tolerance=TOLERANCE)
+    if windows is None:
+        simulated, _ = _from_rest(model, given)
+        other, failed = _from_rest(model, noisy)
+        moved = np.zeros_like(other) if failed else other - simulated
+        return _of_whole(measured, simulated), moved
+    means = as_means(model, measured.responses)
+    simulated, other = (
+        at_samples(model, run_windows(model, one, means, windows, sizes))
+        for one in (given, noisy)
+    )
+    scored = replace(
+        _of_whole(measured, simulated), counted=windows.counted(simulated.shape[1])
+    )
+    return scored, other - simulated
+
+
+def _sizes(simulation: Simulation) -> FloatArray:
+    """Return the usual size of every motion, in the order of the simulation's rows [SI]."""
+    rows = np.concatenate([simulation.displacement, simulation.velocity, simulation.states])
+    sizes: FloatArray = np.sqrt(np.mean(rows**2, axis=1))
+    return sizes
 
 
 def _is_stable(model: Model) -> bool:
@@ -127,55 +221,53 @@ def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
     )
 
 
-def _under_noise(model: Model, measured: Measured) -> list[FloatArray]:
-    """Return the sensors of a model that is not linear, under controls with fresh noise.
+def _windows(model: Model, measured: Measured, given: Input, simulation: Simulation) -> Windows:
+    """Return the windows in which the motion of a model is predictable."""
+    motion = np.concatenate([simulation.displacement, simulation.velocity, simulation.states])
+    horizon = horizon_of(model, given, motion, measured.start)
+    period = period_of_response(
+        measured.responses[:, measured.start : measured.stop], measured.sample_rate,
+        measured.excited,
+    )  # fmt: skip
+    run_in = round(RUN_IN_PERIODS * period * measured.sample_rate)
+    return windows_of(measured.start, measured.stop, horizon, run_in)
 
-    What a contact makes of the controls' noise no response function tells, and one draw of it
-    may do little: a contact just missed counts once in a while.
+
+def at_samples(model: Model, outputs: FloatArray) -> FloatArray:
+    r"""Return accelerations at the samples from means over the interval to the next.
+
+    A mean does not alias where the acceleration jumps. Of a band-limited signal it is
+    :math:`\mathrm{sinc}(f / f_s)\, e^{i \pi f / f_s}` times its spectrum, which is undone
+    here, so that what was measured is left as it is. Rows of other quantities are returned
+    unchanged.
+
+    Parameters
+    ----------
+    model : Model
+        Says what each sensor measures.
+    outputs : (n_sensors, n) array
+        What `free_runs` returns [SI].
     """
-    kinds = {type(element.effect).kind for element in model.elements}
-    if measured.quiet is None or kinds <= LINEAR:
-        return []
-    sigma = float(np.std(np.mean(measured.quiet.controls, axis=0)))
-    generator = np.random.default_rng(0)
-    out = []
-    for _ in range(DRAWS):
-        noise = generator.normal(scale=sigma, size=measured.input.size)
-        try:
-            moved = simulate(model, measured.input + noise, measured.sample_rate, growth=False)
-        except SimulationError:
-            continue
-        out.append(np.array([moved.outputs[name] for name in measured.sensors]))
-    return out
+    return _boxed(model, outputs, -1)
+
+
+def as_means(model: Model, samples: FloatArray) -> FloatArray:
+    """Return what `at_samples` undoes: accelerations as means over the next interval [SI]."""
+    return _boxed(model, samples, 1)
+
+
+def _boxed(model: Model, rows: FloatArray, power: int) -> FloatArray:
+    n = rows.shape[1]
+    length = scipy.fft.next_fast_len(n + 2048, real=True)
+    share = scipy.fft.rfftfreq(length, 1.0)
+    box = (np.sinc(share) * np.exp(1j * np.pi * share)) ** power
+    found = rows.copy()
+    for i, sensor in enumerate(model.sensors.values()):
+        if sensor.measures == "acceleration":
+            found[i] = scipy.fft.irfft(scipy.fft.rfft(rows[i], length) * box, length)[:n]
+    return found
 
 
 def within(samples: FloatArray, measured: Measured) -> FloatArray:
     """Return samples within the compared band, along the last axis, an array like them."""
-    n = samples.shape[-1]
-    length = scipy.fft.next_fast_len(n + 2048, real=True)
-    spectrum: ComplexArray = scipy.fft.rfft(samples, length)
-    spectrum *= edges(scipy.fft.rfftfreq(length, 1.0 / measured.sample_rate), measured.band)
-    kept: FloatArray = scipy.fft.irfft(spectrum, length)[..., :n]
-    return kept
-
-
-def edges(frequency: FloatArray, band: tuple[float, float]) -> FloatArray:
-    """Return 1 within a band and 0 outside, with cosine flanks of a tenth of its limits.
-
-    Parameters
-    ----------
-    frequency : (n_frequencies,) array
-        Frequencies [Hz].
-    band : (float, float)
-        Limits, in the middle of the flanks [Hz].
-
-    Returns
-    -------
-    (n_frequencies,) array
-        Gain [-].
-    """
-    low, high = band
-    rise = np.clip((frequency / low - 0.9) / 0.2, 0.0, 1.0)
-    fall = np.clip((frequency / high - 0.9) / 0.2, 0.0, 1.0)
-    gain: FloatArray = 0.25 * (1.0 - np.cos(np.pi * rise)) * (1.0 + np.cos(np.pi * fall))
-    return gain
+    return in_band(samples, measured.sample_rate, measured.band)

@@ -6,6 +6,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.spectra import coherence, cross_spectra
 
 BLOCK_S: Final = 0.05
 """Length of the blocks in which rest is looked for [s]."""
@@ -15,6 +16,9 @@ SHORTEST_S: Final = 0.3
 
 _LOUDER = 3.0  # times the quietest block: the shaker has begun
 _REST = 0.3  # rest is quieter than this share of the whole recording
+_DRIVEN = 0.5  # median coherence with the controls: noises of two sensors have none
+_SEGMENTS = 8  # of the lead-in, for the coherence
+_GROWS = 2.0  # from the first to the last third: a drive that is turned up is no rest
 
 
 @final
@@ -40,7 +44,8 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
 
     The rms of blocks of 0.05 s is followed from the start; rest ends where a control or a
     response first exceeds three times its quietest block of the start, and must be below
-    three tenths of the rms of the whole.
+    three tenths of the rms of the whole, not grow while it lasts, and hold responses that have
+    nothing in common with the controls at most frequencies.
     """
     size = max(8, round(BLOCK_S * sample_rate))
     both = np.concatenate([controls, responses])
@@ -60,4 +65,23 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     if np.any(lead.std(axis=1) > _REST * both.std(axis=1)):
         return None
     lead = lead - lead.mean(axis=1, keepdims=True)
+    if _grows(lead) or _driven(lead[: len(controls)], lead[len(controls) :], sample_rate):
+        return None
     return Quiet(stop, lead[: len(controls)], lead[len(controls) :])
+
+
+def _grows(lead: FloatArray) -> bool:
+    """Return whether a channel is louder at the end of a lead-in than at its start."""
+    third = lead.shape[1] // 3
+    return bool(np.any(lead[:, -third:].std(axis=1) > _GROWS * lead[:, :third].std(axis=1)))
+
+
+def _driven(controls: FloatArray, responses: FloatArray, sample_rate: float) -> bool:
+    """Return whether a response follows the controls: a low level is no rest."""
+    rows = np.concatenate([controls.mean(axis=0, keepdims=True), responses])
+    if not np.all(rows.std(axis=1) > 0.0):
+        return False
+    segment = rows.shape[1] // _SEGMENTS
+    cross = cross_spectra(rows, sample_rate, segment=segment)
+    found = coherence(cross, [0], range(1, len(rows)))[:, 2:]
+    return bool(np.any(np.nanmedian(found, axis=1) > _DRIVEN))

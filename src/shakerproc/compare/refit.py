@@ -7,8 +7,10 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.compare.free_run_error import relative_residuals
+from shakerproc.compare.held_out import held_out
 from shakerproc.compare.measured import Measured
-from shakerproc.compare.prediction import predict
+from shakerproc.compare.prediction import free_run
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
 from shakerproc.models import Element, Model
@@ -95,11 +97,11 @@ def refit(
 ) -> Refit:
     """Return the model with its numbers fitted to the response in time.
 
-    All numbers of its elements are sought, as logarithms with their sign kept, by damped
-    Gauss-Newton steps. A common factor on all stiffnesses is scanned first, since a resonance
-    that is off by more than its width gives no slope to follow. Intervals allow for residuals
-    correlated over a quarter of a second and for a model that is not all there (sandwich
-    estimate).
+    What is held out takes no part. All numbers of its elements are sought, as logarithms with
+    their sign kept, by damped Gauss-Newton steps. A common factor on all stiffnesses is
+    scanned first, since a resonance that is off by more than its width gives no slope to
+    follow. Intervals allow for residuals correlated over a quarter of a second and for a model
+    that is not all there (sandwich estimate).
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def refit(
     first = problem.residuals(start)
     if first is None:
         for test in chosen:
-            predict(model, test, growth=False)  # tells which test runs away
+            free_run(model, test)  # tells which test runs away
         raise DiagnosisError(f"{model.title}: the motion runs away.")
     tell("scan of the stiffness")
     here = _scanned(problem, start)
@@ -192,6 +194,7 @@ class _Problem:
         self.model = model
         self.wanted = wanted
         self.tests = tests
+        self.kept = held_out(tests)
         names = [name for _, name in wanted]
         self.reach = np.log([REACH.get(name, 3.0) for name in names])
         self.stiff = np.array([
@@ -215,15 +218,14 @@ class _Problem:
 
     def residuals(self, logarithms: FloatArray, only: int | None = None) -> FloatArray | None:
         """Return the relative residuals of all tests (or one), or None where it runs away."""
-        tests = self.tests if only is None else [self.tests[only]]
+        every = list(zip(self.tests, self.kept, strict=True))
+        tests = every if only is None else [every[only]]
         out = []
         try:
             model = self.model_at(logarithms)
-            for test in tests:
-                prediction = predict(model, test, growth=False)
-                size = np.sqrt(np.mean(prediction.response**2, axis=1, keepdims=True))
-                scaled = prediction.residual / np.where(size > 0.0, size, 1.0)
-                out.append(scaled.ravel() / np.sqrt(prediction.residual.size * len(tests)))
+            for test, kept in tests:
+                scaled = relative_residuals(free_run(model, test).within(~kept))
+                out.append(scaled[:, test.start : test.stop].ravel() / np.sqrt(len(tests)))
         except (SimulationError, ValueError):  # a number outside what its effect allows
             return None
         return np.concatenate(out)

@@ -34,9 +34,8 @@ def _excess(test: TestComparison) -> float:
 
 
 def _noisy(test: TestComparison) -> bool:
-    """Return whether the noise is known; what is incoherent may be nonlinear as well."""
-    known = test.floor.source in {"quiet lead-in", "repeats"}
-    return known and bool(np.isfinite(test.noise)) and test.noise > 1e-6
+    """Return whether the noise is known."""
+    return bool(np.isfinite(test.noise)) and test.noise > 1e-6
 
 
 def _passes(test: TestComparison) -> bool:
@@ -200,7 +199,7 @@ def _apart(tests: list[_AtLevel], tolerance: float) -> list[_AtLevel]:
 def _drift(worst: TestComparison) -> str:
     """Say whether the error grows during the test, where no sweep explains that."""
     time = worst.time
-    if time is None or worst.measured.test.excitation not in {"random", "sine"}:
+    if worst.measured.test.excitation not in {"random", "sine"}:
         return ""
     slope = float(time.slope[np.argmax(np.abs(time.slope))])
     if abs(slope) < 0.5:

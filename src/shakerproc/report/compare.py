@@ -51,8 +51,7 @@ def _figures(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
     for k, joint in enumerate(loudest(comparison).joints):
         name = "_".join(joint.between)
         out[f"restoring_force_{name}"] = partial(restoring_force, comparison, k)
-    if any(test.time is not None for test in comparison.tests):
-        out["error_in_time"] = partial(error_in_time, comparison)
+    out["error_in_time"] = partial(error_in_time, comparison)
     if any(test.harmonics is not None for test in comparison.tests):
         out["harmonics"] = partial(harmonics, comparison)
     return out
@@ -234,8 +233,6 @@ def error_in_time(comparison: Comparison) -> "Figure":
     """Return the error along each test, and its noise floor."""
     figure, (axis,) = style.figure(7.0, 3.6)
     for k, test in enumerate(spread_out(comparison)):
-        if test.time is None:
-            continue
         for row in test.time.error:
             axis.plot(test.time.time, row, **_solid(k), marker=".")
         axis.plot([], [], **_solid(k), label=label(test))

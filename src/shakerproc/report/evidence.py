@@ -41,7 +41,8 @@ def model_section(models: Models) -> Section:
         level = figures.level_of(test)
         held = "yes" if test.measured.test.hold_out else ""
         new = f"{after.tests[i].error:.2%}" if after else ""
-        note = "" if test.prediction.predictable else "chaotic: judged by density and H1"
+        horizon = test.prediction.horizon_s
+        note = "" if horizon is None else f"scored in windows of {horizon:.3g} s"
         rows.append((
             test.measured.name, level, held, f"{test.error:.1%}", new,
             _share(models.noise[i]), note,
@@ -79,7 +80,7 @@ def model_section(models: Models) -> Section:
                 *figures.error_by_band(models),
                 figures.error_by_level(models),
                 *figures.error_by_motion(models),
-                *([drift] if drift is not None else []),
+                drift,
                 *figures.harmonics(models),
             ],
         ),

@@ -451,17 +451,15 @@ def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
     return np.concatenate(chosen)
 
 
-def error_in_time(models: Models) -> Drawing | None:
-    """Return the error along the loudest test, or None where its motion is chaotic."""
+def error_in_time(models: Models) -> Drawing:
+    """Return the error along the loudest test."""
     index = loudest(models.before)
     curves = [
         svg.Curve(text if i == 0 else "", time.time, row, style)
         for text, style, comparison in models.each
-        if (time := comparison.tests[index].time) is not None
+        for time in (comparison.tests[index].time,)
         for i, row in enumerate(time.error)
     ]
-    if not curves:
-        return None
     end = max(float(c.x[-1]) for c in curves)
     return Drawing(
         f"Error along {label(models.before.tests[index])}.",

@@ -61,11 +61,13 @@ _REFERENCES = (
 
 _COMPARED = (
     "A model is driven by the measured input and its joints are integrated exactly between "
-    "samples; its error is the rms of measured less predicted over the rms measured, within "
-    "the excited band and the harmonics above it. Where the motion is chaotic, density and H1 "
-    "are compared instead. The noise floor is that of the quiet before the test, of repeated "
-    "tests, or what is incoherent at the lowest level. The force in a joint is what moves "
-    "the masses beyond it, over its measured motion (Masri and Caughey)."
+    "samples. Its free-run error is the rms of measured less simulated over the rms measured, "
+    "within the band that the log states for the test. Where a disturbance of the motion "
+    "grows more than 1e4 times, it is taken in windows whose starts are fitted. Its floor is "
+    "what the noise of the measurement makes of it: that of the quiet before or after the "
+    "test, of repeated tests, of controls that disagree, or of the band above the excitation. "
+    "The force in a joint is what moves the masses beyond it, over its measured motion (Masri "
+    "and Caughey)."
 )
 _DIAGNOSED = (
     "A diagnosis screens every effect of the library in every joint, fits those that explain "

@@ -167,8 +167,9 @@ def _print(found: "Comparison", folder: Path, json: str | None) -> None:
             output.warning(note)
         if not test.prediction.predictable:
             output.warning(
-                f"test {test.measured.name}: the model's motion is chaotic, so its error is "
-                f"taken in density and response function, not in time"
+                f"test {test.measured.name}: a disturbance of the model's motion grows too "
+                f"much for a whole test, so the error is taken in windows of "
+                f"{test.prediction.horizon_s:.3g} s, each with its start fitted"
             )
 
 
