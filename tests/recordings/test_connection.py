@@ -126,3 +126,11 @@ def test_memory_stays_small_with_many_channels():
     rows = base + 0.1 * rng.standard_normal((200, 20_000))
     rows[77] = noise(rng, 20_000)
     assert opened(rows, roles=("control", *["response"] * 199)) == ["ch78"]
+
+
+def test_a_single_blow_between_two_pieces_is_no_open_input():
+    rng = np.random.default_rng(13)
+    force = np.zeros(N)
+    force[30:34] = 200.0
+    samples = np.array([force, sdof(force)]) + 0.01 * rng.standard_normal((2, N))
+    assert opened(samples, driven=True, roles=("force", "response")) == []

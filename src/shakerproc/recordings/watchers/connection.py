@@ -39,6 +39,13 @@ REFERENCES: Final = 8
 JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N"})
 """Units of what moves with the specimen; a temperature need not."""
 
+SEEN: Final = 0.1
+"""Share of a channel's power that its pieces must have caught for it to be judged [-].
+
+Of noise and of anything steady they catch about all. A single blow may fall between two pieces,
+or under the edge of a window; what is left of it is the recorder's noise.
+"""
+
 APART: Final = 3
 """Bins from one to the next whose noise a Blackman window leaves independent."""
 
@@ -75,6 +82,7 @@ class _Averages:
         self.power = np.zeros((count, bins))
         self.cross = np.zeros((count, len(self.references), bins), dtype=np.complex128)
         self.moved = np.zeros(count, dtype=bool)
+        self._caught = np.zeros(count)
 
     @property
     def pieces(self) -> int:
@@ -99,10 +107,16 @@ class _Averages:
     def _transform(self, piece: FloatArray) -> None:
         self.moved |= np.ptp(piece, axis=1) > 0.0
         level = piece - (piece @ self._line.T) @ self._line
-        spectrum = np.fft.rfft(level * self._window, axis=1)
+        seen = level * self._window
+        self._caught += np.einsum("ij,ij->i", seen, seen) / np.sum(self._window**2)
+        spectrum = np.fft.rfft(seen, axis=1)
         self.power += np.abs(spectrum) ** 2
         for column, row in enumerate(self.references):
             self.cross[:, column] += spectrum * np.conj(spectrum[row])
+
+    def caught(self) -> FloatArray:
+        """Return the mean power of each channel in the pieces [its unit, squared]."""
+        return self._caught / max(self.pieces, 1)
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with which references, by row and column."""
@@ -164,23 +178,32 @@ class Connection(AbstractWatcher):
             found = averages.coherent(self._without_hum(averages))
             common[:, averages.references] |= found
         common |= common.T
-        moved = self._averages[0].moved
+        judged = self._averages[0].moved & self._caught_enough()
         return [
             self._flag(row)
-            for row in np.flatnonzero(moved & ~common.any(axis=1)).tolist()
-            if self._should_move(row, common)
+            for row in np.flatnonzero(judged & ~common.any(axis=1)).tolist()
+            if self._should_move(row, common, judged)
         ]
 
-    def _should_move(self, row: int, common: NDArray[np.bool_]) -> bool:
+    def _caught_enough(self) -> NDArray[np.bool_]:
+        """Return which channels the pieces show as they are, and not between two blows."""
+        n = self._recording.n_samples
+        power = self._squares / n - (self._sums / n) ** 2
+        caught = np.max([averages.caught() for averages in self._averages], axis=0)
+        return np.asarray(caught >= SEEN * power)
+
+    def _should_move(
+        self, row: int, common: NDArray[np.bool_], judged: NDArray[np.bool_]
+    ) -> bool:
         """Return whether it is known that the channel must share a motion with another.
 
-        The log says that the table is driven, and another channel moves at all; or other
+        The log says that the table is driven, and another channel is seen to move; or other
         channels move together, for a control (which rests while something decays) other
         controls with anything.
         """
         others = [i for i in range(len(self._rows)) if i != row]
         if self._recording.driven:
-            return bool(self._averages[0].moved[others].any())
+            return bool(judged[others].any())
         if self._rows[row] in self._inputs:
             others = [i for i in others if self._rows[i] in self._inputs]
         return bool(common[others].any())
