@@ -165,13 +165,14 @@ def f16(source: Path, target: Path) -> None:
 def ringdown(source: Path, target: Path) -> None:
     """Force and acceleration after a hammer blow, up to its first mode alone.
 
-    One sample in 80 of 51.2 kHz leaves the mode at 151.7 Hz; those at 557 Hz and above go. Both
-    channels pass one filter that looks back only: nothing moves before the blow.
+    One sample in 80 of 51.2 kHz leaves the mode at 151 Hz; those at 557 Hz and above go. Both
+    channels pass one filter that looks back only: nothing moves before the blow. The
+    accelerometer looks against the hammer, hence the sign.
     """
     content = loadmat(source / "ringdown_lms" / "Sample_LMS_Data.mat")
     low_pass = butter(8, 280.0, fs=51200.0, output="sos")
     force, moved = (sosfilt(low_pass, content[name][:, 0])[::80] for name in ("f", "x"))
-    save(target / "blow.npz", 640.0, force=force, acceleration=moved)
+    save(target / "blow.npz", 640.0, force=force, acceleration=-moved)
 
 
 def coupon(_: Path, target: Path) -> None:
