@@ -12,6 +12,7 @@ from shakerproc.model_files.schema import ModelSchema, ProvenanceSection
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.faults import FAULTS
+from shakerproc.models.mode import Mode
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
 from shakerproc.units import near_miss, quoted
 
@@ -74,8 +75,11 @@ def read_model_file(path: Path) -> ModelFile:
     )
     sensors = {name: _sensor(document, ("sensors", name), places) for name in said.sensors}
     excitation = _excitation(document, places)
+    modes = tuple(_mode(document, i, places) for i in range(len(said.modes)))
     try:
-        model = Model(said.title or path.stem, said.masses, elements, excitation, sensors)
+        model = Model(
+            said.title or path.stem, said.masses, elements, excitation, sensors, modes
+        )
     except ModelError as error:
         raise document.error(("elements",), str(error), at_key=True) from error
     return ModelFile(path, model, said.provenance, document)
@@ -119,6 +123,19 @@ def _sensor(
         for i, fault in enumerate(said.faults)
     )
     return Sensor(said.at, said.measures, faults)
+
+
+def _mode(document: Document[ModelSchema], index: int, places: list[str]) -> Mode:
+    said = document.value.modes[index]
+    where = ("modes", index, "participation")
+    for name in said.participation:
+        _check_place(document, (*where, name), name, places)
+        if name == BASE:
+            raise document.error((*where, name), f"expected a mass, got {BASE}")
+    try:
+        return Mode(said.frequency, said.damping_ratio, said.mass, said.participation)
+    except ValueError as error:
+        raise document.error(where, str(error), at_key=True) from error
 
 
 def _excitation(document: Document[ModelSchema], places: list[str]) -> Excitation:

@@ -24,6 +24,15 @@ class SensorSection(Section):
     faults: Annotated[tuple[dict[str, Any], ...], FromList] = ()
 
 
+class ModeSection(Section):
+    """One further linear mode."""
+
+    frequency: Annotated[float, in_unit("Hz", positive=True)]
+    damping_ratio: float = Field(ge=0.0)
+    mass: Annotated[float, in_unit("kg", positive=True)]
+    participation: dict[str, float]
+
+
 class ProvenanceSection(Section):
     """Where a fitted part of the model comes from."""
 
@@ -45,5 +54,6 @@ class ModelSchema(Section):
     masses: dict[str, Annotated[float, in_unit("kg", positive=True)]]
     elements: Annotated[tuple[dict[str, Any], ...], FromList]
     excitation: ExcitationSection
+    modes: Annotated[tuple[ModeSection, ...], FromList] = ()
     sensors: dict[str, SensorSection] = Field(default_factory=dict)
     provenance: Annotated[tuple[ProvenanceSection, ...], FromList] = ()

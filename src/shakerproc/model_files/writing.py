@@ -12,6 +12,7 @@ from typing import Final
 from shakerproc import files
 from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element, Model, Sensor
 from shakerproc.units import from_si, to_si
 
@@ -45,10 +46,24 @@ def model_text(model: Model, *, heading: str = "") -> str:
     on = model.excitation.on
     shaken = "base: acceleration" if on is None else f"force on: {text_of(on)}"
     lines += [f"excitation: {{{shaken}}}"]
+    if model.modes:
+        lines += ["modes:", *(f"  - {mode_text(mode)}" for mode in model.modes)]
     if model.sensors:
         lines += ["sensors:"]
         lines += [f"  {text_of(n)}: {_sensor_text(s)}" for n, s in model.sensors.items()]
     return "\n".join(lines) + "\n"
+
+
+def mode_text(mode: Mode) -> str:
+    """Return a further mode on one line, as it stands in a model file."""
+    shares = ", ".join(f"{text_of(n)}: {_digits(s)}" for n, s in mode.participation.items())
+    said = [
+        f"frequency: {number(mode.frequency, 'Hz')}",
+        f"damping_ratio: {number(mode.damping_ratio, '1')}",
+        f"mass: {number(mode.mass, 'kg')}",
+        f"participation: {{{shares}}}",
+    ]
+    return f"{{{', '.join(said)}}}"
 
 
 def element_text(element: Element) -> str:

@@ -4,6 +4,7 @@ from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
 from shakerproc.models.faults import FAULTS
 from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.mode import Mode
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "AbstractMemorylessEffect",
     "Element",
     "Excitation",
+    "Mode",
     "Model",
     "Parameter",
     "Sensor",

@@ -9,6 +9,7 @@ from shakerproc import checks
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.mode import Mode
 from shakerproc.models.soundness import check_model
 
 BASE: Final = "base"
@@ -118,6 +119,8 @@ class Model:
         What shakes it.
     sensors : mapping of str to Sensor
         Which channel measures what.
+    modes : tuple of Mode
+        Further linear modes of the specimen.
 
     Raises
     ------
@@ -130,11 +133,13 @@ class Model:
     elements: tuple[Element, ...]
     excitation: Excitation
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    modes: tuple[Mode, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "masses", MappingProxyType(dict(self.masses)))
         object.__setattr__(self, "sensors", MappingProxyType(dict(self.sensors)))
         object.__setattr__(self, "elements", tuple(self.elements))
+        object.__setattr__(self, "modes", tuple(self.modes))
         for name, mass in self.masses.items():
             checks.positive(f"mass of {name}", mass, "kg")
         check_model(self)
@@ -142,7 +147,9 @@ class Model:
     def __reduce__(self) -> tuple[type["Model"], tuple[object, ...]]:
         """Let a model travel to another process (a mapping proxy cannot)."""
         masses, sensors = dict(self.masses), dict(self.sensors)
-        return Model, (self.title, masses, self.elements, self.excitation, sensors)
+        return Model, (
+            self.title, masses, self.elements, self.excitation, sensors, self.modes
+        )  # fmt: skip
 
     @property
     def places(self) -> tuple[str, ...]:

@@ -18,6 +18,8 @@ _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_
 _HIGHEST_POWER = 63.0
 
 Line = tuple[Row, int, int]
+Linear = tuple[dict[int, float], float, float]
+"""What moves a spring and damper, in shares of displacements; stiffness and damping."""
 
 
 @final
@@ -28,7 +30,8 @@ class System:
     Attributes
     ----------
     names : tuple of str
-        The masses of the model, then ``attached 1``, ... for the modes attached to them.
+        The masses of the model, then ``attached 1``, ... for the modes attached to them and
+        ``mode 1``, ... for further modes.
     machine : Machine
         Its numbers.
     """
@@ -66,20 +69,26 @@ def assemble(model: Model) -> System:
     elements = resolved(model)
     names = list(model.masses)
     masses = [model.masses[name] for name in names]
-    linear: list[tuple[int, int, float, float]] = []
+    linear: list[Linear] = []
     lines: list[Line] = []
     for element in elements:
         first, second = (_index(names, place) for place in element.between)
         for row in element.effect.rows():
             if row.law is Law.LINEAR:
-                linear.append((first, second, *row.values))  # type: ignore[arg-type]
+                stiffness, damping = row.values
+                linear.append((_apart(first, second), stiffness, damping))
             elif row.law is Law.ATTACHED:
                 mass, stiffness, damping = row.values
                 names.append(f"attached {len(names) - len(model.masses) + 1}")
                 masses.append(mass)
-                linear.append((second, len(names) - 1, stiffness, damping))
+                linear.append((_apart(second, len(names) - 1), stiffness, damping))
             else:
                 lines.append((row, first, second))
+    for i, mode in enumerate(model.modes):
+        held = {names.index(name): -share for name, share in mode.participation.items()}
+        linear.append(({len(names): 1.0, **held}, mode.stiffness, mode.damping))
+        names.append(f"mode {i + 1}")
+        masses.append(mode.mass)
     matrix = _matrix(model, masses, linear)
     machine = _machine(np.array(masses, float), matrix, _merged_friction(model, lines))
     return System(tuple(names), machine)
@@ -89,18 +98,19 @@ def _index(names: Sequence[str], place: str) -> int:
     return -1 if place == BASE else names.index(place)
 
 
-def _matrix(
-    model: Model, masses: Sequence[float], linear: Sequence[tuple[int, int, float, float]]
-) -> FloatArray:
+def _apart(first: int, second: int) -> dict[int, float]:
+    """Return the motion of the second place less that of the first, by their numbers."""
+    return {place: sign for place, sign in ((second, 1.0), (first, -1.0)) if place >= 0}
+
+
+def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> FloatArray:
     """Return the accelerations by springs, dampers and input, (n, 2 n + 1) array."""
     n = len(masses)
     forces = np.zeros((n, 2 * n + 1))
-    for first, second, stiffness, damping in linear:
+    for motions, stiffness, damping in linear:
         direction = np.zeros(n)
-        if second >= 0:
-            direction[second] = 1.0
-        if first >= 0:
-            direction[first] = -1.0
+        for place, share in motions.items():
+            direction[place] += share
         forces[:, :n] -= stiffness * np.outer(direction, direction)
         forces[:, n : 2 * n] -= damping * np.outer(direction, direction)
     if model.excitation.on is None:

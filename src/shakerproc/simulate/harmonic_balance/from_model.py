@@ -38,8 +38,8 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     Returns
     -------
     PeriodicSystem
-        Its degrees of freedom are the masses in their order, then the attached modes, all
-        relative to the base.
+        Its degrees of freedom are the masses in their order, then the attached modes and
+        the further modes, all relative to the base.
 
     Raises
     ------
@@ -49,7 +49,11 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     elements = resolved(model)
     attached = [(element, row) for element in elements for row in _rows(element, Law.ATTACHED)]
     names = list(model.masses)
-    mass = np.diag([*model.masses.values(), *(row.values[0] for _, row in attached)])
+    mass = np.diag([
+        *model.masses.values(),
+        *(row.values[0] for _, row in attached),
+        *(mode.mass for mode in model.modes),
+    ])
     damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
     for element in elements:
         direction = _direction(element, names, mass.shape[0])
@@ -62,6 +66,13 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
         direction[names.index(element.between[1])] = -1.0
         stiffness += row.values[1] * np.outer(direction, direction)
         damping += row.values[2] * np.outer(direction, direction)
+    for i, mode in enumerate(model.modes):
+        direction = np.zeros(mass.shape[0])
+        direction[len(names) + len(attached) + i] = 1.0
+        for name, share in mode.participation.items():
+            direction[names.index(name)] = -share
+        stiffness += mode.stiffness * np.outer(direction, direction)
+        damping += mode.damping * np.outer(direction, direction)
     placed = [(_direction(element, names, mass.shape[0]), element) for element in elements]
     return PeriodicSystem(
         mass,
