@@ -6,6 +6,8 @@ from typing import Any, ClassVar, Protocol, TypeVar
 from pydantic import BaseModel
 
 from shakerproc.documents import Document
+from shakerproc.model_files.values import is_list_of_mappings, read_numbers, read_rows
+from shakerproc.models.effects import SPELLINGS
 from shakerproc.models.effects.base import Parameter
 from shakerproc.units import example, near_miss, quoted, to_si
 
@@ -59,7 +61,11 @@ def read_kind(
             raise document.error(
                 (*place, key), _unknown("parameter", key, allowed, f"of {kind}"), at_key=True
             )
-        values[key] = _value(document, (*place, key), value, made.parameters[key])
+        here, parameter = (*place, key), made.parameters[key]
+        if parameter.holds == "effects":
+            values[key] = _kinds(document, here, value, kinds)
+        else:
+            values[key] = _value(document, here, value, parameter)
     for name, parameter in made.parameters.items():
         if name not in values and not parameter.optional:
             raise document.error(
@@ -82,7 +88,19 @@ def _kind(
         raise document.error(place, f"expected a kind, one of {', '.join(kinds)}")
     if not isinstance(kind, str) or kind not in kinds:
         raise document.error((*place, "kind"), _unknown("kind", kind, list(kinds)))
-    return kind
+    return next((SPELLINGS[kind, key] for key in said if (kind, key) in SPELLINGS), kind)
+
+
+def _kinds(
+    document: Document[Schema],
+    place: Sequence[str | int],
+    value: Any,
+    kinds: Mapping[str, type[KindT]],
+) -> tuple[KindT, ...]:
+    """Return the effects that an effect is made of."""
+    if not is_list_of_mappings(value):
+        raise document.error(place, "expected a list of elements, such as [{kind: gap, ...}]")
+    return tuple(read_kind(document, (*place, i), one, kinds) for i, one in enumerate(value))
 
 
 def _unknown(what: str, found: object, known: list[str], of: str = "") -> str:
@@ -93,14 +111,18 @@ def _unknown(what: str, found: object, known: list[str], of: str = "") -> str:
 
 def _value(
     document: Document[Schema], place: Sequence[str | int], value: object, parameter: Parameter
-) -> float | str:
-    """Return a value in SI, or the word that it is."""
+) -> float | str | tuple[Any, ...]:
+    """Return a value in SI, the word that it is, or the numbers that it holds."""
     if parameter.choices:
         if value not in parameter.choices:
             wanted = " or ".join(parameter.choices)
             raise document.error(place, f"expected {wanted}, got {quoted(value)}")
         return str(value)
     try:
+        if parameter.holds == "numbers":
+            return read_numbers(value, parameter)
+        if parameter.holds == "rows":
+            return read_rows(value, parameter)
         number = to_si(value, parameter.unit)
     except ValueError as error:
         raise document.error(place, str(error)) from error
@@ -115,4 +137,8 @@ def _value(
 
 
 def _example(parameter: Parameter) -> str:
+    if parameter.holds == "effects":
+        return "[{kind: gap, stiffness: 1.2e5 N/m, clearance: 0.05 mm}, ...]"
+    if parameter.holds != "number":
+        return f"-1 0 1 {parameter.unit}"
     return parameter.choices[0] if parameter.choices else example(parameter.unit)

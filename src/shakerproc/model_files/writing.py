@@ -3,13 +3,14 @@
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from shakerproc import files
+from shakerproc.models.effects import SPELLINGS
 from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
@@ -22,6 +23,7 @@ _SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
     "s": ("s", "ms", "us"),
 })
 _PLAIN: Final = re.compile(r"[A-Za-z][A-Za-z0-9_ .()/-]*")
+_WRITTEN: Final = {kind: written for (written, _), kind in SPELLINGS.items()}
 _NOT_TEXT: Final = frozenset({"true", "false", "null", "yes", "no", "on", "off", "nan", "inf"})
 
 
@@ -69,8 +71,13 @@ def mode_text(mode: Mode) -> str:
 def element_text(element: Element) -> str:
     """Return an element on one line, as it stands in a model file."""
     between = ", ".join(text_of(place) for place in element.between)
-    start = [f"kind: {element.effect.kind}", f"between: [{between}]"]
+    start = [f"kind: {written_kind(element.effect)}", f"between: [{between}]"]
     return f"{{{', '.join(start + _parameters(element.effect))}}}"
+
+
+def written_kind(effect: AbstractEffect) -> str:
+    """Return the kind that a model file names an effect by."""
+    return _WRITTEN.get(effect.kind, effect.kind)
 
 
 def number(value: float, unit: str) -> str:
@@ -128,9 +135,24 @@ def text_of(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def parameter_text(value: float | str, parameter: Parameter) -> str:
+def parameter_text(value: Any, parameter: Parameter) -> str:
     """Return the value of a parameter as it stands in a model file."""
-    return value if isinstance(value, str) else number(value, parameter.unit)
+    if isinstance(value, str):
+        return value
+    return _TEXTS[parameter.holds](value, parameter.unit)
+
+
+def _numbers(values: Sequence[float], unit: str) -> str:
+    return f"{' '.join(_digits(value) for value in values)} {unit}"
+
+
+def _rows(rows: Sequence[Sequence[float]], unit: str) -> str:
+    return f"[{', '.join(_numbers(row, unit) for row in rows)}]"
+
+
+def _effects(effects: Sequence[AbstractEffect], _: str) -> str:
+    texts = (", ".join([f"kind: {written_kind(e)}", *_parameters(e)]) for e in effects)
+    return f"[{', '.join(f'{{{text}}}' for text in texts)}]"
 
 
 def _parameters(kind: AbstractEffect | AbstractFault) -> list[str]:
@@ -165,3 +187,11 @@ def _digits(value: float) -> str:
         raise ValueError(f"a model file cannot hold {value}")
     text = repr(float(value))
     return text.removesuffix(".0").replace("e+", "e")
+
+
+_TEXTS: Final[Mapping[str, Callable[[Any, str], str]]] = MappingProxyType({
+    "number": number,
+    "numbers": _numbers,
+    "rows": _rows,
+    "effects": _effects,
+})

@@ -30,9 +30,18 @@ EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({
         effects.ContactDamping(10.0, 5e-5),
         effects.Jenkins(1.2e5, 4.0),
         effects.Iwan(1.2e5, 6e-5),
+        effects.PowerIwan(1.2e5, 6e-5, -0.5),
         effects.BoucWen(1.2e5, 4e-5, 2.0),
+        effects.GeneralBoucWen(5e4, 3e4, -1e4, 1.0),
         effects.AttachedMode(5e-3, 200.0, 0.02),
         effects.StiffnessDrift(-2e-3, 0.0, 1.2e5),
+        effects.ConstantForce(0.5),
+        effects.Series((effects.Gap(1.2e5, 3e-5), effects.CoulombFriction(4.0))),
+        effects.Table(
+            (-2e-4, -1e-4, 0.0, 1e-4, 2e-4),
+            (-0.1, 0.0, 0.1),
+            tuple((f - 1.0, f, f + 1.0) for f in (-9.0, -3.0, 0.0, 3.0, 9.0)),
+        ),
     )
 })
 

@@ -9,8 +9,9 @@ from typing import final
 class Law(IntEnum):
     """Number of a force law in the tables that the kernels walk.
 
-    `models.kernels.laws` holds the compiled laws; it is the one place that branches on these
-    numbers. An effect made of laws that stand here needs no other file than its own.
+    `simulate.kernels.series` holds the compiled laws, `simulate.kernels.modes` their branches;
+    no other place has a formula. An effect made of laws that stand here needs no other file
+    than its own.
     """
 
     LINEAR = 0  # stiffness k, damping c: goes into the matrices, never into the table
@@ -26,8 +27,11 @@ class Law(IntEnum):
     FRICTION = 10  # (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v, sticking below Fs
     LUGRE = 11  # one state, the bristle deflection
     JENKINS = 12  # one state, the spring force
-    IWAN = 13  # a stack of turning points
-    BOUC_WEN = 14  # one state, the hysteretic displacement
+    IWAN = 13  # stiffness, slip displacement, chi + 2; a stack of turning points
+    BOUC_WEN = 14  # one state h: k h, h' = v (1 - c |h / zy|^n); k, zy, n, c loading, unloading
+    CONSTANT = 15  # a force
+    SERIES = 16  # one state u: play, spring, slider, damper; k, a+, a-, Fs, 1 / c
+    TABLE = 17  # a tabulated law, its numbers in `table`
 
 
 @final
@@ -41,7 +45,10 @@ class Row:
         Which force law.
     values : tuple of float
         Its numbers, at most six, in the order that `Law` gives [SI].
+    table : tuple of float
+        More numbers, of a tabulated law (see `tabulated.packed`).
     """
 
     law: Law
     values: tuple[float, ...]
+    table: tuple[float, ...] = ()

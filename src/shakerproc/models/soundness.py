@@ -110,7 +110,11 @@ def _check_nothing_runs_away(model: "Model", elements: "tuple[Element, ...]") ->
 def _static_force(
     elements: "tuple[Element, ...]", between: tuple[str, str], side: float
 ) -> "FloatArray":
-    """Return the force at rest of all between two places, over 1 nm to 10 m, (n,) array [N]."""
+    """Return the force at rest of all between two places, over 1 nm to 10 m, (n,) array [N].
+
+    What is there without displacement, such as dead weight, is left out: it moves the place of
+    rest, and does not grow with the way from it.
+    """
     z = side * np.geomspace(1e-9, 10.0, 121)
     total = np.zeros_like(z)
     for element in elements:
@@ -120,7 +124,8 @@ def _static_force(
         if set(element.between) == set(between):
             turn = 1.0 if element.between == between else -1.0
             with np.errstate(over="ignore"):  # a high power of 10 m is as good as infinite
-                total += turn * effect.force_at(turn * z, np.zeros_like(z))
+                rest = effect.force_at(np.zeros(1), np.zeros(1))
+                total += turn * (effect.force_at(turn * z, np.zeros_like(z)) - rest)
     return total
 
 

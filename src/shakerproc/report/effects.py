@@ -84,15 +84,27 @@ def picture(kind: str) -> "Figure":
 
 def numbers(kind: str) -> str:
     """Return the numbers that a picture is drawn with, such as ``k = 1.2e+05 N/m``."""
-    made: AbstractEffect | AbstractFault = (EXAMPLES if kind in EFFECTS else FAULT_EXAMPLES)[
-        kind
-    ]
+    return _numbers_of((EXAMPLES if kind in EFFECTS else FAULT_EXAMPLES)[kind])
+
+
+def _shown(value: object) -> str:
+    """Return a word as it is, numbers by the first and the last of them."""
+    if not isinstance(value, tuple):
+        return str(value)
+    flat = [one for row in value for one in (row if isinstance(row, tuple) else (row,))]
+    return f"{flat[0]:g} ... {flat[-1]:g}"
+
+
+def _numbers_of(made: AbstractEffect | AbstractFault) -> str:
     shown = []
     for name, parameter in made.parameters.items():
         value = getattr(made, name)
         if value is not None:
             unit = "" if parameter.unit == "1" or parameter.choices else f" {parameter.unit}"
-            text = f"{value:g}" if isinstance(value, float | int) else str(value)
+            if parameter.holds == "effects":
+                shown += [f"{one.kind}: {_numbers_of(one)}" for one in value]
+                continue
+            text = f"{value:g}" if isinstance(value, float | int) else _shown(value)
             shown.append(f"{parameter.symbol} = {text}{unit}")
     return ", ".join(shown)
 

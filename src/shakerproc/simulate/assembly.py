@@ -13,7 +13,7 @@ from shakerproc.models.model import BASE, Model
 from shakerproc.models.surroundings import resolved
 from shakerproc.simulate.kernels.table import LAW, MEMORY, STACK, Machine
 
-_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.BOUC_WEN})
+_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.BOUC_WEN, Law.SERIES})
 _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
 _HIGHEST_POWER = 63.0
 
@@ -53,7 +53,7 @@ class System:
     def analytic(self) -> bool:
         """Whether every branch of every law has a Taylor series everywhere."""
         return all(
-            Law(line[LAW]) not in _POWERS or _whole(float(values[2]))
+            _analytic(Law(line[LAW]), float(values[2]))
             for line, values in zip(self.machine.lines, self.machine.values, strict=True)
         )
 
@@ -124,10 +124,13 @@ def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> 
 def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Machine:
     """Return the numbers of a model whose laws start with no memory."""
     values = np.zeros((len(lines), 6))
+    tables: list[float] = []
     table = np.full((len(lines), 4), -1)
     n_states = 0
     for i, (row, first, second) in enumerate(lines):
-        values[i, : len(row.values)] = row.values
+        numbers = (float(len(tables)), *row.values) if row.law is Law.TABLE else row.values
+        values[i, : len(numbers)] = numbers
+        tables += row.table
         table[i, :3] = row.law, second, first
         if row.law in _WITH_STATE:
             table[i, MEMORY] = n_states
@@ -135,7 +138,8 @@ def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Mac
     with_stack = any(row.law is Law.IWAN for row, _, _ in lines)
     stack = np.zeros((len(lines), 2, STACK if with_stack else 0))
     mode = np.zeros((len(lines), 2), np.int64)
-    return Machine(mass, matrix, table, values, mode, np.zeros((len(lines), 4)), stack)
+    anchor, numbers_of_tables = np.zeros((len(lines), 4)), np.array(tables, float)
+    return Machine(mass, matrix, table, values, mode, anchor, stack, numbers_of_tables)
 
 
 def _merged_friction(model: Model, lines: Sequence[Line]) -> list[Line]:
@@ -174,6 +178,15 @@ def _sum_of_frictions(model: Model, one: Row, other: Row) -> Row:
         )
     sliding, breakaway = (one.values[i] + other.values[i] for i in range(2))
     return Row(Law.FRICTION, (sliding, breakaway, *(scales or {1.0})))
+
+
+def _analytic(law: Law, exponent: float) -> bool:
+    """Return whether a law whose third number this is has a Taylor series everywhere."""
+    if law is Law.TABLE:
+        return False
+    if law is Law.IWAN:
+        return exponent == 2.0
+    return law not in _POWERS or _whole(exponent)
 
 
 def _whole(exponent: float) -> bool:

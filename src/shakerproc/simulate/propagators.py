@@ -9,6 +9,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.simulate.kernels.branches import set_propagators, set_rates_and_events
 from shakerproc.simulate.kernels.table import (
+    CONSTANT,
     CONTACT_DAMPING,
     FORCE_TERMS,
     FRICTION,
@@ -61,7 +62,7 @@ def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
 def _carried(machine: Machine) -> NDArray[np.int64]:
     """Return the number of each line among those that are not linear on their branches."""
     law, values = machine.lines[:, LAW], machine.values
-    linear = np.isin(law, [*_WALLS, JENKINS])
+    linear = np.isin(law, [*_WALLS, JENKINS, CONSTANT])
     linear |= (law == FRICTION) & (values[:, 0] == values[:, 1])
     numbers: NDArray[np.int64] = np.where(linear, -1, np.cumsum(~linear) - 1)
     return numbers

@@ -1,7 +1,7 @@
 """What every effect is: a force law with named parameters, in one small file."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import ClassVar, Literal, TypeAlias, final
 
@@ -11,6 +11,7 @@ from shakerproc.models.identification import Identification, JointScales
 from shakerproc.models.laws import Row
 
 Sign: TypeAlias = Literal["positive", "not negative", "any"]
+Holds: TypeAlias = Literal["number", "numbers", "rows", "effects"]
 
 
 @final
@@ -36,6 +37,8 @@ class Parameter:
         The words it may be, where it is a word and not a number.
     least : float, optional
         Its smallest value, where `sign` does not say it [unit].
+    holds : {"number", "numbers", "rows", "effects"}
+        A number (or a word), numbers in a row, rows of numbers, or effects.
     """
 
     unit: str
@@ -46,6 +49,7 @@ class Parameter:
     optional: bool = False
     choices: tuple[str, ...] = ()
     least: float | None = None
+    holds: Holds = "number"
 
     @property
     def positive(self) -> bool:
@@ -203,14 +207,42 @@ def check_parameters(effect: object, parameters: Mapping[str, Parameter]) -> Non
                 wanted = " or ".join(parameter.choices)
                 raise ValueError(f"{field.name} must be {wanted}, not {value!r}")
             continue
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError(f"{field.name} must be a number [{parameter.unit}], not {value!r}")
-        _CHECKS[parameter.sign](field.name, value, parameter.unit)
-        if parameter.least is not None and value < parameter.least:
-            raise ValueError(
-                f"{field.name} must be at least {parameter.least:g}, not {value:g}"
-            )
+        _HELD[parameter.holds](field.name, value, parameter)
 
+
+def _check_number(name: str, value: object, parameter: Parameter) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{name} must be a number [{parameter.unit}], not {value!r}")
+    _CHECKS[parameter.sign](name, value, parameter.unit)
+    if parameter.least is not None and value < parameter.least:
+        raise ValueError(f"{name} must be at least {parameter.least:g}, not {value:g}")
+
+
+def _check_numbers(name: str, value: object, parameter: Parameter) -> None:
+    if not isinstance(value, tuple) or not value:
+        raise ValueError(f"{name} must be numbers [{parameter.unit}], not {value!r}")
+    for item in value:
+        _check_number(name, item, parameter)
+
+
+def _check_rows(name: str, value: object, parameter: Parameter) -> None:
+    if not isinstance(value, tuple) or not value:
+        raise ValueError(f"{name} must be rows of numbers [{parameter.unit}], not {value!r}")
+    for row in value:
+        _check_numbers(name, row, parameter)
+
+
+def _check_effects(name: str, value: object, parameter: Parameter) -> None:
+    if not isinstance(value, tuple) or not all(isinstance(e, AbstractEffect) for e in value):
+        raise ValueError(f"{name} must be effects: {parameter.meaning}, not {value!r}")
+
+
+_HELD: Mapping[Holds, Callable[[str, object, Parameter], None]] = {
+    "number": _check_number,
+    "numbers": _check_numbers,
+    "rows": _check_rows,
+    "effects": _check_effects,
+}
 
 _CHECKS = {
     "positive": checks.positive,

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar, final
 
+import numpy as np
+
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
 from shakerproc.models.identification import (
@@ -69,9 +71,7 @@ class BoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        return bouc_wen_along(
-            displacement, self.stiffness, self.yield_displacement, self.exponent
-        )
+        return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
@@ -94,7 +94,7 @@ class BoucWen(AbstractEffect):
         )
 
     def rows(self) -> tuple[Row, ...]:
-        values = (self.stiffness, self.yield_displacement, self.exponent)
+        values = (self.stiffness, self.yield_displacement, self.exponent, 1.0, 0.0)
         return (Row(Law.BOUC_WEN, values),)
 
 

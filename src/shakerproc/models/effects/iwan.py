@@ -71,7 +71,7 @@ class Iwan(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        return iwan_along(displacement, self.stiffness, self.slip_displacement)
+        return iwan_along(displacement, self.stiffness, self.slip_displacement, 2.0)
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
@@ -89,7 +89,7 @@ class Iwan(AbstractEffect):
         )
 
     def rows(self) -> tuple[Row, ...]:
-        return (Row(Law.IWAN, (self.stiffness, self.slip_displacement)),)
+        return (Row(Law.IWAN, (self.stiffness, self.slip_displacement, 2.0)),)
 
 
 def _around_jenkins(values: Values) -> tuple[Values, ...]:

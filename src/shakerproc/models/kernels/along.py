@@ -20,9 +20,12 @@ def jenkins_along(displacement: FloatArray, stiffness: float, slip_force: float)
 
 @compiled
 def iwan_along(
-    displacement: FloatArray, stiffness: float, slip_displacement: float
+    displacement: FloatArray, stiffness: float, slip_displacement: float, power: float
 ) -> FloatArray:
     """Return the force of the continuous Iwan element [N]; exact, by turning points.
+
+    `power` is that of displacement in the loss of force: 2 plus the exponent of the
+    distribution of slip displacements.
 
     The stack holds the turning points that are still remembered, outermost first. A branch
     closes where it meets the point before the one it started from; the motion then goes on
@@ -47,63 +50,133 @@ def iwan_along(
             if count == 1 and towards * (z - start) >= abs(points[0] - start):
                 count = 0
             if count == 0:
-                now = _iwan_backbone(z - start, stiffness, slip_displacement)
+                now = _iwan_backbone(z - start, stiffness, slip_displacement, power)
             else:
                 half = 0.5 * (z - points[count - 1])
                 now = levels[count - 1] + 2.0 * _iwan_backbone(
-                    half, stiffness, slip_displacement
+                    half, stiffness, slip_displacement, power
                 )
         force[i], previous = now, z
     return force
 
 
 @compiled
-def _iwan_backbone(displacement: float, stiffness: float, slip_displacement: float) -> float:
+def _iwan_backbone(
+    displacement: float, stiffness: float, slip_displacement: float, power: float
+) -> float:
     """Return the force of first loading [N]."""
     size = min(abs(displacement), slip_displacement)
-    force = stiffness * size * (1.0 - 0.5 * size / slip_displacement)
+    force = stiffness * size * (1.0 - (size / slip_displacement) ** (power - 1.0) / power)
     return force if displacement >= 0.0 else -force
 
 
 @compiled
-def bouc_wen_along(
-    displacement: FloatArray, stiffness: float, yield_displacement: float, exponent: float
-) -> FloatArray:
-    """Return the force of the Bouc-Wen element [N], by Runge-Kutta steps in displacement."""
+def bouc_wen_along(displacement: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the force of the Bouc-Wen element [N], by Runge-Kutta steps in displacement.
+
+    `values` are those of `Law.BOUC_WEN`.
+    """
+    stiffness, yield_displacement, exponent, loading, unloading = values
+    steepest = max(1.0, abs(loading), abs(unloading))
     force = np.empty_like(displacement)
     memory, previous = 0.0, displacement[0]
     for i in range(displacement.size):
         way = (displacement[i] - previous) / yield_displacement
-        if memory * way < 0.0:  # unloading is elastic
+        if unloading == 0.0 and memory * way < 0.0:  # unloading is elastic
             back = np.sign(way) * min(abs(way), abs(memory))
             memory, way = memory + back, way - back
-        n_steps = int(np.ceil(abs(way) / 0.05))
+        n_steps = int(np.ceil(abs(way) * steepest / 0.05))
         for _ in range(n_steps):
-            if (1.0 - abs(memory)) * exponent < 1e-13:  # it has yielded
+            yielded = loading == 1.0 and (1.0 - abs(memory)) * exponent < 1e-13
+            if yielded and memory * way > 0.0:
                 break
-            memory = _bouc_wen_step(memory, way / n_steps, exponent)
+            memory = _bouc_wen_step(memory, way / n_steps, exponent, loading, unloading)
         force[i], previous = stiffness * yield_displacement * memory, displacement[i]
     return force
 
 
 @compiled
-def _bouc_wen_step(memory: float, way: float, exponent: float) -> float:
+def _bouc_wen_step(
+    memory: float, way: float, exponent: float, loading: float, unloading: float
+) -> float:
     """Return the memory after one Runge-Kutta step, both in units of yield displacement."""
-    k1 = _bouc_wen_slope(memory, way, exponent)
-    k2 = _bouc_wen_slope(memory + 0.5 * way * k1, way, exponent)
-    k3 = _bouc_wen_slope(memory + 0.5 * way * k2, way, exponent)
-    k4 = _bouc_wen_slope(memory + way * k3, way, exponent)
+    k1 = _bouc_wen_slope(memory, way, exponent, loading, unloading)
+    k2 = _bouc_wen_slope(memory + 0.5 * way * k1, way, exponent, loading, unloading)
+    k3 = _bouc_wen_slope(memory + 0.5 * way * k2, way, exponent, loading, unloading)
+    k4 = _bouc_wen_slope(memory + way * k3, way, exponent, loading, unloading)
     return memory + way * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
 @compiled
-def _bouc_wen_slope(memory: float, way: float, exponent: float) -> float:
+def _bouc_wen_slope(
+    memory: float, way: float, exponent: float, loading: float, unloading: float
+) -> float:
     """Return the growth of memory with displacement: 1 less what yields."""
-    if memory * way <= 0.0:
+    share = loading if memory * way > 0.0 else unloading
+    if share == 0.0:
         return 1.0
     if exponent == 2.0:
-        return 1.0 - memory * memory
-    return 1.0 - abs(memory) if exponent == 1.0 else 1.0 - abs(memory) ** exponent
+        return 1.0 - share * memory * memory
+    if exponent == 1.0:
+        return 1.0 - share * abs(memory)
+    return 1.0 - share * abs(memory) ** exponent
+
+
+@compiled
+def series_along(displacement: FloatArray, step: float, values: FloatArray) -> FloatArray:
+    """Return the force through play, spring, slider and damper in series [N].
+
+    Exact for a motion that is linear between its samples. `values` are those of `Law.SERIES`.
+    """
+    force = np.empty_like(displacement)
+    reach, previous = 0.0, displacement[0]  # extension of play and spring
+    for i in range(displacement.size):
+        velocity = (displacement[i] - previous) / step
+        if velocity != 0.0 or values[4] != 0.0:
+            reach = _series_after(reach, velocity, step, values)
+        side = 1.0 if reach >= 0.0 else -1.0
+        play = values[1] if side > 0.0 else values[2]
+        force[i] = side * values[0] * max(side * reach - play, 0.0)
+        previous = displacement[i]
+    return force
+
+
+@compiled
+def _series_after(reach: float, velocity: float, time: float, values: FloatArray) -> float:
+    """Return the extension after a time at a constant velocity, stretch by stretch [m]."""
+    stiffness, slip = values[0], values[3]
+    rate = stiffness * values[4]  # of relaxation through the damper [1/s]
+    for _ in range(8):  # it goes through open and closed at most a few times
+        side = 1.0 if reach > 0.0 or (reach == 0.0 and velocity > 0.0) else -1.0
+        play = values[1] if side > 0.0 else values[2]
+        beyond, towards = side * reach - play, side * velocity
+        if beyond < 0.0 or (beyond == 0.0 and towards < 0.0):  # open
+            wall = values[1] if velocity > 0.0 else values[2]
+            way = wall - reach if velocity > 0.0 else wall + reach
+            if velocity == 0.0 or way >= abs(velocity) * time:
+                return reach + velocity * time
+            time -= way / abs(velocity)
+            reach = wall if velocity > 0.0 else -wall
+            if wall == 0.0:  # no play at all: on the other side of rest it is closed too
+                reach = 1e-300 * velocity
+            continue
+        limit = slip / stiffness
+        if rate == 0.0:
+            after = min(beyond + towards * time, limit)
+            if after >= 0.0:
+                return side * (play + after)
+            time -= -beyond / towards
+        else:
+            final = towards / rate
+            after = min(final + (beyond - final) * np.exp(-rate * time), limit)
+            if after >= 0.0:
+                return side * (play + after)
+            time -= np.log((beyond - final) / -final) / rate
+        if play == 0.0 and values[1] + values[2] == 0.0:
+            reach = 1e-300 * velocity
+        else:
+            reach = side * play * (1.0 - 1e-15)
+    return reach
 
 
 @compiled

@@ -197,11 +197,13 @@ DEGREES: Final[Mapping[Law, Callable[[Row], float]]] = MappingProxyType({
     Law.EVEN_POWER: lambda row: row.values[2] + (0.5 if row.values[2] % 2.0 == 1.0 else 0.0),
     Law.POWER_DAMPING: lambda row: row.values[2] + (1.5 if row.values[2] % 2.0 else 1.0),
     Law.QUADRATIC_DAMPING: lambda _: 2.5,
+    Law.CONSTANT: lambda _: 1.0,
+    Law.TABLE: lambda _: SHARPNESS + 0.5,
 })
 
 LAWS: Final[Mapping[frozenset[Law], Callable[[Element], AbstractLaw]]] = MappingProxyType({
     frozenset({Law.STOP, Law.JUMP}): _stops,
     frozenset({Law.CONTACT_DAMPING}): _contact_damping,
     frozenset(DEGREES): _smooth,
-    frozenset({Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.LUGRE}): _hysteretic,
+    frozenset({Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.LUGRE, Law.SERIES}): _hysteretic,
 })

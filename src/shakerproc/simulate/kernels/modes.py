@@ -6,6 +6,7 @@ from typing import Final
 from shakerproc.models.compiled import inlined, inner
 from shakerproc.simulate.kernels.table import (
     BOUC_WEN,
+    CONSTANT,
     CONTACT_DAMPING,
     DISPLACEMENT,
     EVEN_POWER,
@@ -19,12 +20,15 @@ from shakerproc.simulate.kernels.table import (
     ODD_POWER,
     POWER_DAMPING,
     QUADRATIC_DAMPING,
+    SERIES,
     STACK,
     STATE,
     STOP,
+    TABLE,
     VELOCITY,
     Machine,
 )
+from shakerproc.simulate.kernels.tabulated import region_of, table_event
 
 NONE: Final = -1
 
@@ -70,6 +74,10 @@ def event(machine: Machine, row: int, which: int) -> tuple[int, float, float]:
             return VELOCITY, -direction, 0.0
         kind = NONE if mode == 2 or mode == -2 else DISPLACEMENT
         return kind, direction, direction * machine.anchor[row, 2]
+    if law == SERIES:
+        return _event_in_series(machine, row, which)
+    if law == TABLE:
+        return table_event(machine, row, which)
     if which == 1:
         return NONE, 0.0, 0.0
     if wall(law):
@@ -82,9 +90,38 @@ def event(machine: Machine, row: int, which: int) -> tuple[int, float, float]:
     return NONE, 0.0, 0.0
 
 
+@inlined
+def series_limit(machine: Machine, row: int, side: float) -> float:
+    """Return the extension of play and spring at which the slider of a series slips [m]."""
+    play = machine.values[row, 1] if side > 0.0 else machine.values[row, 2]
+    return play + machine.values[row, 3] / machine.values[row, 0]
+
+
+@inlined
+def series_slip(machine: Machine, row: int) -> float:
+    """Return the velocity below which the slider of a series, at its force, stands [m/s]."""
+    return machine.values[row, 3] * machine.values[row, 4]
+
+
+@inlined
+def _event_in_series(machine: Machine, row: int, which: int) -> tuple[int, float, float]:
+    """Return an event as `event` does; branches: open 0, closed +-1, slipping +-2."""
+    mode = machine.mode[row, 0]
+    if mode == 0:
+        return STATE, 1.0 - 2.0 * which, machine.values[row, 1 + which]
+    side = 1.0 if mode > 0 else -1.0
+    if mode == 2 or mode == -2:
+        return (VELOCITY if which == 0 else NONE), -side, -series_slip(machine, row)
+    if which == 0:
+        return STATE, side, series_limit(machine, row, side)
+    return STATE, -side, -(machine.values[row, 1] if mode > 0 else machine.values[row, 2])
+
+
 @inner
-def start(machine: Machine, row: int, displacement: float, velocity: float) -> None:
-    """Set the branch that a line starts on, with no memory of earlier motion."""
+def start(
+    machine: Machine, row: int, displacement: float, velocity: float, state: float
+) -> None:
+    """Set the branch that a line starts on, with no memory of earlier motion but its state."""
     law = machine.lines[row, LAW]
     direction = 1 if velocity >= 0.0 else -1
     mode = direction
@@ -96,13 +133,27 @@ def start(machine: Machine, row: int, displacement: float, velocity: float) -> N
     elif law == JENKINS or (law == FRICTION and velocity == 0.0):
         mode = 0
     elif law == BOUC_WEN:
-        mode = 3 if direction > 0 else 0
+        up = 1 if direction > 0 else 0
+        mode = up + (2 if state > 0.0 or (state == 0.0 and up == 1) else 0)
+    elif law == CONSTANT:
+        mode = 0
+    elif law == SERIES:
+        mode = _start_in_series(machine, row, state)
+    elif law == TABLE:
+        mode = region_of(machine, row, displacement, velocity)
     machine.mode[row, 0] = mode
     if law == IWAN:
         machine.mode[row, 1] = 0
         machine.anchor[row, 0] = displacement
         machine.anchor[row, 1] = 0.0
         _set_iwan_limit(machine, row)
+
+
+@inlined
+def _start_in_series(machine: Machine, row: int, state: float) -> int:
+    if state > machine.values[row, 1]:
+        return 1
+    return -1 if -state > machine.values[row, 2] else 0
 
 
 @inner
@@ -115,6 +166,11 @@ def follow(machine: Machine, row: int, which: int, displacement: float) -> None:
         machine.mode[row, 0] = 1 - 2 * which if mode == 0 else 0
     elif law == BOUC_WEN:
         machine.mode[row, 0] = mode ^ (which + 1)
+    elif law == SERIES:
+        machine.mode[row, 0] = _after_in_series(machine, row, which)
+    elif law == TABLE:
+        top = int(machine.values[row, 3])
+        machine.mode[row, 0] = mode + (1 if which == 0 and mode < top else -1)
     elif law == IWAN:
         if which == 0:
             _turn_iwan(machine, row, displacement)
@@ -122,6 +178,18 @@ def follow(machine: Machine, row: int, which: int, displacement: float) -> None:
             _close_iwan(machine, row)
     else:
         machine.mode[row, 0] = -mode
+
+
+@inlined
+def _after_in_series(machine: Machine, row: int, which: int) -> int:
+    mode = machine.mode[row, 0]
+    if mode == 0:
+        return 1 - 2 * which
+    if mode == 2 or mode == -2:
+        return mode // 2
+    if which == 0:
+        return 2 * mode
+    return 0 if machine.values[row, 1] + machine.values[row, 2] > 0.0 else -mode
 
 
 @inner
@@ -150,10 +218,22 @@ def iwan_force(machine: Machine, row: int, displacement: float) -> float:
     stiffness, mode = machine.values[row, 0], machine.mode[row, 0]
     direction = 1.0 if mode > 0 else -1.0
     if mode == 2 or mode == -2:
-        return 0.5 * direction * stiffness * machine.values[row, 1]
+        return iwan_slip(machine, row, direction)
     way = displacement - machine.anchor[row, 0]
-    share = 1.0 - direction * way / machine.anchor[row, 3]
+    power = machine.values[row, 2]
+    if power == 2.0:
+        share = 1.0 - direction * way / machine.anchor[row, 3]
+    else:
+        slipped = 2.0 * abs(way) / machine.anchor[row, 3]
+        share = 1.0 - slipped ** (power - 1.0) / power
     return machine.anchor[row, 1] + stiffness * way * share
+
+
+@inlined
+def iwan_slip(machine: Machine, row: int, direction: float) -> float:
+    """Return the force of an Iwan line of which all slips [N]."""
+    power = machine.values[row, 2]
+    return direction * machine.values[row, 0] * machine.values[row, 1] * (power - 1.0) / power
 
 
 @inner

@@ -2,7 +2,7 @@
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
-from shakerproc.simulate.kernels.modes import follow, start
+from shakerproc.simulate.kernels.modes import follow, series_limit, series_slip, start
 from shakerproc.simulate.kernels.series import law_series
 from shakerproc.simulate.kernels.table import (
     DISPLACEMENT,
@@ -13,6 +13,7 @@ from shakerproc.simulate.kernels.table import (
     LAW,
     MEMORY,
     SECOND,
+    SERIES,
     STATE,
     VELOCITY,
     Machine,
@@ -153,7 +154,10 @@ def begin(machine: Machine, series: Series) -> None:
     n = machine.mass.size
     for row in range(machine.lines.shape[0]):
         displacement = between(machine, row, series.y, 0, 0)
-        start(machine, row, displacement, between(machine, row, series.y, n, 0))
+        velocity = between(machine, row, series.y, n, 0)
+        memory = machine.lines[row, MEMORY]
+        state = series.y[2 * n + memory, 0] if memory >= 0 else 0.0
+        start(machine, row, displacement, velocity, state)
     settle(machine, 0.0, series)
 
 
@@ -169,7 +173,22 @@ def switch(machine: Machine, row: int, which: int, time: float, series: Series) 
     elif law == JENKINS:
         limit = machine.values[row, 1] * machine.mode[row, 0]
         series.y[2 * n + machine.lines[row, MEMORY], 0] = limit
+    elif law == SERIES:
+        _slip(machine, row, before, series)
     settle(machine, time, series)
+
+
+@inner
+def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
+    """Set exactly what is known where the slider of a series starts to slip, or stands."""
+    n, mode = machine.mass.size, machine.mode[row, 0]
+    side = 1.0 if mode > 0 else -1.0
+    if mode == 2 or mode == -2:
+        limit = side * series_limit(machine, row, side)
+        series.y[2 * n + machine.lines[row, MEMORY], 0] = limit
+    elif before == 2 or before == -2:
+        left = between(machine, row, series.y, n, 0) - side * series_slip(machine, row)
+        push(machine, row, left / mobility(machine, row, row), series.y, n, 0)
 
 
 @inner

@@ -8,10 +8,11 @@ from typing import Final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
-from shakerproc.simulate.kernels.modes import signed
+from shakerproc.simulate.kernels.modes import iwan_slip, signed
 from shakerproc.simulate.kernels.table import (
     BASE,
     BOUC_WEN,
+    CONSTANT,
     CONTACT_DAMPING,
     DISPLACEMENT,
     DRIFT,
@@ -26,11 +27,14 @@ from shakerproc.simulate.kernels.table import (
     PLANES,
     POWER_DAMPING,
     QUADRATIC_DAMPING,
+    SERIES,
     STATE,
     STOP,
+    TABLE,
     VELOCITY,
     Machine,
 )
+from shakerproc.simulate.kernels.tabulated import cell, coefficient, origin
 
 _CHANGE: Final = 4.0
 
@@ -138,6 +142,12 @@ def law_series(
         return _lugre(machine, row, order, lines)
     if law == BOUC_WEN:
         return k * lines[row, STATE, order], _bouc_wen_rate(machine, row, order, lines)
+    if law == CONSTANT:
+        return (k if order == 0 else 0.0), 0.0
+    if law == SERIES:
+        return _elements_in_series(machine, row, order, lines)
+    if law == TABLE:
+        return _tabulated(machine, row, order, lines), 0.0
     return math.nan, 0.0
 
 
@@ -169,11 +179,30 @@ def _power_law(machine: Machine, row: int, order: int, lines: FloatArray) -> flo
 
 
 @inlined
+def _elements_in_series(
+    machine: Machine, row: int, order: int, lines: FloatArray
+) -> tuple[float, float]:
+    """Return the force, and the rate of the extension of spring and play together."""
+    mode, v = machine.mode[row, 0], lines[row, VELOCITY, order]
+    if mode == 0:
+        return 0.0, v
+    if mode == 2 or mode == -2:
+        return (0.5 * mode * machine.values[row, 3] if order == 0 else 0.0), 0.0
+    beyond = lines[row, STATE, order]
+    if order == 0:
+        beyond -= machine.values[row, 1] if mode == 1 else -machine.values[row, 2]
+    force = machine.values[row, 0] * beyond
+    return force, v - machine.values[row, 4] * force
+
+
+@inlined
 def _iwan(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
     stiffness, mode = machine.values[row, 0], machine.mode[row, 0]
     direction = 1.0 if mode > 0 else -1.0
     if mode == 2 or mode == -2:
-        return 0.5 * direction * stiffness * machine.values[row, 1] if order == 0 else 0.0
+        return iwan_slip(machine, row, direction) if order == 0 else 0.0
+    if machine.values[row, 2] != 2.0:
+        return _power_iwan(machine, row, order, direction, lines)
     way = lines[row, DISPLACEMENT, order]
     force = 0.0
     if order == 0:
@@ -182,6 +211,53 @@ def _iwan(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
     lines[row, BASE, order] = way
     square = product(lines, row, BASE, BASE, order)
     return force + stiffness * (way - direction * square / machine.anchor[row, 3])
+
+
+@inlined
+def _power_iwan(
+    machine: Machine, row: int, order: int, direction: float, lines: FloatArray
+) -> float:
+    """Return the force of a branch that bends as a power: it has no series where it starts."""
+    exponent, reach = machine.values[row, 2] - 1.0, 0.5 * machine.anchor[row, 3]
+    share = lines[row, DISPLACEMENT, order]
+    force = 0.0
+    if order == 0:
+        share -= machine.anchor[row, 0]
+        force = machine.anchor[row, 1]
+    lines[row, BASE, order] = direction * share / reach
+    lines[row, PLANES - 1, order] = power(lines, row, exponent, order)
+    slipped = product(lines, row, BASE, PLANES - 1, order) / (exponent + 1.0)
+    scale = direction * machine.values[row, 0] * reach
+    return force + scale * (lines[row, BASE, order] - slipped)
+
+
+@inlined
+def _tabulated(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
+    """Return the force by the polynomial of the cell that the motion is in at order 0.
+
+    The planes from BASE on hold displacement and velocity from the origin of the cell, their
+    squares and cubes, and what the powers of displacement are multiplied by.
+    """
+    i = cell(machine, row, 0, lines[row, DISPLACEMENT, 0])
+    j = cell(machine, row, 1, lines[row, VELOCITY, 0])
+    for kind in range(2):
+        first = BASE + 3 * kind
+        lines[row, first, order] = lines[row, DISPLACEMENT + kind, order]
+        if order == 0:
+            lines[row, first, 0] -= origin(machine, row, kind, j if kind == 1 else i)
+        lines[row, first + 1, order] = product(lines, row, first, first, order)
+        lines[row, first + 2, order] = product(lines, row, first, first + 1, order)
+    total = 0.0
+    for p in range(4):
+        along = coefficient(machine, row, i, j, p, 0) if order == 0 else 0.0
+        for q in range(1, 4):
+            along += coefficient(machine, row, i, j, p, q) * lines[row, BASE + 2 + q, order]
+        lines[row, BASE + 6 + p, order] = along
+        if p == 0:
+            total += along
+        else:
+            total += product(lines, row, BASE + p - 1, BASE + 6 + p, order)
+    return total
 
 
 @inlined
@@ -201,12 +277,13 @@ def _lugre(machine: Machine, row: int, order: int, lines: FloatArray) -> tuple[f
 @inlined
 def _bouc_wen_rate(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
     mode, v = machine.mode[row, 0], lines[row, VELOCITY, order]
-    if mode == 1 or mode == 2:  # back towards rest of the memory: elastic
+    share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
+    if share == 0.0:
         return v
-    sign = 1.0 if mode == 3 else -1.0
+    sign = 1.0 if mode >= 2 else -1.0
     lines[row, BASE, order] = sign * lines[row, STATE, order] / machine.values[row, 1]
     lines[row, PLANES - 1, order] = power(lines, row, machine.values[row, 2], order)
-    return v - product(lines, row, PLANES - 1, VELOCITY, order)
+    return v - share * product(lines, row, PLANES - 1, VELOCITY, order)
 
 
 @inlined

@@ -25,6 +25,9 @@ LUGRE: Final = int(Law.LUGRE)
 JENKINS: Final = int(Law.JENKINS)
 IWAN: Final = int(Law.IWAN)
 BOUC_WEN: Final = int(Law.BOUC_WEN)
+CONSTANT: Final = int(Law.CONSTANT)
+SERIES: Final = int(Law.SERIES)
+TABLE: Final = int(Law.TABLE)
 
 LAW: Final = 0  # columns of `lines`
 SECOND: Final = 1
@@ -50,13 +53,16 @@ class Machine(NamedTuple):
     values : (r, 6) array
         Numbers of each law.
     mode : (r, 2) array of int
-        Branch of each line: 0 open or sticking, 1 closed, or a direction (see
-        `modes.event`); and how many turning points an Iwan line remembers. Written to.
+        Branch of each line: 0 open or sticking, 1 closed, a direction, or the region of a
+        table (see `modes.event`); and how many turning points an Iwan line remembers. Written
+        to.
     anchor : (r, 4) array
         Where the branch of an Iwan line starts (displacement, force), where it ends, and its
         scale. Written to.
     stack : (r, 2, STACK) array
         Displacement and force of its turning points. Written to.
+    tables : (any,) array
+        Numbers of all tabulated laws, one after the other (see `tabulated`).
     """
 
     mass: FloatArray
@@ -66,6 +72,7 @@ class Machine(NamedTuple):
     mode: NDArray[np.int64]
     anchor: FloatArray
     stack: FloatArray
+    tables: FloatArray
 
 
 class Store(NamedTuple):

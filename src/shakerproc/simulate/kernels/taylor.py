@@ -19,6 +19,7 @@ from shakerproc.simulate.kernels.table import (
     HOLDING,
     JENKINS,
     LAW,
+    SERIES,
     STATE,
     VELOCITY,
     Machine,
@@ -269,7 +270,8 @@ def _rise(
         return NEVER
     next_noise = 0.0
     law = machine.lines[row, LAW]
-    if (law == FRICTION and kind == VELOCITY) or (law == JENKINS and kind == STATE):
+    slides = law == JENKINS or law == SERIES
+    if (law == FRICTION and kind == VELOCITY) or (slides and kind == STATE):
         for k in range(1, last + 1):
             next_noise += 1e-9 * abs(room[k])
     return first_rise(room, last, noise, next_noise)
@@ -282,6 +284,8 @@ def event_noise(machine: Machine, row: int, kind: int, scales: FloatArray) -> fl
         return 1e-13 * scales[0]
     if kind == VELOCITY:
         return 1e-13 * scales[machine.mass.size]
+    if kind == STATE and machine.lines[row, LAW] == SERIES:
+        return 1e-13 * scales[0]
     if kind == HOLDING or kind == STATE:
         return 1e-13 * abs(machine.values[row, 1])
     return 0.0

@@ -1,0 +1,160 @@
+"""Elements one behind the other, that carry one force."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.kernels.along import series_along
+from shakerproc.models.laws import Law, Row
+
+_NEVER: Final = 1e30
+"""A clearance [m] or a slip force [N] that nothing reaches."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Series(AbstractEffect):
+    r"""Springs, gaps, stops and dampers in series with one slider at most.
+
+    .. math:: F_1 = F_2 = \dots = F, \qquad z_1 + z_2 + \dots = z
+
+    Compliances and plays add up; the slider holds the force to its own. A gap with a slider is
+    play before friction, a spring with one a Jenkins element, a spring with a damper a Maxwell
+    element. Between places that move apart for good, the slider creeps after them.
+
+    Attributes
+    ----------
+    elements : tuple of AbstractEffect
+        Springs, gaps, offset gaps, stops, dampers with their damping, and one coulomb_friction
+        at most. One of them at least has a stiffness.
+
+    References
+    ----------
+    .. [1] W. D. Iwan, "A distributed-element model for hysteresis and its steady-state dynamic
+       response", Journal of Applied Mechanics 33, 893-900, 1966.
+    """
+
+    kind: ClassVar[str] = "series"
+    formula: ClassVar[str] = "one force F through all elements, whose displacements add up"
+    signature: ClassVar[str] = (
+        "Play before a slider: a loop that is flat at the middle and at the ends, open between."
+    )
+    parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
+        "elements": Parameter("", "elements", "what stands in series", holds="effects")
+    })
+
+    elements: tuple[AbstractEffect, ...]
+
+    def __post_init__(self) -> None:
+        check_parameters(self, self.parameters)
+        self.rows()
+
+    def force_along(
+        self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
+    ) -> FloatArray:
+        chain = _chain(self.elements)
+        return series_along(displacement, 1.0 / sample_rate, np.array(chain.values()))
+
+    def rows(self) -> tuple[Row, ...]:
+        return _chain(self.elements).rows()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Elements in series, added up; a slip force or a mobility of damping of none is None."""
+
+    stiffness: float
+    plays: tuple[float, float]
+    slip_force: float | None
+    mobility: float | None
+
+    def values(self) -> tuple[float, ...]:
+        """Return the numbers of `Law.SERIES`."""
+        slip = _NEVER if self.slip_force is None else self.slip_force
+        return (self.stiffness, *self.plays, slip, self.mobility or 0.0)
+
+    def rows(self) -> tuple[Row, ...]:
+        """Return the plainest lines that say the same."""
+        if self.mobility is not None or (self.slip_force is not None and any(self.plays)):
+            return (Row(Law.SERIES, self.values()),)
+        if self.slip_force is not None:
+            return (Row(Law.JENKINS, (self.stiffness, self.slip_force)),)
+        if not any(self.plays):
+            return (Row(Law.LINEAR, (self.stiffness, 0.0)),)
+        return tuple(
+            Row(Law.STOP, (self.stiffness, side * play, side))
+            for side, play in zip((1.0, -1.0), self.plays, strict=True)
+            if play < _NEVER
+        )
+
+
+def _chain(elements: tuple[AbstractEffect, ...]) -> _Chain:
+    """Return elements in series, added up.
+
+    Raises
+    ------
+    ValueError
+        If one of them cannot stand in series, or they cannot be added up.
+    """
+    if len(elements) < 2:
+        raise ValueError("elements must be two at least, such as a gap and a coulomb_friction")
+    compliance, mobility, sliders = 0.0, 0.0, []
+    plays = [0.0, 0.0]
+    for element in elements:
+        part = _part(element)
+        compliance += part.compliance
+        mobility += part.mobility
+        plays = [min(a + b, _NEVER) for a, b in zip(plays, part.plays, strict=True)]
+        sliders += part.sliders
+    if len(sliders) > 1:
+        raise ValueError("elements may hold one coulomb_friction: the weaker one slides")
+    if compliance == 0.0:
+        raise ValueError("elements need a stiffness: add a spring or a gap")
+    if min(plays) >= _NEVER:
+        raise ValueError("elements carry no force to either side: two stops face apart")
+    slip = sliders[0] if sliders else None
+    return _Chain(1.0 / compliance, (plays[0], plays[1]), slip, mobility or None)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What one element adds: compliance [m/N], plays [m], mobility [m/(N s)], sliders [N]."""
+
+    compliance: float = 0.0
+    plays: tuple[float, float] = (0.0, 0.0)
+    mobility: float = 0.0
+    sliders: tuple[float, ...] = ()
+
+
+def _part(element: AbstractEffect) -> _Part:
+    """Return what an element adds, by the laws it is made of.
+
+    Raises
+    ------
+    ValueError
+        If it is none that can stand in series.
+    """
+    rows = element.rows()
+    laws, first = {row.law for row in rows}, rows[0].values
+    if laws == {Law.STOP}:
+        walls = {row.values[2]: abs(row.values[1]) for row in rows}
+        plays = (walls.get(1.0, _NEVER), walls.get(-1.0, _NEVER))
+        return _Part(compliance=1.0 / first[0], plays=plays)
+    if laws == {Law.LINEAR} and first[0] > 0.0 and first[1] == 0.0:
+        return _Part(compliance=1.0 / first[0])
+    if laws == {Law.LINEAR} and first[0] == 0.0 and first[1] > 0.0:
+        return _Part(mobility=1.0 / first[1])
+    if laws == {Law.FRICTION} and math.isclose(first[0], first[1], rel_tol=0.0):
+        return _Part(sliders=(first[0],))
+    raise ValueError(
+        f"{element.kind} cannot stand in series; there may be springs, gaps, offset gaps, "
+        f"stops, dampers and one coulomb_friction"
+    )

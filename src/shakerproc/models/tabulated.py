@@ -1,0 +1,186 @@
+"""Tabulated laws: bicubic splines of a force over displacement and velocity.
+
+Along each axis the spline is a natural one, so that it has two continuous derivatives
+everywhere and goes on straight beyond its ends. Where a law jumps or bends, its axis is cut:
+each region has a spline of its own, and simulation finds the instants of crossing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models.laws import Law, Row
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """One axis of a table.
+
+    Attributes
+    ----------
+    parts : tuple of (n,) arrays
+        The values at which the law is given, region by region [m] or [m/s].
+    surfaces : tuple of float
+        Where the regions meet.
+    """
+
+    parts: tuple[FloatArray, ...]
+    surfaces: tuple[float, ...] = ()
+
+    @property
+    def knots(self) -> FloatArray:
+        """All values at which the law is given."""
+        return np.concatenate(self.parts)
+
+    @property
+    def origins(self) -> FloatArray:
+        """Where the polynomial of each cell is 0; a region has a cell beyond either end."""
+        return np.concatenate([np.concatenate((part[:1], part)) for part in self.parts])
+
+    @property
+    def firsts(self) -> tuple[int, ...]:
+        """First cell of each region."""
+        sizes = [part.size + 1 for part in self.parts[:-1]]
+        return tuple(int(first) for first in np.cumsum([0, *sizes]))
+
+    def cells(self, at: FloatArray) -> FloatArray:
+        """Return the number of the cell that each value lies in."""
+        return np.searchsorted(self.origins[1:], at, side="right")
+
+    def spline(self, values: FloatArray) -> FloatArray:
+        """Return the coefficients of every cell, (n_cells, 4, ...) array, lowest first.
+
+        Parameters
+        ----------
+        values : (n_knots, ...) array
+            What is interpolated.
+        """
+        pieces, start = [], 0
+        for part in self.parts:
+            pieces.append(_natural_spline(part, values[start : start + part.size]))
+            start += part.size
+        return np.concatenate(pieces)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SplineTable:
+    """A force law by a polynomial in each cell.
+
+    Attributes
+    ----------
+    displacement, velocity : Axis
+        Its axes, of which one at most has surfaces.
+    coefficients : (n_displacement_cells, n_velocity_cells, 4, 4) array
+        By powers of displacement and velocity from the origin of the cell.
+    """
+
+    displacement: Axis
+    velocity: Axis
+    coefficients: FloatArray
+
+    def value(
+        self, displacement: FloatArray, velocity: FloatArray, by: tuple[int, int] = (0, 0)
+    ) -> FloatArray:
+        """Return the force, or a derivative, at these places [N], [N/m] or [N s/m].
+
+        Parameters
+        ----------
+        by : (int, int)
+            How often it is derived by displacement, and by velocity; once at most.
+        """
+        z, v = np.broadcast_arrays(displacement, velocity)
+        i, j = self.displacement.cells(z), self.velocity.cells(v)
+        in_cell = self.coefficients[i, j]
+        along = _powers(z - self.displacement.origins[i], by[0])
+        across = _powers(v - self.velocity.origins[j], by[1])
+        total: FloatArray = np.einsum("...pq,...p,...q->...", in_cell, along, across)
+        return total
+
+    def row(self) -> Row:
+        """Return it as a line of the kernels' table (see `simulate.kernels.tabulated`)."""
+        axis = 1 if self.velocity.surfaces else 0
+        cut = (self.displacement, self.velocity)[axis]
+        n_z, n_v = self.coefficients.shape[:2]
+        values = (float(n_z), float(n_v), float(len(cut.surfaces)), float(axis))
+        numbers = (
+            *self.displacement.origins,
+            *self.velocity.origins,
+            *cut.surfaces,
+            *cut.firsts,
+            *self.coefficients.ravel(),
+        )
+        return Row(Law.TABLE, values, tuple(float(number) for number in numbers))
+
+
+def spline_table(displacement: Axis, velocity: Axis, force: FloatArray) -> SplineTable:
+    """Return the table through these forces.
+
+    Parameters
+    ----------
+    displacement, velocity : Axis
+        Where the law is given.
+    force : (n_displacements, n_velocities) array
+        The force there [N].
+
+    Raises
+    ------
+    ValueError
+        If both axes have surfaces.
+    """
+    if displacement.surfaces and velocity.surfaces:
+        raise ValueError("a table is cut along displacement or along velocity, not along both")
+    along = displacement.spline(force)  # (cells, 4, n_velocities)
+    across = velocity.spline(np.moveaxis(along, 2, 0))  # (cells, 4, cells, 4)
+    coefficients = np.ascontiguousarray(across.transpose(2, 0, 3, 1))
+    return SplineTable(displacement, velocity, coefficients)
+
+
+def axis(values: Sequence[float]) -> Axis:
+    """Return an axis without surfaces."""
+    return Axis((np.array(values, float),))
+
+
+def _natural_spline(knots: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the coefficients of a natural spline, and of the straight lines beyond it."""
+    n = knots.size
+    pieces = np.zeros((n + 1, 4, *values.shape[1:]))
+    pieces[0, 0], pieces[1:, 0] = values[0], values
+    if n == 1:
+        return pieces
+    bend = _second_derivatives(knots, values)
+    step = np.diff(knots).reshape(-1, *[1] * (values.ndim - 1))
+    slope = np.diff(values, axis=0) / step
+    pieces[1:n, 1] = slope - step * (2.0 * bend[:-1] + bend[1:]) / 6.0
+    pieces[1:n, 2] = 0.5 * bend[:-1]
+    pieces[1:n, 3] = np.diff(bend, axis=0) / (6.0 * step)
+    pieces[0, 1] = pieces[1, 1]
+    pieces[n, 1] = slope[-1] + step[-1] * (bend[-2] + 2.0 * bend[-1]) / 6.0
+    return pieces
+
+
+def _second_derivatives(knots: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the second derivatives of a natural spline at its knots."""
+    bend = np.zeros_like(values)
+    n = knots.size
+    if n < 3:
+        return bend
+    step = np.diff(knots)
+    slope = np.diff(values, axis=0) / step.reshape(-1, *[1] * (values.ndim - 1))
+    system = np.diag(2.0 * (step[:-1] + step[1:]))
+    system += np.diag(step[1:-1], 1) + np.diag(step[1:-1], -1)
+    right = 6.0 * np.diff(slope, axis=0)
+    bend[1:-1] = np.linalg.solve(system, right.reshape(n - 2, -1)).reshape(right.shape)
+    return bend
+
+
+def _powers(x: FloatArray, derived: int) -> FloatArray:
+    """Return 1, x, x^2, x^3, or their derivatives, along a last axis."""
+    one, none = np.ones_like(x), np.zeros_like(x)
+    if derived == 0:
+        return np.stack((one, x, x**2, x**3), axis=-1)
+    return np.stack((none, one, 2.0 * x, 3.0 * x**2), axis=-1)
