@@ -54,10 +54,16 @@ class Table(AbstractMemorylessEffect):
     formula: ClassVar[str] = "F = S(z, v), the natural bicubic spline through Fij at zi, vj"
     signature: ClassVar[str] = "Whatever was measured, within the range of the measurement."
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
-        "displacement": Parameter("m", "z", "displacements, rising", holds="numbers"),
-        "velocity": Parameter("m/s", "v", "velocities, rising", holds="numbers"),
-        "force": Parameter("N", "F", "force, a row for each displacement", holds="rows"),
-        "band": Parameter("N", "F", "half width of its interval", holds="rows", optional=True),
+        "displacement": Parameter(
+            "m", "z", "displacements, rising", sign="any", holds="numbers"
+        ),
+        "velocity": Parameter("m/s", "v", "velocities, rising", sign="any", holds="numbers"),
+        "force": Parameter(
+            "N", "F", "force, a row for each displacement", sign="any", holds="rows"
+        ),
+        "band": Parameter(
+            "N", "F", "half width of its interval", sign="any", holds="rows", optional=True
+        ),
     })
 
     displacement: Numbers
