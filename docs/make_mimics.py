@@ -22,7 +22,10 @@ from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.examples import EXAMPLES
 
 FILE = Path(__file__).with_name("effect_mimics.json")
-LEFT_OUT = {"spring", "damper", "attached_mode", "stiffness_drift"}
+LEFT_OUT = {
+    "spring", "damper", "attached_mode", "stiffness_drift", "constant_force", "series", "table",
+    "power_iwan", "general_bouc_wen",
+}  # fmt: skip
 LEVELS = {"one level": (1.0,), "three levels": (0.25, 0.5, 1.0)}
 RATE, SECONDS, LARGEST, BAND = 4000.0, 0.4, 1.5e-4, (30.0, 90.0)
 FACTORS = (1.0, 0.4, 2.5)

@@ -37,6 +37,7 @@ def document_of(one: "Kind") -> dict[str, object]:
                 "sign": parameter.sign,
                 "optional": parameter.optional,
                 "choices": parameter.choices,
+                "holds": parameter.holds,
             }
             for name, parameter in one.parameters.items()
         },

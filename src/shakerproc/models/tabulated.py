@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.laws import Law, Row
@@ -47,7 +48,7 @@ class Axis:
         sizes = [part.size + 1 for part in self.parts[:-1]]
         return tuple(int(first) for first in np.cumsum([0, *sizes]))
 
-    def cells(self, at: FloatArray) -> FloatArray:
+    def cells(self, at: FloatArray) -> NDArray[np.intp]:
         """Return the number of the cell that each value lies in."""
         return np.searchsorted(self.origins[1:], at, side="right")
 

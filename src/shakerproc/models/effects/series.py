@@ -46,7 +46,9 @@ class Series(AbstractEffect):
         "Play before a slider: a loop that is flat at the middle and at the ends, open between."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
-        "elements": Parameter("", "elements", "what stands in series", holds="effects")
+        "elements": Parameter(
+            "", "elements", "what stands in series", sign="any", holds="effects"
+        )
     })
 
     elements: tuple[AbstractEffect, ...]
@@ -105,7 +107,8 @@ def _chain(elements: tuple[AbstractEffect, ...]) -> _Chain:
     """
     if len(elements) < 2:
         raise ValueError("elements must be two at least, such as a gap and a coulomb_friction")
-    compliance, mobility, sliders = 0.0, 0.0, []
+    compliance, mobility = 0.0, 0.0
+    sliders: list[float] = []
     plays = [0.0, 0.0]
     for element in elements:
         part = _part(element)
