@@ -1,109 +1,94 @@
 """python -m blind: draw hidden campaigns, diagnose them, print the score."""
 
 import argparse
+import functools
 import json
 import os
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
-from blind import folder, ranges, score
-from blind.campaigns import TUNING_SEEDS_END, classes, draw
-from blind.trial import Trial, attempt, first_named, hit
-
-MORE = (
-    "chain:gap",
-    "chain3:gap",
-    "chain:cubic_stiffness",
-    "force:gap",
-    "force:cubic_stiffness",
-)
+from blind import classes, folder, records, runner, score
+from blind.campaigns import TUNING_SEEDS_END, draw
+from blind.judging import exact, first_named, tied
+from blind.trial import ROOMS, Trial, attempt
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
     """Return the options."""
     parser = argparse.ArgumentParser(prog="python -m blind", description=__doc__)
-    parser.add_argument("--seed", type=int, default=0, help="first seed; 100000 and on: once")
-    parser.add_argument("--each", type=int, default=2, help="campaigns of every class")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
-    parser.add_argument(
-        "--classes", default="", help="comma between; 'more': chains and forces too;"
-        " 'effects', 'faults', 'others' or class names (default: all of the standard score)",
+    add = parser.add_argument
+    add("--seed", type=int, default=0, help="first seed; 100000 and on: looked at once")
+    add("--each", type=int, default=2, help="campaigns of a class without *COUNT")
+    add("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    add("--nice", type=int, default=0, help="niceness of the processes")
+    add("--limit-s", type=float, default=180.0, help="processor seconds of one campaign")
+    add("--room", choices=tuple(ROOMS), default="old", help="which diagnosis")
+    add(
+        "--classes", default="standard",
+        help=f"classes or groups ({', '.join(classes.GROUPS)}), commas between; `frozen`: all"
+        " that a frozen commit is asked",
     )  # fmt: skip
-    parser.add_argument("--json", type=Path, help="write every trial here")
-    parser.add_argument("--write", type=Path, help="only write the campaigns into this folder")
+    add("--json", type=Path, help="append every trial here, and leave out those it holds")
+    add("--score", type=Path, help="only score the trials of this file")
+    add("--write", type=Path, help="only write the campaigns into this folder")
     return parser.parse_args(words)
 
 
-def chosen(text: str) -> list[str]:
-    """Return the classes that a --classes text means."""
-    groups = {
-        "": list(classes()),
-        "more": [*classes(), *MORE],
-        "effects": list(ranges.EFFECTS),
-        "faults": list(ranges.FAULTS),
-        "others": ["none", "unexercised", "outside", "pair"],
-        "chains": list(MORE),
-    }
-    if text in groups:
-        return groups[text]
-    return [
-        kind for name in text.split(",") for kind in groups.get(name.strip(), [name.strip()])
-    ]
-
-
-def run(tasks: list[tuple[int, str]], jobs: int) -> list[Trial]:
-    """Return the trials, in the order of the tasks; progress goes to stderr."""
-    trials: dict[tuple[int, str], Trial] = {}
-    if jobs <= 1:
-        for task in tasks:
-            trials[task] = attempt(*task)
-            _progress(trials[task], len(trials), len(tasks))
-        return [trials[task] for task in tasks]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(attempt, *task): task for task in tasks}
-        for future in as_completed(futures):
-            trials[futures[future]] = future.result()
-            _progress(future.result(), len(trials), len(tasks))
-    return [trials[task] for task in tasks]
-
-
 def _progress(trial: Trial, done: int, total: int) -> None:
-    mark = "ok  " if hit(trial) else "MISS"
+    mark = "ok  " if exact(trial) else ("tie " if tied(trial) else "MISS")
     print(
         f"{done:4d}/{total} {mark} {trial.kind} {trial.seed}: {first_named(trial)}"
-        f" ({trial.seconds:.0f} s) {trial.problem}",
+        f" ({trial.cpu_seconds:.0f} s) {trial.problem}",
         file=sys.stderr, flush=True,
     )  # fmt: skip
+
+
+def write(tasks: list[tuple[int, str]], target: Path) -> None:
+    """Write campaigns with their truths, and print where."""
+    for seed, kind in tasks:
+        place = target / f"{kind.translate(str.maketrans(':+@', '___'))}_{seed}"
+        folder.write(campaign := draw(seed, kind), place)
+        (place / "truth.json").write_text(json.dumps(campaign.truth, indent=1), "utf-8")
+        print(place)
+
+
+def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list[Trial]:
+    """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
+    done = records.read(options.json) if options.json else []
+    work = functools.partial(attempt, judge=ROOMS[options.room])
+    left = records.left(tasks, done)
+    running = runner.run(left, work, options.jobs, options.limit_s, options.nice)
+    try:
+        for trial in running:
+            done.append(trial)
+            _progress(trial, len(done), len(tasks))
+            if options.json:
+                records.append(options.json, trial)
+    except KeyboardInterrupt:
+        running.close()
+        print(f"stopped after {len(done)} of {len(tasks)}", file=sys.stderr)
+    return done
 
 
 def main() -> None:
     """Draw, diagnose, score."""
     options = arguments()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    kinds = chosen(options.classes)
-    tasks = [(options.seed + i, kind) for kind in kinds for i in range(options.each)]
+    if options.score:
+        print(score.report(records.read(options.score)))
+        return
+    wanted = classes.FROZEN if options.classes == "frozen" else options.classes
+    tasks = classes.tasks(classes.expand(wanted, options.each), options.seed)
     if options.write:
-        for seed, kind in tasks:
-            place = options.write / f"{kind.replace(':', '_').replace('+', '_')}_{seed}"
-            folder.write(campaign := draw(seed, kind), place)
-            (place / "truth.json").write_text(json.dumps(campaign.truth, indent=1), "utf-8")
-            print(place)
+        write(tasks, options.write)
         return
     start = time.perf_counter()
-    trials = run(tasks, options.jobs)
+    trials = trials_of(options, tasks)
     use = "tuning" if options.seed < TUNING_SEEDS_END else "looked at once"
-    print(f"blind trials, seeds {options.seed} to {options.seed + options.each - 1} ({use})")
+    print(f"blind trials from seed {options.seed} ({use}), {options.room} room")
     print(score.report(trials))
-    print(
-        f"\n{len(trials)} campaigns in {time.perf_counter() - start:.0f} s, {options.jobs} jobs"
-    )
-    if options.json:
-        document = {"summary": score.summary(trials), "trials": [t.as_json() for t in trials]}
-        options.json.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    print(f"\n{len(trials)} campaigns in {time.perf_counter() - start:.0f} s")
 
 
 if __name__ == "__main__":

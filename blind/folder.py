@@ -7,8 +7,9 @@ import numpy as np
 import yaml
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
-from blind.campaigns import Campaign, G, Structure, TestRun
+from blind.campaign import Campaign, TestRun
 from blind.excitations import SAMPLE_RATE, Drive
+from blind.structures import G, Structure
 
 SENSED = {"acceleration": ("g", G), "displacement": ("m", 1.0), "velocity": ("m/s", 1.0)}
 

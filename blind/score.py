@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from blind.trial import Trial, family, first_named, hidden, hit, named, same, tied
+from blind.judging import exact as hit
+from blind.judging import family, first_named, hidden, named, same, tied
+from blind.trial import Trial
 
 GOALS = {
     "effect": 0.90, "ties": 0.97, "none": 0.99, "unexercised": 0.95, "fault": 0.97,

@@ -1,21 +1,23 @@
-"""One blind trial: a campaign is drawn, written, diagnosed, then compared with the truth."""
+"""One blind trial: a campaign is drawn, written, diagnosed; what came out, with the truth."""
 
+import resource
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from blind import folder, ranges
+from blind import folder
 from blind.campaigns import draw
 
-Diagnose = Any
-"""A function of the paths of log and model and of a seed, that returns a diagnosis document."""
+CANDIDATES_KEPT = 6
+"""How many of the candidates that a diagnosis lists are kept in a record."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What came out of one campaign."""
+    """What came out of one campaign; `problem` is why there is no document."""
 
     seed: int
     kind: str
@@ -26,16 +28,25 @@ class Trial:
     seconds: float
     cpu_seconds: float
     problem: str = ""
+    retest: dict[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:
-        """Return all of it but the candidates that were tried."""
+        """Return all of it, without most of the candidates."""
         out = asdict(self)
-        out["document"] = {k: v for k, v in self.document.items() if k != "candidates"}
+        tried = self.document.get("candidates")
+        if tried:
+            out["document"] = self.document | {"candidates": tried[:CANDIDATES_KEPT]}
         return out
 
 
-def diagnose(log: Path, model: Path, seed: int) -> dict[str, Any]:
-    """Return the document of shakerproc's diagnosis."""
+def from_json(words: dict[str, Any]) -> Trial:
+    """Return the trial of a record."""
+    known = {field.name for field in fields(Trial)}
+    return Trial(**{name: value for name, value in words.items() if name in known})
+
+
+def diagnose_old(log: Path, model: Path, seed: int) -> dict[str, Any]:
+    """Return the document of the room `diagnose`."""
     from shakerproc.diagnose import diagnose as run
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
@@ -44,83 +55,52 @@ def diagnose(log: Path, model: Path, seed: int) -> dict[str, Any]:
     return found
 
 
-def attempt(seed: int, kind: str, judge: Diagnose = diagnose) -> Trial:
+def diagnose_new(log: Path, model: Path, seed: int) -> dict[str, Any]:
+    """Return the document of the room `diagnosis`."""
+    from shakerproc.diagnosis import diagnose as run
+    from shakerproc.model_files import read_model
+    from shakerproc.testlog import read_testlog
+
+    found: dict[str, Any] = run(read_model(model), read_testlog(log), seed=seed).as_json()
+    return found
+
+
+Diagnose = Callable[[Path, Path, int], dict[str, Any]]
+"""A function of the paths of log and model and of a seed, that returns a document."""
+ROOMS: dict[str, Diagnose] = {"old": diagnose_old, "new": diagnose_new}
+
+
+def processor_seconds() -> float:
+    """Return what this process and its children have computed for [s]."""
+    own, children = (
+        resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
+
+
+def attempt(seed: int, kind: str, judge: Diagnose = diagnose_old) -> Trial:
     """Return the trial of one seed and class; a failed diagnosis is a miss with its reason."""
     campaign = draw(seed, kind)
     document: dict[str, Any] = {}
     problem = ""
     with tempfile.TemporaryDirectory(prefix="blind-") as place:
         log, model = folder.write(campaign, Path(place))
-        start, cpu = time.perf_counter(), time.process_time()
+        start, before = time.perf_counter(), processor_seconds()
         try:
             document = judge(log, model, seed)
         except Exception as error:  # noqa: BLE001 - any failure is a miss, and is printed
             problem = f"{type(error).__name__}: {error}"
-        seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
+        seconds, worked = time.perf_counter() - start, processor_seconds() - before
     return Trial(
         seed, kind, campaign.details["snr_db"], campaign.noise_floor, campaign.truth, document,
-        seconds, cpu, problem,
+        seconds, worked, problem,
     )  # fmt: skip
 
 
-def family(kind: str) -> str:
-    """Return what a class asks for: effect, none, unexercised, fault, outside or pair."""
-    name = kind.partition(":")[2] if kind.startswith(("chain", "force")) else kind
-    name = name.partition(":")[0]
-    if name in ranges.EFFECTS:
-        return "effect"
-    return "fault" if name in ranges.FAULTS else name
-
-
-def named(document: dict[str, Any]) -> list[tuple[str, tuple[str, ...]]]:
-    """Return the effects and faults that a document names: kind and place."""
-    return [(e["kind"], tuple(e["between"])) for e in document.get("effects", [])]
-
-
-def hidden(trial: Trial) -> list[tuple[str, tuple[str, ...]]]:
-    """Return the effects and faults that were hidden: kind and place."""
-    effects = [(e["kind"], tuple(e["between"])) for e in trial.truth["effects"]]
-    fault = trial.truth["fault"]
-    return effects + ([(fault["kind"], (fault["channel"],))] if fault else [])
-
-
-def same(found: tuple[str, tuple[str, ...]], wanted: tuple[str, tuple[str, ...]]) -> bool:
-    """Whether the same kind was named at the same place (an attached mode has only one end)."""
-    if found[0] != wanted[0]:
-        return False
-    if wanted[0] in ranges.FAULTS or wanted[0] == "attached_mode":
-        return wanted[1][-1] in found[1] or not found[1]
-    return set(found[1]) == set(wanted[1])
-
-
-def first_named(trial: Trial) -> str:
-    """Return what stands first in the verdict: an effect, a fault, or the verdict itself."""
-    if trial.problem:
-        return "failed"
-    found = named(trial.document)
-    return found[0][0] if found else trial.document["verdict"]
-
-
-def hit(trial: Trial) -> bool:
-    """Whether the trial got what its class asks for."""
-    if trial.problem:
-        return False
-    found, wanted, kind = named(trial.document), hidden(trial), family(trial.kind)
-    if kind == "none":
-        return not found and trial.document["verdict"] in {"nothing missing", "cannot tell"}
-    if kind == "unexercised":
-        return not found and trial.document["verdict"] != "outside library"
-    if kind == "outside":
-        return trial.document["verdict"] == "outside library"
-    if kind == "pair":
-        return all(any(same(f, w) for f in found) for w in wanted)
-    return bool(found) and same(found[0], wanted[0])
-
-
-def tied(trial: Trial) -> bool:
-    """Whether the trial is a hit, or names the truth among what it cannot tell apart."""
-    if hit(trial) or trial.problem or family(trial.kind) not in {"effect", "fault"}:
-        return hit(trial)
-    wanted = hidden(trial)[0]
-    found = named(trial.document)
-    return bool(found) and wanted[0] in trial.document["indistinguishable"]
+def without_answer(seed: int, kind: str, problem: str, seconds: float) -> Trial:
+    """Return the trial of a diagnosis that was stopped or that died."""
+    campaign = draw(seed, kind)
+    return Trial(
+        seed, kind, campaign.details["snr_db"], campaign.noise_floor, campaign.truth, {},
+        seconds, seconds, problem,
+    )  # fmt: skip

@@ -334,6 +334,20 @@ def sticks(m):
 
 
 @njit(cache=True, error_model="numpy")
+def stable_share(m, h, share):
+    """At most so much of a step that no bristle decays by more than half in it."""
+    n = int(m[N_MASSES])
+    for e in range(int(m[N_ELEMENTS])):
+        p = ELEMENTS + STRIDE * e
+        if m[p + KIND] == laws.LUGRE:
+            _, w = stretch(m, Y, p, n)
+            decay = m[p + 3] * abs(w) / m[p] * h
+            if decay * share > 0.5:
+                share = 0.5 / decay
+    return share
+
+
+@njit(cache=True, error_model="numpy")
 def one_step(m, t, h, modes, b0, b1, b2, f0, f1, f2):
     """Carry the state over one step, cut at each crossing."""
     size = int(m[STATE_SIZE])
@@ -343,6 +357,7 @@ def one_step(m, t, h, modes, b0, b1, b2, f0, f1, f2):
         if modes and cuts < 40 and sticks(m):
             share = stuck_share(m, t, h, done, b0, b1, b2, f0, f1, f2)
             cuts += 1 if share < 1.0 - done else 0
+        share = stable_share(m, h, share)
         rk4(m, t, h, done, share, b0, b1, b2, f0, f1, f2)
         if modes and cuts < 40:
             which = first_crossed(m)

@@ -9,7 +9,7 @@ from blind.excitations import N_SAMPLES, SAMPLE_RATE
 from nptdms import TdmsFile
 from numpy.testing import assert_allclose
 
-from blind import campaigns, folder, ranges, trial
+from blind import campaigns, folder, judging, ranges, structures, trial
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_the_gap_of_an_unexercised_campaign_never_closes():
     clearance = campaign.truth["effects"][0]["parameters"]["clearance"]
     joint = campaign.structure.joints[0]
     for test in campaign.tests:
-        stretch = campaigns.linear_stretch(campaign.structure, test.control.mean(axis=0))
+        stretch = structures.linear_stretch(campaign.structure, test.control.mean(axis=0))
         assert np.max(np.abs(stretch[:, 3000:-3000])) < clearance
     assert joint.first == -1
 
@@ -103,6 +103,6 @@ def test_a_diagnosis_that_fails_is_a_miss_with_its_reason(monkeypatch, gap):
         raise RuntimeError("no idea")
 
     outcome = trial.attempt(11, "gap", judge)
-    assert not trial.hit(outcome)
+    assert not judging.exact(outcome)
     assert outcome.problem == "RuntimeError: no idea"
     assert json.dumps(outcome.as_json())

@@ -1,7 +1,9 @@
 """The score, on verdicts made up so that it is known."""
 
 import pytest
-from blind.trial import Trial, hit, tied
+from blind.judging import exact as hit
+from blind.judging import tied
+from blind.trial import Trial
 
 from blind import score
 

@@ -1,7 +1,8 @@
 """A fixed small share of the hidden campaigns, from files to verdict."""
 
 import pytest
-from blind.trial import attempt, hit
+from blind.judging import exact
+from blind.trial import attempt
 
 SHARE = (
     (31, "cubic_stiffness"),
@@ -17,7 +18,7 @@ SHARE = (
 @pytest.mark.parametrize(("seed", "kind"), SHARE)
 def test_what_is_hidden_is_named(seed, kind):
     trial = attempt(seed, kind)
-    assert hit(trial), trial.problem or trial.document["sentence"]
+    assert exact(trial), trial.problem or trial.document["sentence"]
     if kind != "none":
         held = trial.document["errors"]["held_out"]
         assert held["after"] < max(2.0 * trial.noise_floor, 0.005)

@@ -8,7 +8,7 @@ from blind.truth import Truth, move
 from numpy.testing import assert_allclose
 from scipy import signal
 
-from blind import campaigns, laws, ranges
+from blind import assembly, laws, ranges, recorder, structures
 
 OMEGA, ZETA, MASS = 2.0 * np.pi * 120.0, 0.015, 0.4
 JOINT = (-1, 0, MASS * OMEGA**2, 2.0 * ZETA * MASS * OMEGA)
@@ -106,13 +106,13 @@ def test_halving_the_step_changes_nothing_that_matters(kind):
     size = 6e-5 if kind == "quadratic_stiffness" else 3e-5  # else it runs out of its well
     scale = Scale(MASS, JOINT[2], OMEGA, size, OMEGA * size, JOINT[2] * 1e-5)
     hidden = EVERY_LAW[kind](np.random.default_rng(5), scale)
-    structure = campaigns.Structure((MASS,), (campaigns.Joint(*JOINT),))
-    truth, _ = campaigns.assemble(structure, 0, [hidden])
+    structure = structures.Structure((MASS,), (structures.Joint(*JOINT),))
+    truth, _ = assembly.assemble(structure, 0, [hidden])
 
     def response(substeps):
         wave = waveform(DRIVE, 2 * substeps, 2048)
         motion = move(truth, wave, np.zeros_like(wave), SAMPLE_RATE, substeps, 1.0)
         return motion.velocity[:, 0]
 
-    coarse, fine = response(campaigns.SUBSTEPS), response(2 * campaigns.SUBSTEPS)
+    coarse, fine = response(recorder.SUBSTEPS), response(2 * recorder.SUBSTEPS)
     assert np.sqrt(np.mean((coarse - fine) ** 2) / np.mean(fine**2)) < 2e-4

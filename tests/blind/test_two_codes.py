@@ -10,12 +10,12 @@ from blind.excitations import SAMPLE_RATE, Drive, waveform
 from blind.ranges import Scale
 from blind.truth import move
 
-from blind import campaigns, ranges
+from blind import assembly, ranges, structures
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.simulate import simulate
 
 OMEGA, ZETA, MASS = 2.0 * np.pi * 120.0, 0.015, 0.4
-JOINT = campaigns.Joint(-1, 0, MASS * OMEGA**2, 2.0 * ZETA * MASS * OMEGA)
+JOINT = structures.Joint(-1, 0, MASS * OMEGA**2, 2.0 * ZETA * MASS * OMEGA)
 DRIVE = Drive("random", 9.0, 10.0, 1000.0, True, 0.05, 0.05, (7,))
 SUBSTEPS = 8
 
@@ -36,7 +36,7 @@ def test_truth_and_simulation_move_alike(kind):
     size = 6e-5 if kind == "quadratic_stiffness" else 3e-5  # else it runs out of its well
     scale = Scale(MASS, JOINT.stiffness, OMEGA, size, OMEGA * size, JOINT.stiffness * 1e-5)
     hidden = ranges.EFFECTS[kind](np.random.default_rng(5), scale)
-    truth, _ = campaigns.assemble(campaigns.Structure((MASS,), (JOINT,)), 0, [hidden])
+    truth, _ = assembly.assemble(structures.Structure((MASS,), (JOINT,)), 0, [hidden])
     wave = waveform(DRIVE, 2 * SUBSTEPS, 2048)
     motion = move(truth, wave, np.zeros_like(wave), SAMPLE_RATE, SUBSTEPS, 1.0)
     effect = EFFECTS[kind](**parameters(kind, hidden.parameters))

@@ -1,0 +1,30 @@
+"""What a hidden effect is drawn for, and what it is."""
+
+from dataclasses import dataclass
+
+Parameters = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The linear joint and its motion; the last two are V and the rms of the spring force."""
+
+    mass: float
+    stiffness: float
+    omega: float
+    displacement: float
+    velocity: float
+    spring_force: float
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One hidden effect: what it is called and what the truth integrates for it.
+
+    `parts` are (code, parameters, thresholds); `attached` is (mass, stiffness, damping).
+    """
+
+    parameters: Parameters
+    parts: tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...] = ()
+    attached: tuple[float, float, float] | None = None
+    main: str = ""
