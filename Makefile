@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test quick long check lint types kernels docs oldest benchmark verdicts fuzz blind
-.PHONY: chaos healthy clean
+.PHONY: chaos healthy real clean
 
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
@@ -68,6 +68,9 @@ healthy: $(READY)  ## 500 healthy runs without a flag, 100 of each dead channel 
 
 blind: $(READY)  ## hidden campaigns from a truth of its own, diagnosed and scored; BLIND="--seed 100000 --each 4"
 	$(BIN)/python -m blind $(BLIND)
+
+real: $(READY)  ## real and published sets of ../shared/data: the whole loop, a line each; REAL="emps"
+	$(BIN)/python -m benchmarks.real $(REAL)
 
 clean:
 	rm -rf $(VENV) demo_output build dist
