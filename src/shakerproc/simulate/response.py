@@ -260,7 +260,7 @@ def _simulate(case: _Case, *, growth: bool) -> Simulation:
         switchings=int(stats[1]),
         error=error * max(1.0, grown or 1.0),
         growth=grown,
-        notes=_notes(grown, stats),
+        notes=_notes(grown, stats) + _remarks(case, motion),
         interpolation=case.given.interpolation,
     )
     return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
@@ -351,6 +351,23 @@ def _truncation(motion: FloatArray, stats: FloatArray, n: int) -> float:
         float(sum_ / size) if size > 0.0 else 0.0
         for sum_, size in zip((stats[2], stats[6]), sizes, strict=True)
     )
+
+
+def _remarks(case: _Case, motion: FloatArray) -> tuple[str, ...]:
+    """Return what the effects say of the motion between their places."""
+    n, names = len(case.system.names), case.system.names
+    remarks = []
+    for element in case.model.elements:
+        z, v = np.zeros((2, motion.shape[0]))
+        for place, sign in zip(element.between, (-1.0, 1.0), strict=True):
+            if place in names:
+                z = z + sign * motion[:, names.index(place)]
+                v = v + sign * motion[:, n + names.index(place)]
+        told = element.effect.remark(z, v)
+        if told is not None:
+            where = " and ".join(element.between)
+            remarks.append(f"{element.effect.kind} between {where}: {told}")
+    return tuple(remarks)
 
 
 def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:

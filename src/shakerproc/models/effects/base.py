@@ -126,6 +126,17 @@ class AbstractEffect(ABC):
     def rows(self) -> tuple[Row, ...]:
         """Return the lines of the kernels' table that make up this effect."""
 
+    def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
+        """Return what must be said of a motion that this effect was put through, if anything.
+
+        Parameters
+        ----------
+        displacement, velocity : (n_samples,) array
+            The relative motion [m] and [m/s].
+        """
+        del displacement, velocity
+        return None
+
     @classmethod
     def identification(cls, at: JointScales) -> Identification | None:
         """Return how to look for this effect in a joint; None if it is never looked for.

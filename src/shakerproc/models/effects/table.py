@@ -91,6 +91,18 @@ class Table(AbstractMemorylessEffect):
     def rows(self) -> tuple[Row, ...]:
         return (_row(self.displacement, self.velocity, self.force),)
 
+    def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
+        left = [
+            f"{name} reached {np.min(motion):.3g} to {np.max(motion):.3g} {unit}, the table "
+            f"{known[0]:.3g} to {known[-1]:.3g}"
+            for name, unit, motion, known in (
+                ("displacement", "m", displacement, self.displacement),
+                ("velocity", "m/s", velocity, self.velocity),
+            )
+            if len(known) > 1 and (np.min(motion) < known[0] or np.max(motion) > known[-1])
+        ]
+        return f"{'; '.join(left)}: beyond it the force goes on straight" if left else None
+
     def _spline(self) -> SplineTable:
         return _table(self.displacement, self.velocity, self.force)
 
