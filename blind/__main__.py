@@ -31,6 +31,8 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     )  # fmt: skip
     add("--json", type=Path, help="append every trial here, and leave out those it holds")
     add("--score", type=Path, help="only score the trials of this file")
+    add("--against", type=Path, help="with --score: class by class beside these trials")
+    add("--summary", type=Path, help="write the figures of the score here (JSON)")
     add("--write", type=Path, help="only write the campaigns into this folder")
     return parser.parse_args(words)
 
@@ -71,12 +73,21 @@ def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list
     return done
 
 
+def tell(trials: list[Trial], options: argparse.Namespace) -> None:
+    """Print the score, and keep its figures where that is asked."""
+    print(score.report(trials))
+    if options.against:
+        print("\n" + score.tables.against(trials, records.read(options.against)))
+    if options.summary:
+        options.summary.write_text(json.dumps(score.summary(trials), indent=1), "utf-8")
+
+
 def main() -> None:
     """Draw, diagnose, score."""
     options = arguments()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     if options.score:
-        print(score.report(records.read(options.score)))
+        tell(records.read(options.score), options)
         return
     wanted = classes.FROZEN if options.classes == "frozen" else options.classes
     tasks = classes.tasks(classes.expand(wanted, options.each), options.seed)
@@ -87,7 +98,7 @@ def main() -> None:
     trials = trials_of(options, tasks)
     use = "tuning" if options.seed < TUNING_SEEDS_END else "looked at once"
     print(f"blind trials from seed {options.seed} ({use}), {options.room} room")
-    print(score.report(trials))
+    tell(trials, options)
     print(f"\n{len(trials)} campaigns in {time.perf_counter() - start:.0f} s")
 
 
