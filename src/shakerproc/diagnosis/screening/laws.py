@@ -56,6 +56,16 @@ class Law:
         return any(free[name].transform == "logarithm" for name in names)
 
     @property
+    def sticks(self) -> bool:
+        """Whether its force at rest is not told by the motion, or depends on the past.
+
+        A regression on the measured motion is blind to such a force while the joint rests.
+        """
+        if not isinstance(self.effect, AbstractMemorylessEffect):
+            return True
+        return any(s.variable == "velocity" and s.at == 0.0 for s in self.effect.switches())
+
+    @property
     def shape(self) -> tuple[object, ...]:
         """What is left of the values once the force is scaled."""
         names = self.identification.scaled
@@ -113,6 +123,12 @@ def laws_of(
             if effect is not None:
                 found.append(Law(kind, joint, identification, values, effect))
     return tuple(found)
+
+
+def with_values(model: Model, law: Law, values: Values) -> Law | None:
+    """Return a law with other coordinates, or None where the model cannot have it."""
+    effect = _effect(model, law.between, law.kind, law.identification.numbers(values))
+    return None if effect is None else replace(law, values=values, effect=effect)
 
 
 def _effect(model: Model, joint: Joint, kind: str, numbers: Values) -> AbstractEffect | None:

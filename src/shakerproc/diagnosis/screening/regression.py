@@ -163,6 +163,16 @@ class Regression:
             t=gained.sum(axis=0) / np.maximum(scatter, _TINY),
         )
 
+    def together(self, columns: FloatArray) -> FloatArray:
+        """Return the amplitudes of columns that are fitted together, beside the common ones."""
+        every = np.concatenate([columns / _norms(columns)[:, None, None], self._common])
+        square = np.einsum("ibr,jbr->ij", every, every, optimize=True)
+        cross = np.einsum("ibr,br->i", every, self._residual, optimize=True)
+        n = len(columns)
+        square[n:, n:] += self._prior
+        square[:n, :n] += 1e3 * _RIDGE * np.eye(n)
+        return np.asarray(np.linalg.solve(square, cross)[:n] / _norms(columns))
+
     def _left_out(
         self, products: _Products, block: int, signs: FloatArray
     ) -> tuple[FloatArray, float]:

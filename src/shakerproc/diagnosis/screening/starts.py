@@ -1,25 +1,34 @@
 """The screening: every effect's force along the measured motion, tried as the missing one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.diagnosis.screening.equations import Equations, equations_of
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.screening.laws import Law, laws_of, one_of_each_shape
-from shakerproc.diagnosis.screening.motion import Motions, motions_of
-from shakerproc.diagnosis.screening.regression import Gains, Regression
-from shakerproc.diagnosis.screening.stretches import stretches_of
-from shakerproc.diagnosis.screening.transfer import Joint, linear_model
+from shakerproc.diagnosis.screening.refining import refined
+from shakerproc.diagnosis.screening.regression import Gains
+from shakerproc.diagnosis.screening.shared import Screening, screening_of
+from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
 from shakerproc.models.identification import Identification, Values
 from shakerproc.models.laws import Law as Formula
 
 _BATCH: Final = 16
 """Laws whose columns are held in memory at once: 50 MB for a chain of three masses [-]."""
+
+_FAR: Final = 10.0
+"""How many times more than the best an effect may leave unexplained and still be tried. Of 66
+tuning draws the true one left at most 2.8 times as much before its coordinates were refined
+[-]."""
+
+_EXPLAINED: Final = 3.0
+"""Mean square left, in units of the noise, at which an effect explains nearly all [-]."""
+
+_REFINED: Final = 6
+"""Effects whose best start is refined: what the time allows [-]."""
 
 
 @final
@@ -44,6 +53,10 @@ class Start:
         The same for blocks of samples that took no part in the regression [-].
     t : float
         Mean over standard error of its gains in such blocks [-].
+    left : float
+        Mean square of what is left, in units of the noise: 1 where all is explained [-].
+    kept : bool
+        Whether it is worth a fit.
     """
 
     kind: str
@@ -54,6 +67,8 @@ class Start:
     explained: float
     predicted: float
     t: float
+    left: float
+    kept: bool = True
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -61,60 +76,15 @@ class Start:
         return tuple(value for value in self.values.values() if isinstance(value, str))
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Screening:
-    """What all regressions of a campaign share."""
-
-    model: Model
-    joints: tuple[Joint, ...]
-    motions: Motions
-    equations: Equations
-    regression: Regression
-
-    def starts(self, laws: Sequence[Law]) -> list[Start]:
-        """Return a start for each law that may be physical, its force scaled."""
-        found = []
-        for own in _alike(laws):
-            motion = self.motions.across(own[0].between, absolute=own[0].effect.absolute)
-            for i in range(0, len(own), _BATCH):
-                found += self._batch(own[i : i + _BATCH], motion)
-        return found
-
-    def _batch(self, laws: Sequence[Law], motion: Sequence[JointMotion]) -> list[Start]:
-        """Return the starts of laws that see the same motion."""
-        forces = along(laws, motion, self.equations)
-        kept = [i for i in range(len(laws)) if all(np.all(np.isfinite(f[i])) for f in forces)]
-        if not kept:
-            return []
-        between, only = laws[0].between, laws[0].effect.absolute
-        direction = self.equations.linear.direction(between, second_only=only)
-        columns = self.equations.columns([force[kept] for force in forces], direction)
-        signs = np.array([1.0 if laws[i].one_sign else 0.0 for i in kept])
-        gains = self.regression.gains(columns, signs)
-        return [self._start(laws[i], gains, place) for place, i in enumerate(kept)]
-
-    def _start(self, law: Law, gains: Gains, i: int) -> Start:
-        amplitude = float(gains.amplitude[i])
-        stiffness, damping = self.changes(gains.common[i])
-        return Start(
-            kind=law.kind,
-            between=law.between,
-            values=law.scaled(amplitude) if amplitude != 0.0 else law.values,
-            stiffness=stiffness,
-            damping=damping,
-            explained=float(gains.explained[i]),
-            predicted=float(gains.predicted[i]),
-            t=float(gains.t[i]),
-        )
-
-    def changes(self, common: FloatArray) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the relative changes of the joints that amplitudes of common columns mean."""
-        n = len(self.joints)
-        own = np.array([linear_parts(self.model, joint) for joint in self.joints]).T
-        changed = np.array([common[:n], common[n : 2 * n]])
-        relative = np.divide(changed, own, out=np.zeros_like(own), where=own > 0.0)
-        return tuple(map(float, relative[0])), tuple(map(float, relative[1]))
+def starts_of(screening: Screening, laws: Sequence[Law]) -> list[tuple[Law, Start]]:
+    """Return the start of every law, its force scaled."""
+    found = []
+    for own in _alike(laws):
+        for i in range(0, len(own), _BATCH):
+            some = own[i : i + _BATCH]
+            gains = screening.gains(some)
+            found += [(law, _start(screening, law, gains, k)) for k, law in enumerate(some)]
+    return found
 
 
 def _alike(laws: Sequence[Law]) -> list[list[Law]]:
@@ -125,16 +95,23 @@ def _alike(laws: Sequence[Law]) -> list[list[Law]]:
     return list(found.values())
 
 
-def along(
-    laws: Sequence[Law], motion: Sequence[JointMotion], equations: Equations
-) -> list[FloatArray]:
-    """Return the forces of laws along every stretch, (n_laws, n) arrays [N]."""
-    return [
-        np.array([
-            law.force(motion[s.test], s, equations.tests[s.test].sample_rate) for law in laws
-        ])
-        for s in equations.stretches
-    ]
+def _start(screening: Screening, law: Law, gains: Gains, i: int) -> Start:
+    """Return the start that the gains of a law mean."""
+    amplitude, cost = float(gains.amplitude[i]), screening.regression.cost
+    own = np.array([linear_parts(screening.model, joint) for joint in screening.joints]).T
+    changes = np.array(screening.changes(gains.common[i]))
+    relative = np.divide(changes, own, out=np.zeros_like(own), where=own > 0.0)
+    return Start(
+        kind=law.kind,
+        between=law.between,
+        values=law.scaled(amplitude) if amplitude != 0.0 else law.values,
+        stiffness=tuple(map(float, relative[0])),
+        damping=tuple(map(float, relative[1])),
+        explained=float(gains.explained[i]),
+        predicted=float(gains.predicted[i]),
+        t=float(gains.t[i]),
+        left=float(1.0 - gains.explained[i]) * cost / screening.equations.n_numbers,
+    )
 
 
 def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
@@ -144,62 +121,65 @@ def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
     return sum(v[0] for v in linear), sum(v[1] for v in linear)
 
 
-def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:
-    """Return what all regressions around a linear model share."""
-    motions = motions_of(model, tests)
-    stretches = stretches_of(tests, _sizes(motions, joints))
-    equations = equations_of(linear_model(model), tests, stretches)
-    common = np.concatenate([*_linear_columns(equations, motions, joints), equations.nuisances])
-    first = Regression(equations.residual, common[: 2 * len(joints)], np.zeros(2 * len(joints)))
-    prior = np.zeros(len(common))
-    prior[2 * len(joints) :] = max(1.0, first.cost / equations.n_numbers)
-    regression = Regression(equations.residual, common, prior)
-    return Screening(model, tuple(joints), motions, equations, regression)
-
-
-def _sizes(motions: Motions, joints: Sequence[Joint]) -> list[FloatArray]:
-    """Return how much the joints move in each test, in units of the largest motion of each."""
-    total: list[FloatArray] = []
-    for joint in joints:
-        squares = [motion.displacement**2 for motion in motions.across(joint)]
-        unit = max(float(np.max(square)) for square in squares) or 1.0
-        shares = [square / unit for square in squares]
-        total = [a + b for a, b in zip(total, shares, strict=True)] if total else shares
-    return [np.sqrt(own) for own in total]
-
-
-def _linear_columns(
-    equations: Equations, motions: Motions, joints: Sequence[Joint]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of a spring and of a damper in every joint."""
-    springs, dampers = [], []
-    for joint in joints:
-        motion = motions.across(joint)
-        forces = [
-            np.array([
-                motion[s.test].displacement[s.start : s.stop],
-                motion[s.test].velocity[s.start : s.stop],
-            ])
-            for s in equations.stretches
-        ]
-        spring, damper = equations.columns(forces, equations.linear.direction(joint))
-        springs.append(spring)
-        dampers.append(damper)
-    return np.array(springs), np.array(dampers)
-
-
 def screen(
     model: Model,
     tests: Sequence[Test],
     joints: Sequence[Joint],
     identifications: Mapping[Joint, Mapping[str, Identification]],
 ) -> tuple[Start, ...]:
-    """Return starts of every effect in every joint, best first."""
+    """Return starts of every effect in every joint, best first.
+
+    Parameters
+    ----------
+    model : Model
+        The linear model.
+    tests : sequence of Test
+        What may be fitted to.
+    joints : sequence of (str, str)
+        Where an effect may be missing.
+    identifications : mapping of joint to mapping of str to Identification
+        Every effect that may be missing there.
+    """
     screening = screening_of(model, tests, joints)
-    laws = [
-        law
-        for joint in joints
-        for law in one_of_each_shape(laws_of(model, joint, identifications[joint]))
-    ]
-    starts = screening.starts(laws)
+    laws = [law for joint in joints for law in laws_of(model, joint, identifications[joint])]
+    return ranked(screening, laws)
+
+
+def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
+    """Return the starts of laws, best first, the best of them refined.
+
+    Laws that stick are also returned with the forces that they were given: what is seen of
+    them while they slide may be little.
+    """
+    rough = starts_of(screening, one_of_each_shape(laws))
+    rough.sort(key=lambda one: -one[1].predicted)
+    first: dict[tuple[object, ...], Law] = {}
+    for law, start in rough:
+        first.setdefault((start.kind, start.between, start.words), law)
+    finer: list[Start] = []
+    for law in list(first.values())[:_REFINED]:
+        least = min((start.left for start in finer), default=np.inf)
+        hopeless = _FAR * least * screening.equations.n_numbers
+        there, finest = refined(screening, law, hopeless)
+        finer += [start for _, start in starts_of(there, [finest])]
+    starts = _pruned(finer, rough)
+    given = [replace(start, values=law.values) for law, start in rough if law.sticks]
+    starts += [start for start in given if start not in starts]
     return tuple(sorted(starts, key=lambda start: -start.predicted))
+
+
+def _pruned(finer: list[Start], rough: Sequence[tuple[Law, Start]]) -> list[Start]:
+    """Return all starts, those of effects that leave far more than the best marked.
+
+    Laws that stick are marked only where another explains nearly all.
+    """
+    most = max((start.predicted for _, start in rough), default=0.0)
+    least = min((start.left for start in finer), default=np.inf)
+    tried = {(start.kind, start.between) for start in finer}
+    starts = list(finer)
+    for law, start in rough:
+        far = 1.0 - start.predicted > _FAR * (1.0 - most)
+        seen = not law.sticks or (start.left > _FAR * least and least < _EXPLAINED)
+        known = (start.kind, start.between) in tried
+        starts.append(replace(start, kept=known or not (far and seen)))
+    return starts

@@ -1,0 +1,142 @@
+"""One effect looked at more closely: its coordinates, and the motion that it completes."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.screening.completing import Lacking, completed
+from shakerproc.diagnosis.screening.laws import Law, with_values
+from shakerproc.diagnosis.screening.motion import Motions
+from shakerproc.diagnosis.screening.regression import Gains
+from shakerproc.diagnosis.screening.shared import Screening
+from shakerproc.diagnosis.screening.stretches import Stretch
+
+_ROUNDS: Final = 8
+"""Most rounds of completing the motion and moving the coordinates [-]."""
+
+_TRIED: Final = 2
+"""Rounds after which an effect is given up that leaves far more than another [-]."""
+
+_WORTH: Final = 0.1
+"""Share of what is left that a round must explain for another one to follow [-]."""
+
+_STEP: Final = 0.03
+"""Change of a coordinate for its derivative, in the transform it is estimated in [-]."""
+
+_SMALLEST: Final = 0.1
+"""Share of a completion below which it is not tried again [-]."""
+
+_SHIFT: Final = 0.01
+"""Displacement for the slope of a force, as a share of the largest [-]."""
+
+_LONGEST: Final = 0.5
+"""Largest change of a coordinate in a round [-]."""
+
+
+def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[Screening, Law]:
+    """Return an effect with better coordinates, and the screening around its motion.
+
+    Parameters
+    ----------
+    screening : Screening
+        The screening around the motion that nothing completes.
+    law : Law
+        The effect.
+    hopeless : float
+        Sum of squares above which it is given up after two rounds [-].
+    """
+    first, share = screening.motions, 1.0
+    left = float(screening.regression.cost)
+    for turn in range(_ROUNDS):
+        if turn >= _TRIED and left > hopeless:
+            break
+        tried = _completed(screening, law, first, share)
+        moved, now = _moved(tried, law)
+        if now < left:
+            enough = now > (1.0 - _WORTH) * left
+            screening, law, left = tried, moved, now
+            if enough:
+                break
+        elif share > _SMALLEST:
+            share *= 0.4
+        else:
+            break
+    return screening, law
+
+
+def _completed(screening: Screening, law: Law, first: Motions, share: float) -> Screening:
+    """Return the screening around the motion that an effect completes."""
+    equations = screening.equations
+    gains = screening.gains([law])
+    rate = equations.tests[0].sample_rate
+    lacking = [
+        _lacking(screening, law, gains, _longer(stretch), rate)
+        for stretch in equations.stretches
+    ]
+    motions = completed(equations.linear, screening.motions, first, lacking, rate, share=share)
+    return screening.with_motions(motions)
+
+
+def _longer(stretch: Stretch) -> Stretch:
+    """Return a stretch with a block before it, where there is one."""
+    if stretch.start < stretch.block:
+        return stretch
+    return replace(stretch, start=stretch.start - stretch.block, n_blocks=stretch.n_blocks + 1)
+
+
+def _lacking(
+    screening: Screening, law: Law, gains: Gains, stretch: Stretch, rate: float
+) -> Lacking:
+    """Return what acts on the masses along a stretch and is not in the model."""
+    linear, part = screening.equations.linear, slice(stretch.start, stretch.stop)
+    absolute = law.effect.absolute
+    direction = linear.direction(law.between, second_only=absolute)
+    motion = screening.motions.across(law.between, absolute=absolute)[stretch.test]
+    amplitude = float(gains.amplitude[0])
+    own = law.force(motion, stretch, rate)
+    total = -amplitude * np.outer(direction, own)
+    for joint, k, c in zip(screening.joints, *screening.changes(gains.common[0]), strict=True):
+        across = screening.motions.across(joint)[stretch.test]
+        force = k * across.displacement[part] + c * across.velocity[part]
+        total -= np.outer(linear.direction(joint), force)
+    shift = _SHIFT * float(np.max(np.abs(motion.displacement[part])))
+    if absolute or shift == 0.0:
+        return Lacking(stretch, total, direction, 0.0)
+    shifted = JointMotion(motion.displacement + shift, motion.velocity)
+    rise = stretch.folded(law.force(shifted, stretch, rate) - own).mean(axis=-1) / shift
+    return Lacking(stretch, total, direction, max(0.0, amplitude * float(np.max(rise))))
+
+
+def _moved(screening: Screening, law: Law) -> tuple[Law, float]:
+    """Return the law moved by one Gauss-Newton step if that explains more, and what is left.
+
+    Moved are all coordinates but one that only scales the force.
+    """
+    free = law.identification.free
+    names = [name for name in free if name not in law.identification.scaled[:1]]
+    at = np.array([free[name].to_fitted(float(law.values[name])) for name in names])
+    nearby = [_at(screening, law, names, at + _STEP * row) for row in np.eye(len(names))]
+    kept = [i for i, one in enumerate(nearby) if one is not None]
+    columns = screening.columns([law, *(one for one in nearby if one is not None)])
+    slopes = (columns[1:] - columns[0]) / _STEP
+    found = screening.regression.together(np.concatenate([columns[:1], slopes]))
+    step = np.zeros(len(names))
+    if found[0] != 0.0:
+        step[kept] = np.clip(found[1:] / found[0], -_LONGEST, _LONGEST)
+    tried = [_at(screening, law, names, at + share * step) for share in (1.0, 0.4)]
+    laws = [law, *(one for one in tried if one is not None)]
+    left = 1.0 - screening.gains(laws).explained
+    best = int(np.argmin(left))
+    return laws[best], float(left[best]) * screening.regression.cost
+
+
+def _at(screening: Screening, law: Law, names: list[str], at: FloatArray) -> Law | None:
+    """Return the law with other coordinates, or None where it cannot have them."""
+    free = law.identification.free
+    changed = {
+        name: free[name].from_fitted(float(x)) for name, x in zip(names, at, strict=True)
+    }
+    return with_values(screening.model, law, {**law.values, **changed})

@@ -1,0 +1,144 @@
+"""What all regressions around one linear model share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.screening.equations import Equations, equations_of
+from shakerproc.diagnosis.screening.laws import Law
+from shakerproc.diagnosis.screening.motion import Motions, motions_of
+from shakerproc.diagnosis.screening.regression import Gains, Regression
+from shakerproc.diagnosis.screening.stretches import stretches_of
+from shakerproc.diagnosis.screening.transfer import Joint, linear_model
+from shakerproc.models import Model
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Screening:
+    """A linear model, how its joints move, and what it leaves unexplained.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    joints : tuple of (str, str)
+        Joints whose stiffness and damping are free in every regression.
+    motions : Motions
+        How the places move.
+    equations : Equations
+        What turns forces into columns.
+    regression : Regression
+        The residual beside what is common to all candidates: a spring and a damper in every
+        joint, `beside`, and errors of the sensors.
+    beside : (n_beside, n_blocks, n_rows) array
+        More common columns.
+    """
+
+    model: Model
+    joints: tuple[Joint, ...]
+    motions: Motions
+    equations: Equations
+    regression: Regression
+    beside: FloatArray
+
+    def along(self, laws: Sequence[Law]) -> list[FloatArray]:
+        """Return forces of laws of one joint along every stretch, (n_laws, n) arrays [N]."""
+        between, absolute = laws[0].between, laws[0].effect.absolute
+        motion = self.motions.across(between, absolute=absolute)
+        rates = [test.sample_rate for test in self.equations.tests]
+        return [
+            np.array([law.force(motion[s.test], s, rates[s.test]) for law in laws])
+            for s in self.equations.stretches
+        ]
+
+    def columns(self, laws: Sequence[Law]) -> FloatArray:
+        """Return the whitened columns of laws of one joint; zeros where a force fails."""
+        forces = self.along(laws)
+        for force in forces:
+            force[~np.all(np.isfinite(force), axis=1)] = 0.0
+        linear, absolute = self.equations.linear, laws[0].effect.absolute
+        direction = linear.direction(laws[0].between, second_only=absolute)
+        return self.equations.columns(forces, direction)
+
+    def gains(self, laws: Sequence[Law]) -> Gains:
+        """Return what the forces of laws of one joint explain."""
+        signs = np.array([1.0 if law.one_sign else 0.0 for law in laws])
+        return self.regression.gains(self.columns(laws), signs)
+
+    def with_motions(self, motions: Motions) -> "Screening":
+        """Return the same around another motion."""
+        regression = _regression(self.equations, motions, self.joints, self.beside)
+        return replace(self, motions=motions, regression=regression)
+
+    def changes(self, common: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return changes of stiffness [N/m] and damping [N s/m] of every joint.
+
+        Parameters
+        ----------
+        common : (n_common,) array
+            Amplitudes of the common columns.
+        """
+        n = len(self.joints)
+        return common[:n], common[n : 2 * n]
+
+
+def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:
+    """Return what all regressions around a linear model share."""
+    motions = motions_of(model, tests)
+    stretches = stretches_of(tests, _sizes(motions, joints))
+    equations = equations_of(linear_model(model), tests, stretches)
+    beside = equations.nuisances[:0]
+    regression = _regression(equations, motions, joints, beside)
+    return Screening(model, tuple(joints), motions, equations, regression, beside)
+
+
+def _regression(
+    equations: Equations, motions: Motions, joints: Sequence[Joint], beside: FloatArray
+) -> Regression:
+    """Return the regression on what is common to all candidates.
+
+    Errors of the sensors have their usual size as a prior, in units of what the linear model
+    leaves.
+    """
+    linear = np.concatenate([*_linear_columns(equations, motions, joints), beside])
+    first = Regression(equations.residual, linear, np.zeros(len(linear)))
+    common = np.concatenate([linear, equations.nuisances])
+    prior = np.zeros(len(common))
+    prior[len(linear) :] = max(1.0, first.cost / equations.n_numbers)
+    return Regression(equations.residual, common, prior)
+
+
+def _sizes(motions: Motions, joints: Sequence[Joint]) -> list[FloatArray]:
+    """Return how much the joints move in each test, in units of the largest motion of each."""
+    total: list[FloatArray] = []
+    for joint in joints:
+        squares = [motion.displacement**2 for motion in motions.across(joint)]
+        unit = max(float(np.max(square)) for square in squares) or 1.0
+        shares = [square / unit for square in squares]
+        total = [a + b for a, b in zip(total, shares, strict=True)] if total else shares
+    return [np.sqrt(own) for own in total]
+
+
+def _linear_columns(
+    equations: Equations, motions: Motions, joints: Sequence[Joint]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of a spring and of a damper in every joint."""
+    springs, dampers = [], []
+    for joint in joints:
+        motion = motions.across(joint)
+        forces = [
+            np.array([
+                motion[s.test].displacement[s.start : s.stop],
+                motion[s.test].velocity[s.start : s.stop],
+            ])
+            for s in equations.stretches
+        ]
+        spring, damper = equations.columns(forces, equations.linear.direction(joint))
+        springs.append(spring)
+        dampers.append(damper)
+    return np.array(springs), np.array(dampers)
