@@ -11,7 +11,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models.laws import Law, Row
 from shakerproc.models.model import BASE, Model
 from shakerproc.models.surroundings import resolved
-from shakerproc.simulate.kernels.table import LAW, MEMORY, STACK, Machine
+from shakerproc.simulate.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
 _WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.BOUC_WEN, Law.SERIES})
 _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
@@ -139,7 +139,10 @@ def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Mac
     stack = np.zeros((len(lines), 2, STACK if with_stack else 0))
     mode = np.zeros((len(lines), 2), np.int64)
     anchor, numbers_of_tables = np.zeros((len(lines), 4)), np.array(tables, float)
-    return Machine(mass, matrix, table, values, mode, anchor, stack, numbers_of_tables)
+    return Machine(
+        mass, matrix, table, values, mode, anchor, stack, numbers_of_tables, 1.0 / mass,
+        NOBODY, np.zeros((0, matrix.shape[1])),
+    )  # fmt: skip
 
 
 def _merged_friction(model: Model, lines: Sequence[Line]) -> list[Line]:

@@ -34,6 +34,7 @@ MOST_LINES = 10
 
 _WALLS = frozenset({STOP, JUMP, CONTACT_DAMPING})
 _THREE = frozenset({JENKINS, FRICTION})
+_EMPTY = np.zeros((0, 0, 0))
 _TURN = 0.8  # rad of the fastest mode in one part of a sample
 
 
@@ -48,7 +49,7 @@ def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
     all_branches: list[tuple[int, ...]] = []
     combinations = 1
     for line in machine.lines:
-        branches = (0,)
+        branches: tuple[int, ...] = (0,)
         if line[LAW] in _WALLS:
             branches = (0, 1)
         elif line[LAW] in _THREE:
@@ -78,9 +79,10 @@ def _owner(machine: Machine, carried: NDArray[np.int64], n_states: int) -> NDArr
 
 def no_store() -> Store:
     """Return a store without slots: everything is left to the Taylor series."""
-    none = np.zeros(0, np.int64)
-    which, empty = np.zeros((0, 0, 0), np.int64), np.zeros((0, 0, 0))
-    return Store(none, none, np.zeros(0), none, which, *[empty] * 4, none, none, empty)
+    none, which, empty = np.zeros(0, np.int64), np.zeros((0, 0, 0), np.int64), _EMPTY
+    return Store(
+        none, none, np.zeros(0), none, which, empty, empty, empty, empty, none, none, empty
+    )
 
 
 def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = False) -> Store:
@@ -116,16 +118,16 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
         np.empty(count),
         np.zeros(count, np.int64),
         np.zeros((count, n_events, 2), np.int64),
-        np.zeros((count, n_y, n_y + 2)),
+        np.zeros((count, n_y + 1, n_y + 2)),
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.empty((count, n_y, size)),
         carried,
         _owner(machine, carried, n_states),
-        np.zeros((count, machine.mass.size, n_forces)),
+        np.zeros((count, machine.mass.size + 1, n_forces)),
     )
     free = machine._replace(mode=np.zeros_like(machine.mode))
-    series = room_for_series(machine.mass.size, n_states, n_lines)
+    series = room_for_series(machine, n_states)
     set_rates_and_events(free, combinations, series, store)
     if n_lines:
         store.parts[:] = _parts(store.system, sample)
@@ -142,8 +144,8 @@ def _parts(system: FloatArray, sample: float) -> FloatArray:
     SimulationError
         If there are too many of them.
     """
-    n_y = system.shape[1]
-    fastest = np.max(np.abs(np.linalg.eigvals(system[:, :, :n_y])), axis=1)
+    n_y = system.shape[1] - 1
+    fastest = np.max(np.abs(np.linalg.eigvals(system[:, :n_y, :n_y])), axis=1)
     parts: FloatArray = np.maximum(1.0, np.ceil(fastest * sample / _TURN))
     if not np.max(parts) <= MOST_PARTS:
         raise SimulationError(

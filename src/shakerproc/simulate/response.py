@@ -277,9 +277,9 @@ def _run(case: _Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     given, machine, first = case.given, case.system.machine, case.first
     n_samples = given.n_samples
     n, n_lines = machine.mass.size, len(machine.lines)
-    series = room_for_series(n, first.size - 2 * n, n_lines)
+    series = room_for_series(machine, first.size - 2 * n)
     series.y[:, 0] = first
-    motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, n))
+    motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, len(series.a)))
     room = np.zeros((4, first.size + n + 4 * n_lines + given.pieces.shape[1] + 32))
     room[3, : 2 * n] = least_sizes(machine, given, float(np.max(np.abs(given.pieces[:, 0]))))
     stats = np.zeros(7)

@@ -105,14 +105,14 @@ class Walk:
         self._store = build_store(system.machine, given.part, degree, carry=True)
         n, n_lines = system.machine.mass.size, len(system.machine.lines)
         n_y, n_forces = system.n_motions, self._store.push.shape[2]
-        self._series = room_for_series(n, system.n_states, n_lines)
+        self._series = room_for_series(system.machine, system.n_states)
         self._room = np.zeros((4, n_y + n + 4 * n_lines + degree + 33))
         self._carried = room_to_carry(n_y, n_forces, degree)
         self._work = np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1))
         self._least = np.zeros(n_y)
         self._least[: 2 * n] = least_sizes(system.machine, given, _largest(given))
         self._motion = np.zeros((ROWS + 1, n_y))
-        self._acceleration = np.zeros((ROWS + 1, n))
+        self._acceleration = np.zeros((ROWS + 1, n + len(system.machine.reading)))
 
     def fill(
         self, placed: Placed, starts: FloatArray, flat: FloatArray, *, means: bool

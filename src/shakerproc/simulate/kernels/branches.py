@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined
 from shakerproc.simulate.kernels.modes import event
-from shakerproc.simulate.kernels.motion import between, hold, push, sticks
+from shakerproc.simulate.kernels.motion import between, hold, push_and_read, read_linear, sticks
 from shakerproc.simulate.kernels.series import law_series
 from shakerproc.simulate.kernels.table import (
     DISPLACEMENT,
@@ -37,6 +37,7 @@ def _accelerate_linear(
         for j in range(2 * n):
             total += machine.matrix[i, j] * series.y[j, order]
         series.a[i, order] = total
+    read_linear(machine, order, series)
     held = 0
     for row in range(n_lines):
         series.lines[row, DISPLACEMENT, order] = between(machine, row, series.y, 0, order)
@@ -53,7 +54,7 @@ def _accelerate_linear(
             force, rate = law_series(machine, row, order, 0.0, 1.0, series.lines)
         elif store.carried[row] == unit:
             force = 1.0
-        push(machine, row, force, series.a, 0, order)
+        push_and_read(machine, row, force, series.a, order)
         if state >= 0:
             series.y[2 * n + state, order + 1] = rate
     if held > 0:
@@ -91,10 +92,14 @@ def set_rates_and_events(
                 series.y[i, order] = 1.0 if i == column else 0.0
             series.w[order] = 1.0 if column == n_y else 0.0
             _accelerate_linear(machine, order, store, force, series)
-            for i in range(n):
+            for i in range(series.a.shape[0]):
                 if force >= 0:
                     store.push[s, i, force] = series.a[i, order]
-                    continue
+                elif i == n:
+                    store.system[s, n_y, column] = series.a[n, order]
+            for i in range(n):
+                if force >= 0:
+                    break
                 store.system[s, i, column] = series.y[n + i, order]
                 store.system[s, n + i, column] = series.a[i, order]
             for i in range(2 * n, n_y):
@@ -180,7 +185,7 @@ def set_propagators(units: FloatArray, room: FloatArray, store: Store) -> None:
     """
     part, n_forces = store.part, store.push.shape[2]
     n_y, size = units.shape[1], room.shape[1]
-    n, last = store.push.shape[1], size - 1
+    n, last = store.push.shape[1] - 1, size - 1
     n_c = last - n_y - FORCE_TERMS * n_forces
     big, total = room[0], room[1]
     for s in range(part.size):

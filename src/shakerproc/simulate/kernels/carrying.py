@@ -13,16 +13,18 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import inlined
+from shakerproc.models.compiled import inlined, inner
 from shakerproc.simulate.kernels.exact import by_motion
 from shakerproc.simulate.kernels.modes import event, wall
 from shakerproc.simulate.kernels.motion import between, sticks
 from shakerproc.simulate.kernels.series import law_series
 from shakerproc.simulate.kernels.table import (
     DISPLACEMENT,
+    FIRST,
     FORCE_TERMS,
     LAW,
     MEMORY,
+    SECOND,
     STATE,
     VELOCITY,
     Machine,
@@ -35,6 +37,11 @@ _ATTEMPTS: Final = 3
 _LOOSE: Final = 100.0
 """How far the first correction may be above the tolerance: a cubic misses a smooth force by
 about a thirtieth of what a prediction misses it by [-]."""
+
+_FROM: Final = 0  # rows of `y`
+_END: Final = 1
+_FREE: Final = 2
+_INPUT: Final = 3
 
 _FORCE: Final = 0  # planes of `law`: force and rate, their slopes by the state
 _RATE: Final = 1
@@ -55,9 +62,8 @@ class Carried(NamedTuple):
         What the law gave last: force, rate, and the slopes of both by the state.
     line : (2, m, 5) array
         Displacement, velocity, acceleration, state and its rate, at start and end.
-    y : (5, any) array
-        Motion at the start, at the end, at the end without carried forces; input; and the
-        end that was corrected.
+    y : (4, any) array
+        Motion at the start, at the end, at the end without carried forces; and the input.
     """
 
     force: FloatArray
@@ -76,11 +82,11 @@ def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
         np.zeros((n_forces, 4)),
         np.zeros((n_forces, 4, FORCE_TERMS)),
         np.zeros((2, n_forces, 5)),
-        np.zeros((5, max(n_motions, degree + 1))),
+        np.zeros((4, max(n_motions, degree + 1))),
     )
 
 
-@inlined
+@inner
 def _ask(
     machine: Machine,
     store: Store,
@@ -91,14 +97,15 @@ def _ask(
     slopes: int,
     series: Series,
     room: Carried,
+    n: int,
+    n_y: int,
 ) -> None:
     """Set orders of the carried forces and rates, of accelerations, and the next motion.
 
     With slopes 1, the derivatives by the state are asked for too, by order 1 of the laws for
     a state that alone changes.
     """
-    n, n_y, n_lines = series.a.shape[0], series.y.shape[0], machine.lines.shape[0]
-    system, push = store.system[slot], store.push[slot]
+    n_lines = machine.lines.shape[0]
     for turn in range(orders + slopes):
         probing = slopes == 1 and turn == 1
         order = turn - slopes if slopes == 1 and turn > 1 else turn
@@ -126,41 +133,54 @@ def _ask(
             room.law[c, _RATE, order] = rate
             if state >= 0:
                 series.y[2 * n + state, order + 1] = rate * step / (order + 1)
-        if probing:
-            continue
-        factor = step / (order + 1)
-        for i in range(n):
-            total = system[n + i, n_y] * series.w[order]
-            if order == 0:
-                total += system[n + i, n_y + 1]
+        if not probing:
+            _move_on(store, slot, order, step / (order + 1), series, room, n, n_y)
+
+
+@inlined
+def _move_on(
+    store: Store,
+    slot: int,
+    order: int,
+    factor: float,
+    series: Series,
+    room: Carried,
+    n: int,
+    n_y: int,
+) -> None:
+    """Set one order of the accelerations and the next of what the linear part moves."""
+    system, push, n_forces = store.system, store.push, room.now.shape[0]
+    for i in range(n):
+        total = system[slot, n + i, n_y] * series.w[order]
+        if order == 0:
+            total += system[slot, n + i, n_y + 1]
+        for k in range(n_y):
+            total += system[slot, n + i, k] * series.y[k, order]
+        for f in range(n_forces):
+            total += push[slot, i, f] * room.law[f, _FORCE, order]
+        series.a[i, order] = total
+        series.y[i, order + 1] = factor * series.y[n + i, order]
+        series.y[n + i, order + 1] = factor * total
+    for i in range(2 * n, n_y):
+        if store.owner[i - 2 * n] < 0:
+            total = 0.0
             for k in range(n_y):
-                total += system[n + i, k] * series.y[k, order]
-            for c in range(push.shape[1]):
-                total += push[i, c] * room.law[c, _FORCE, order]
-            series.a[i, order] = total
-            series.y[i, order + 1] = factor * series.y[n + i, order]
-            series.y[n + i, order + 1] = factor * total
-        for i in range(2 * n, n_y):
-            free = store.owner[i - 2 * n] < 0
-            if free:
-                total = 0.0
-                for k in range(n_y):
-                    total += system[i, k] * series.y[k, order]
-                series.y[i, order + 1] = factor * total
+                total += system[slot, i, k] * series.y[k, order]
+            series.y[i, order + 1] = factor * total
 
 
 @inlined
 def _note(
-    machine: Machine, store: Store, side: int, y: FloatArray, series: Series, room: Carried
-) -> None:
+    machine: Machine, store: Store, side: int, y: FloatArray, series: Series, room: Carried,
+    n: int,
+) -> None:  # fmt: skip
     """Write down the motion across the carried lines at the start (0) or the end (1)."""
-    n = series.a.shape[0]
+    line = room.line
     for row in range(machine.lines.shape[0]):
         c = store.carried[row]
         if c < 0:
             continue
-        line = room.line
-        second, first = machine.lines[row, 1], machine.lines[row, 2]
+        second, first = machine.lines[row, SECOND], machine.lines[row, FIRST]
         for kind in range(2):
             total = 0.0
             if second >= 0:
@@ -205,15 +225,15 @@ def _ahead_linear(
     machine: Machine,
     store: Store,
     slot: int,
-    c: FloatArray,
     n_c: int,
     w: float,
     fastest: float,
     room: Carried,
+    n_y: int,
 ) -> bool:
     """Return whether every event of the linear branches is still ahead; see `exact.fast`."""
     events, slopes, which = store.events[slot], store.slopes[slot], store.which[slot]
-    y, end, n_y, n_forces = room.y[0], room.y[1], store.system.shape[1], room.now.shape[0]
+    y, end, c, n_forces = room.y[_FROM], room.y[_END], room.y[_INPUT], room.now.shape[0]
     for e in range(store.n_events[slot]):
         ahead = by_motion(events, e, end, w, n_y)
         for f in range(n_forces):
@@ -244,32 +264,30 @@ def _ahead_linear(
 
 @inlined
 def _correct_states(
-    machine: Machine, store: Store, step: float, scales: FloatArray, room: Carried
+    machine: Machine, store: Store, step: float, scales: FloatArray, room: Carried, n: int
 ) -> float:
     """Correct states, forces and rates at the end; return the largest correction.
 
-    One step of Newton's method on s1 = s0 + h (r0 + r1) / 2 + h^2 (r0' - r1') / 12.
+    One step of Newton's method on s1 = s0 + h (r0 + r1) / 2 + h^2 (r0' - r1') / 12. The
+    correction is a share of the largest state.
     """
-    n2, worst = 2 * store.push.shape[1], 0.0
+    worst, law = 0.0, room.law
     for row in range(machine.lines.shape[0]):
-        c, state = store.carried[row], machine.lines[row, MEMORY]
-        if c < 0 or state < 0:
+        c, state = store.carried[row], 2 * n + machine.lines[row, MEMORY]
+        if c < 0 or state < 2 * n:
             continue
-        law = room.law
         slope = step * law[c, _RATE_BY_STATE, 0]
         mean = 0.5 * (room.now[c, 2] + law[c, _RATE, 0])
         mean += (room.now[c, 3] - law[c, _RATE, 1]) / 12.0
-        left = room.y[0, n2 + state] + step * mean - room.y[1, n2 + state]
+        left = room.y[_FROM, state] + step * mean - room.y[_END, state]
         change = left / (1.0 - 0.5 * slope + slope * slope / 12.0)
-        room.y[4, n2 + state] = room.y[1, n2 + state] + change
         rate = law[c, _RATE_BY_STATE, 0] * change
         law[c, _RATE, 0] += rate
         law[c, _RATE, 1] += slope * rate
         law[c, _FORCE, 0] += law[c, _FORCE_BY_STATE, 0] * change
         law[c, _FORCE, 1] += law[c, _FORCE_BY_STATE, 0] * slope * change
-        size = scales[n2 + state]
-        if abs(room.y[4, n2 + state]) > size:
-            size = abs(room.y[4, n2 + state])
+        room.y[_END, state] += change
+        size = max(scales[state], abs(room.y[_END, state]))
         if not abs(change) <= worst * size:
             worst = abs(change) / size if size > 0.0 else 0.0
     return worst
@@ -285,6 +303,157 @@ def _bend(
     out[c, 1] = values[c, d + 1]
     out[c, 2] = 3.0 * rise - 2.0 * values[c, d + 1] - law[c, plane, 1]
     out[c, 3] = -2.0 * rise + values[c, d + 1] + law[c, plane, 1]
+
+
+@inlined
+def _extend(room: Carried) -> None:
+    """Predict forces and rates by the cubics of the part before."""
+    for f in range(room.now.shape[0]):
+        room.force[f, 2] += 3.0 * room.force[f, 3]
+        room.rate[f, 2] += 3.0 * room.rate[f, 3]
+        room.force[f, 0], room.force[f, 1] = room.now[f, 0], room.now[f, 1]
+        room.rate[f, 0], room.rate[f, 1] = room.now[f, 2], room.now[f, 3]
+
+
+@inner
+def _set_out(
+    machine: Machine,
+    store: Store,
+    slot: int,
+    time: float,
+    step: float,
+    series: Series,
+    room: Carried,
+    n: int,
+    n_y: int,
+    n_c: int,
+) -> None:
+    """Predict forces and rates by their series at the start of a part."""
+    for i in range(n_y):
+        series.y[i, 0] = room.y[_FROM, i]
+    for k in range(FORCE_TERMS):
+        series.w[k] = room.y[_INPUT, k] if k < n_c else 0.0
+    _ask(machine, store, slot, time, step, FORCE_TERMS, 0, series, room, n, n_y)
+    _note(machine, store, 0, room.y[_FROM], series, room, n)
+    for f in range(room.now.shape[0]):
+        for k in range(FORCE_TERMS):
+            room.force[f, k] = room.law[f, _FORCE, k]
+            room.rate[f, k] = room.law[f, _RATE, k]
+        room.now[f, 0], room.now[f, 1] = room.force[f, 0], room.force[f, 1]
+        room.now[f, 2], room.now[f, 3] = room.rate[f, 0], room.rate[f, 1]
+
+
+@inlined
+def _predict(
+    store: Store, slot: int, step: float, room: Carried, n: int, n_y: int, n_c: int
+) -> None:
+    """Set the end of a part without the carried forces, and with those that are predicted."""
+    table, y = store.step, room.y
+    for i in range(n_y):
+        total = table[slot, i, n_y + n_c]
+        for k in range(n_c):
+            total += table[slot, i, n_y + k] * y[_INPUT, k]
+        for k in range(n_y):
+            total += table[slot, i, k] * y[_FROM, k]
+        y[_FREE, i] = y[_FROM, i] + total
+        y[_END, i] = _with_forces(store, slot, room, i, n_y + n_c + 1)
+    for i in range(2 * n, n_y):
+        f = store.owner[i - 2 * n]
+        if f >= 0:
+            rise = 0.0
+            for k in range(FORCE_TERMS):
+                rise += room.rate[f, k] / (k + 1)
+            y[_END, i] = y[_FROM, i] + step * rise
+
+
+@inlined
+def _with_forces(store: Store, slot: int, room: Carried, i: int, column: int) -> float:
+    """Return what a motion ends with under the carried forces as they are."""
+    total = 0.0
+    for f in range(room.now.shape[0]):
+        for k in range(FORCE_TERMS):
+            total += store.step[slot, i, column + FORCE_TERMS * f + k] * room.force[f, k]
+    return room.y[_FREE, i] + total
+
+
+@inlined
+def _settle(
+    machine: Machine,
+    store: Store,
+    slot: int,
+    time: float,
+    step: float,
+    tolerance: float,
+    scales: FloatArray,
+    series: Series,
+    room: Carried,
+    n: int,
+    n_y: int,
+    n_c: int,
+) -> bool:
+    """Correct the end of a part by the forces there until it rests; return whether it does."""
+    w, w_rate, y = room.y[_INPUT, 0], 0.0, room.y
+    for k in range(1, n_c):
+        w += y[_INPUT, k]
+        w_rate += k * y[_INPUT, k]
+    for _ in range(_ATTEMPTS):
+        for i in range(n_y):
+            series.y[i, 0] = y[_END, i]
+        series.w[0], series.w[1] = w, w_rate
+        _ask(machine, store, slot, time, step, 2, 1, series, room, n, n_y)
+        worst = 0.0
+        if n_y > 2 * n:
+            worst = _correct_states(machine, store, step, scales, room, n)
+        for f in range(room.now.shape[0]):
+            _bend(room.now, f, 0, room.law, _FORCE, room.force)
+            if n_y > 2 * n:
+                _bend(room.now, f, 2, room.law, _RATE, room.rate)
+        for i in range(n_y):
+            if i >= 2 * n and store.owner[i - 2 * n] >= 0:
+                continue
+            end = _with_forces(store, slot, room, i, n_y + n_c + 1)
+            change = abs(end - y[_END, i])
+            if not change <= worst * scales[i]:
+                worst = change / scales[i] if scales[i] > 0.0 else 1.0
+            y[_END, i] = end
+        if worst <= tolerance:
+            return True
+        if not worst <= _LOOSE * tolerance:
+            return False
+    return False
+
+
+@inlined
+def _keep(room: Carried) -> None:
+    """Make the end of a part the start of the next."""
+    for f in range(room.now.shape[0]):
+        room.now[f, 0], room.now[f, 1] = room.law[f, _FORCE, 0], room.law[f, _FORCE, 1]
+        room.now[f, 2], room.now[f, 3] = room.law[f, _RATE, 0], room.law[f, _RATE, 1]
+        for k in range(5):
+            room.line[0, f, k] = room.line[1, f, k]
+
+
+@inlined
+def _write_down(
+    store: Store,
+    slot: int,
+    w: float,
+    room: Carried,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    row: int,
+    n: int,
+    n_y: int,
+) -> None:
+    """Write down the motion at the end of a sample."""
+    for i in range(n_y):
+        motion[row, i] = room.y[_END, i]
+    for i in range(accelerations.shape[1]):
+        at = n + i if i < n else n_y
+        total = by_motion(store.system[slot], at, room.y[_END], w, n_y)
+        for f in range(room.now.shape[0]):
+            total += store.push[slot, i, f] * room.law[f, _FORCE, 0]
+        accelerations[row, i] = total
 
 
 @inlined
@@ -304,108 +473,39 @@ def carry(
     motion: FloatArray,
     accelerations: FloatArray,
     n: int,
+    n_y: int,
 ) -> tuple[int, float]:
     """Carry the motion on until an event is near; as `exact.fast` does."""
-    n_c, n_y, n_forces = pieces.shape[1], series.y.shape[0], room.now.shape[0]
+    n_c, y = pieces.shape[1], room.y
     slot = slot_of(machine, store)
-    parts, h = store.parts[slot], store.part[slot]
-    step, system, push = store.step[slot], store.system[slot], store.push[slot]
-    y, end, free, c = room.y[0], room.y[1], room.y[2], room.y[3]
-    first_force = n_y + n_c + 1
+    parts, step = store.parts[slot], store.part[slot]
     even_out(scales, n)
     fastest = scales[n]
     for i in range(n_y):
-        y[i] = series.y[i, 0]
+        y[_FROM, i] = series.y[i, 0]
     k_out, wait, part, warm = j // stride - before, stride - j % stride, 0, False
     while j < stop:
-        if parts > 1:
-            shift(pieces, j, part / parts, 1.0 / parts, c)
-        else:
-            for k in range(n_c):
-                c[k] = pieces[j, k]
+        shift(pieces, j, part / parts, 1.0 / parts, y[_INPUT])
         time = (j + part / parts) * sample
-        w, w_rate = c[0], 0.0
-        for k in range(1, n_c):
-            w += c[k]
-            w_rate += k * c[k]
-        if not warm:
-            for i in range(n_y):
-                series.y[i, 0] = y[i]
-            for k in range(FORCE_TERMS):
-                series.w[k] = c[k] if k < n_c else 0.0
-            _ask(machine, store, slot, time, h, FORCE_TERMS, 0, series, room)
-            _note(machine, store, 0, y, series, room)
-            for f in range(n_forces):
-                for k in range(FORCE_TERMS):
-                    room.force[f, k] = room.law[f, _FORCE, k]
-                    room.rate[f, k] = room.law[f, _RATE, k]
+        if warm:
+            _extend(room)
         else:
-            for f in range(n_forces):
-                room.force[f, 2] += 3.0 * room.force[f, 3]
-                room.rate[f, 2] += 3.0 * room.rate[f, 3]
-        for f in range(n_forces):
-            if not warm:
-                room.now[f, 0], room.now[f, 1] = room.force[f, 0], room.force[f, 1]
-                room.now[f, 2], room.now[f, 3] = room.rate[f, 0], room.rate[f, 1]
-            else:
-                room.force[f, 0], room.force[f, 1] = room.now[f, 0], room.now[f, 1]
-                room.rate[f, 0], room.rate[f, 1] = room.now[f, 2], room.now[f, 3]
-        for i in range(n_y):
-            total = step[i, n_y + n_c]
-            for k in range(n_c):
-                total += step[i, n_y + k] * c[k]
-            for k in range(n_y):
-                total += step[i, k] * y[k]
-            free[i] = y[i] + total
-            for f in range(n_forces):
-                at = first_force + FORCE_TERMS * f
-                for k in range(FORCE_TERMS):
-                    total += step[i, at + k] * room.force[f, k]
-            end[i] = y[i] + total
-        for i in range(2 * n, n_y):
-            f = store.owner[i - 2 * n]
-            if f >= 0:
-                rise = 0.0
-                for k in range(FORCE_TERMS):
-                    rise += room.rate[f, k] / (k + 1)
-                end[i] = y[i] + h * rise
-        good = False
-        for _ in range(_ATTEMPTS):
-            for i in range(n_y):
-                series.y[i, 0] = end[i]
-            series.w[0], series.w[1] = w, w_rate
-            _ask(machine, store, slot, time + h, h, 2, 1, series, room)
-            worst = _correct_states(machine, store, h, scales, room)
-            for f in range(n_forces):
-                _bend(room.now, f, 0, room.law, _FORCE, room.force)
-                _bend(room.now, f, 2, room.law, _RATE, room.rate)
-            for i in range(n_y):
-                if i >= 2 * n and store.owner[i - 2 * n] >= 0:
-                    end[i] = room.y[4, i]
-                    continue
-                total = free[i]
-                for f in range(n_forces):
-                    at = first_force + FORCE_TERMS * f
-                    for k in range(FORCE_TERMS):
-                        total += step[i, at + k] * room.force[f, k]
-                if not abs(total - end[i]) <= worst * scales[i]:
-                    worst = abs(total - end[i]) / scales[i] if scales[i] > 0.0 else 1.0
-                end[i] = total
-            good = worst <= tolerance
-            if good or not worst <= _LOOSE * tolerance:
-                break
-        if not good:
+            _set_out(machine, store, slot, time, step, series, room, n, n_y, n_c)
+        _predict(store, slot, step, room, n, n_y, n_c)
+        if not _settle(
+            machine, store, slot, time + step, step, tolerance, scales, series, room, n, n_y,
+            n_c,
+        ):  # fmt: skip
             break
-        _note(machine, store, 1, end, series, room)
-        if not _ahead(machine, store, h, room):
+        w = series.w[0]
+        _note(machine, store, 1, y[_END], series, room, n)
+        if not _ahead(machine, store, step, room):
             break
-        if not _ahead_linear(machine, store, slot, c, n_c, w, fastest, room):
+        if store.n_events[slot] > 0 and not _ahead_linear(
+            machine, store, slot, n_c, w, fastest, room, n_y
+        ):
             break
-        for f in range(n_forces):
-            room.now[f, 0], room.now[f, 1] = room.law[f, _FORCE, 0], room.law[f, _FORCE, 1]
-            room.now[f, 2], room.now[f, 3] = room.law[f, _RATE, 0], room.law[f, _RATE, 1]
-            for k in range(5):
-                room.line[0, f, k] = room.line[1, f, k]
+        _keep(room)
         warm = True
         part += 1
         if part == parts:
@@ -415,20 +515,14 @@ def carry(
             if wait == 0:
                 wait = stride
                 k_out += 1
-                for i in range(n_y):
-                    motion[k_out, i] = end[i]
-                for i in range(n):
-                    total = by_motion(system, n + i, end, w, n_y)
-                    for f in range(n_forces):
-                        total += push[i, f] * room.law[f, _FORCE, 0]
-                    accelerations[k_out, i] = total
+                _write_down(store, slot, w, room, motion, accelerations, k_out, n, n_y)
         for i in range(n_y):
-            y[i] = end[i]
-            size = abs(end[i])
+            y[_FROM, i] = y[_END, i]
+            size = abs(y[_END, i])
             if size > scales[i]:
                 scales[i] = size
                 if i >= n and i < 2 * n and size > fastest:
                     fastest = size
     for i in range(n_y):
-        series.y[i, 0] = y[i]
+        series.y[i, 0] = y[_FROM, i]
     return j, part / parts

@@ -183,10 +183,14 @@ def _locate(
     share: float,
     sample: float,
     e: int,
+    noise: float,
     series: Series,
     work: FloatArray,
 ) -> float:
-    """Return the length of the step that ends at an event (false position, Illinois)."""
+    """Return the length of the step that ends at an event (false position, Illinois).
+
+    What is above `noise` counts as past it.
+    """
     low, high = 0.0, share
     below, above = work[_AHEAD, e], work[_BEHIND, e]
     if below >= 0.0:  # it started on the surface: has it left it first?
@@ -213,7 +217,7 @@ def _locate(
             if side == -1:
                 above *= 0.5
             side = -1
-        if now == 0.0 or high - low < 1e-15 * share:
+        if abs(now) <= noise or high - low < 1e-15 * share:
             break
     return length
 
@@ -268,9 +272,11 @@ def one_sample(
             length, other = share, e
             while other >= 0:  # until nothing else has happened before it
                 e = other
+                kind, _, _ = event(machine, e // 2, e % 2)
+                noise = event_noise(machine, e // 2, kind, scales)
                 length = _locate(
-                    machine, tableau, pieces, j, at, length, sample, e, series, work
-                )
+                    machine, tableau, pieces, j, at, length, sample, e, noise, series, work
+                )  # fmt: skip
                 _watch(machine, series, work[_BEHIND])
                 work[_BEHIND, e] = -1.0
                 other, _ = _late(machine, length, sample, scales, work)
@@ -326,7 +332,7 @@ def integrate_dop853(
     scales : (n_y,) array
         Least size against which errors are held; becomes the largest motion.
     """
-    n, n_y = machine.mass.size, series.y.shape[0]
+    n_y = series.y.shape[0]
     for i in range(n_y):
         if abs(series.y[i, 0]) > scales[i]:
             scales[i] = abs(series.y[i, 0])
@@ -349,6 +355,6 @@ def integrate_dop853(
                 _rates(machine, pieces, 0, 0.0, sample, series)
             for i in range(n_y):
                 motion[(j + 1) // stride, i] = series.y[i, 0]
-            for i in range(n):
+            for i in range(series.a.shape[0]):
                 accelerations[(j + 1) // stride, i] = series.a[i, 0]
     stats[5] = pieces.shape[0] * sample

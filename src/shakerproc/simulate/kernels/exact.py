@@ -122,6 +122,8 @@ def fast(
                     motion[k_out, i] = end[i]
                 for i in range(n):
                     accelerations[k_out, i] = by_motion(system, n + i, end, w, n_y)
+                if machine.reads >= 0:
+                    accelerations[k_out, n] = by_motion(system, n_y, end, w, n_y)
         for i in range(n_y):
             y[i] = end[i]
             size = abs(end[i])

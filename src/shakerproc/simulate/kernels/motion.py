@@ -1,5 +1,7 @@
 """Accelerations of the whole model, sticking joints held; and what follows an event."""
 
+from typing import Final
+
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
 from shakerproc.simulate.kernels.modes import follow, series_limit, series_slip, start
@@ -19,6 +21,9 @@ from shakerproc.simulate.kernels.table import (
     Machine,
     Series,
 )
+
+IRRESISTIBLE: Final = 1e100
+"""Force for a unit of acceleration across a joint whose motion is imposed [kg]."""
 
 
 @inlined
@@ -42,9 +47,30 @@ def push(
     """Add to one coefficient what a force across a line, which resists motion, does."""
     second, first = machine.lines[row, SECOND], machine.lines[row, FIRST]
     if second >= 0:
-        of_masses[start_at + second, order] -= amount / machine.mass[second]
+        of_masses[start_at + second, order] -= amount * machine.mobility[second]
     if first >= 0:
-        of_masses[start_at + first, order] += amount / machine.mass[first]
+        of_masses[start_at + first, order] += amount * machine.mobility[first]
+
+
+@inlined
+def push_and_read(machine: Machine, row: int, amount: float, a: FloatArray, order: int) -> None:
+    """Push the accelerations, and add to the force that is read."""
+    push(machine, row, amount, a, 0, order)
+    if machine.lines[row, SECOND] == machine.reads:
+        a[machine.mass.size, order] += amount
+    if machine.lines[row, FIRST] == machine.reads:
+        a[machine.mass.size, order] -= amount
+
+
+@inlined
+def read_linear(machine: Machine, order: int, series: Series) -> None:
+    """Set the force that is read to that of the linear part alone."""
+    n = machine.mass.size
+    if machine.reads >= 0:
+        total = machine.reading[0, 2 * n] * series.w[order]
+        for j in range(2 * n):
+            total += machine.reading[0, j] * series.y[j, order]
+        series.a[n, order] = total
 
 
 @inlined
@@ -55,7 +81,7 @@ def mobility(machine: Machine, row: int, other: int) -> float:
         for j in range(SECOND, FIRST + 1):
             place = machine.lines[row, i]
             if place >= 0 and place == machine.lines[other, j]:
-                total += (1.0 if i == j else -1.0) / machine.mass[place]
+                total += (1.0 if i == j else -1.0) * machine.mobility[place]
     return total
 
 
@@ -79,6 +105,7 @@ def accelerate_here(
         for j in range(2 * n):
             total += machine.matrix[i, j] * series.y[j, order]
         series.a[i, order] = total
+    read_linear(machine, order, series)
     held = 0
     for row in range(n_lines):
         series.lines[row, DISPLACEMENT, order] = between(machine, row, series.y, 0, order)
@@ -92,7 +119,7 @@ def accelerate_here(
             series.lines[row, STATE, order] = series.y[2 * n + state, order]
         force, rate = law_series(machine, row, order, time, step, series.lines)
         if force != 0.0:  # most laws that are open, and most orders of the others, have none
-            push(machine, row, force, series.a, 0, order)
+            push_and_read(machine, row, force, series.a, order)
         if state >= 0:
             series.y[2 * n + state, order + 1] = rate
     if held > 0:
@@ -136,6 +163,8 @@ def hold(machine: Machine, held: int, order: int, series: Series) -> None:
         for j in range(held):
             system[i, j] = mobility(machine, stuck[i], stuck[j])
     for i in range(held):
+        if system[i, i] == 0.0:  # no force holds a joint whose motion is imposed
+            system[i, i] = 1.0 / IRRESISTIBLE if system[i, held] != 0.0 else 1.0
         for k in range(i + 1, held):
             factor = system[k, i] / system[i, i]
             for j in range(i, held + 1):
@@ -145,7 +174,7 @@ def hold(machine: Machine, held: int, order: int, series: Series) -> None:
             system[i, held] -= system[i, j] * system[j, held]
         system[i, held] /= system[i, i]
         series.lines[stuck[i], HOLDING, order] = system[i, held]
-        push(machine, stuck[i], system[i, held], series.a, 0, order)
+        push_and_read(machine, stuck[i], system[i, held], series.a, order)
 
 
 @inner
@@ -169,7 +198,8 @@ def switch(machine: Machine, row: int, which: int, time: float, series: Series) 
     follow(machine, row, which, between(machine, row, series.y, 0, 0))
     if before != 0 and (law == FRICTION or law == JENKINS):
         left = between(machine, row, series.y, n, 0)  # a rounding error
-        push(machine, row, left / mobility(machine, row, row), series.y, n, 0)
+        if mobility(machine, row, row) > 0.0:
+            push(machine, row, left / mobility(machine, row, row), series.y, n, 0)
     elif law == JENKINS:
         limit = machine.values[row, 1] * machine.mode[row, 0]
         series.y[2 * n + machine.lines[row, MEMORY], 0] = limit

@@ -34,6 +34,8 @@ SECOND: Final = 1
 FIRST: Final = 2
 MEMORY: Final = 3
 
+NOBODY: Final = -2
+
 STACK: Final = 512
 """Turning points that an Iwan line remembers before it forgets the smallest loop."""
 
@@ -63,6 +65,13 @@ class Machine(NamedTuple):
         Displacement and force of its turning points. Written to.
     tables : (any,) array
         Numbers of all tabulated laws, one after the other (see `tabulated`).
+    mobility : (n,) array
+        One over the mass, 0 where the motion is imposed [1/kg].
+    reads : int
+        Mass whose motion is imposed, the force for which is read; or NOBODY.
+    reading : (1, 2 n + 1) array
+        That force by unit displacements, velocities and input, linear part alone; without
+        rows where nothing is read.
     """
 
     mass: FloatArray
@@ -73,6 +82,9 @@ class Machine(NamedTuple):
     anchor: FloatArray
     stack: FloatArray
     tables: FloatArray
+    mobility: FloatArray
+    reads: int
+    reading: FloatArray
 
 
 class Store(NamedTuple):
@@ -91,8 +103,8 @@ class Store(NamedTuple):
         How many events can end the combination.
     which : (s, 2 r, 2) array of int
         Line and number of each event.
-    system : (s, n_y, n_y + 2) array
-        Rates of y, by (y, w, 1).
+    system : (s, n_y + 1, n_y + 2) array
+        Rates of y, by (y, w, 1); in the last row the force that is read.
     events : (s, 2 r, n_y + 2 + m) array
         Events, by (y, w, 1, carried forces): above 0 once they have happened.
     slopes : (s, 2 r, n_y + 2 + m) array
@@ -105,8 +117,8 @@ class Store(NamedTuple):
         given to the propagators as a cubic over a part. -1 for all others.
     owner : (n_states,) array of int
         Number of the carried force whose state each is, or -1.
-    push : (s, n, m) array
-        Accelerations by unit carried forces.
+    push : (s, n + 1, m) array
+        Accelerations by unit carried forces; in the last row the force that is read.
     """
 
     slot_of: NDArray[np.int64]
@@ -145,8 +157,8 @@ class Series(NamedTuple):
     ----------
     y : (2 n + n_states, orders) array
         Displacements, velocities and states.
-    a : (n, orders) array
-        Accelerations.
+    a : (n or n + 1, orders) array
+        Accelerations, and the force that is read.
     w : (orders,) array
         Input.
     lines : (r, PLANES, orders) array
@@ -163,12 +175,13 @@ class Series(NamedTuple):
     stuck: NDArray[np.int64]
 
 
-def room_for_series(n: int, n_states: int, n_lines: int) -> Series:
+def room_for_series(machine: Machine, n_states: int) -> Series:
     """Return empty series."""
+    n, n_lines = machine.mass.size, len(machine.lines)
     orders = HIGHEST + 2
     return Series(
         np.zeros((2 * n + n_states, orders)),
-        np.zeros((n, orders)),
+        np.zeros((n + len(machine.reading), orders)),
         np.zeros(orders),
         np.zeros((n_lines, PLANES, orders)),
         np.zeros((n_lines, n_lines + 1)),

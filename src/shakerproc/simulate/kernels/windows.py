@@ -59,7 +59,7 @@ def _walk(
         elif tables:
             j, passed = carry(
                 machine, store, pieces, j, stop, stride, before, sample, tolerance, scales,
-                series, carried, motion, accelerations, n,
+                series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
         if j == stop:
             break
