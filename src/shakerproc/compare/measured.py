@@ -30,6 +30,7 @@ UNIT_OF: Final = {
     "velocity": "m/s",
     "relative displacement": "m",
     "relative velocity": "m/s",
+    "force": "N",
 }
 """Unit of the channel that a sensor of each kind needs."""
 
@@ -536,13 +537,17 @@ def input_rows(recording: Recording, model: Model) -> list[int]:
     DiagnosisError
         If there is none, or its unit is another.
     """
-    on = model.excitation.on
-    role, unit = ("control", "m/s^2") if on is None else ("force", "N")
+    on, role, unit = model.excitation.on, model.excitation.role, model.excitation.unit
+    if role is None:
+        raise DiagnosisError(
+            f"{model.title}: a free decay has no input, so no channel drives the model. Give "
+            f"what excites it in the model: {{base: acceleration}}, say."
+        )
     rows = [i for i, c in enumerate(recording.channels) if c.role == role]
     if on is not None and any(recording.channels[i].at == on for i in rows):
         rows = [i for i in rows if recording.channels[i].at == on]
     if not rows:
-        what = "the base is driven" if on is None else f"a force acts on {on}"
+        what = _DRIVEN[role].format(on)
         raise DiagnosisError(
             f"{recording.run}: in the model {what}, but no channel has the role {role}. Give "
             f"the channel that measures it this role in the log; the recording has "
@@ -551,6 +556,13 @@ def input_rows(recording: Recording, model: Model) -> list[int]:
     for i in rows:
         _check_unit(recording, recording.channels[i], unit, f"role {role}")
     return rows
+
+
+_DRIVEN: Final = {
+    "control": "the base is driven",
+    "force": "a force acts on {}",
+    "displacement": "the displacement of {} is imposed",
+}
 
 
 def _check_unit(recording: Recording, channel: Channel, wanted: str, why: str) -> None:

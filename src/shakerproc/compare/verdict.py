@@ -162,7 +162,7 @@ def _by_level(comparison: Comparison) -> list[list[_AtLevel]]:
     kinds: dict[str | None, list[TestComparison]] = {}
     for test in comparison.tests:
         kinds.setdefault(test.measured.test.excitation, []).append(test)
-    unit = "m/s^2" if comparison.model.excitation.on is None else "N"
+    unit = comparison.model.excitation.unit
     found: list[list[_AtLevel]] = []
     for tests in kinds.values():
         said = [demanded(test.measured.test) for test in tests]

@@ -140,16 +140,32 @@ def _mode(document: Document[ModelSchema], index: int, places: list[str]) -> Mod
 
 def _excitation(document: Document[ModelSchema], places: list[str]) -> Excitation:
     said = document.value.excitation
-    if (said.base is None) == (said.force_on is None):
+    found = [
+        Excitation("base acceleration") if said.base else None,
+        Excitation("free decay") if said.free else None,
+        _acting(document, "force on", said.force_on, places),
+        _acting(document, "displacement of", said.displacement_of, places),
+    ]
+    chosen = [one for one in found if one is not None]
+    if len(chosen) != 1:
         raise document.error(
-            ("excitation",), f"expected {{base: acceleration}} or {{force on: {places[1]}}}"
+            ("excitation",),
+            f"expected {{base: acceleration}}, {{force on: {places[1]}}}, "
+            f"{{displacement of: {places[1]}}} or {{free: decay}}",
         )
-    if said.force_on is None:
-        return Excitation("base acceleration")
-    if said.force_on == BASE:
-        raise document.error(("excitation", "force on"), f"expected a mass, got {BASE}")
-    _check_place(document, ("excitation", "force on"), said.force_on, places)
-    return Excitation("force", said.force_on)
+    return chosen[0]
+
+
+def _acting(
+    document: Document[ModelSchema], key: str, mass: str | None, places: list[str]
+) -> Excitation | None:
+    """Return the excitation that acts on a mass, or None without one."""
+    if mass is None:
+        return None
+    if mass == BASE:
+        raise document.error(("excitation", key), f"expected a mass, got {BASE}")
+    _check_place(document, ("excitation", key), mass, places)
+    return Excitation("force" if key == "force on" else "imposed displacement", mass)
 
 
 def _check_place(

@@ -10,10 +10,12 @@ from shakerproc.units import in_unit
 
 
 class ExcitationSection(Section):
-    """``{base: acceleration}`` or ``{force on: coupon}``."""
+    """``{base: acceleration}``, ``{force on: coupon}`` and so on: one of them."""
 
     base: Literal["acceleration"] | None = None
     force_on: Annotated[str | None, Field(alias="force on")] = None
+    displacement_of: Annotated[str | None, Field(alias="displacement of")] = None
+    free: Literal["decay"] | None = None
 
 
 class SensorSection(Section):

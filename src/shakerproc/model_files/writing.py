@@ -22,6 +22,12 @@ _SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
     "kg": ("kg", "g", "mg"),
     "s": ("s", "ms", "us"),
 })
+_SHAKEN: Final[Mapping[str, str]] = MappingProxyType({
+    "base acceleration": "base: acceleration",
+    "force": "force on: ",
+    "imposed displacement": "displacement of: ",
+    "free decay": "free: decay",
+})
 _PLAIN: Final = re.compile(r"[A-Za-z][A-Za-z0-9_ .()/-]*")
 _WRITTEN: Final = {kind: written for (written, _), kind in SPELLINGS.items()}
 _NOT_TEXT: Final = frozenset({"true", "false", "null", "yes", "no", "on", "off", "nan", "inf"})
@@ -46,7 +52,7 @@ def model_text(model: Model, *, heading: str = "") -> str:
     lines += [f"masses: {{{masses}}}", "elements:"]
     lines += [f"  - {element_text(element)}" for element in model.elements]
     on = model.excitation.on
-    shaken = "base: acceleration" if on is None else f"force on: {text_of(on)}"
+    shaken = _SHAKEN[model.excitation.kind] + ("" if on is None else text_of(on))
     lines += [f"excitation: {{{shaken}}}"]
     if model.modes:
         lines += ["modes:", *(f"  - {mode_text(mode)}" for mode in model.modes)]

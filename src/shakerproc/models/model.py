@@ -16,7 +16,12 @@ BASE: Final = "base"
 """Name of the shaker table in ``between`` and ``at``."""
 
 Measures: TypeAlias = Literal[
-    "acceleration", "relative displacement", "relative velocity", "displacement", "velocity"
+    "acceleration",
+    "relative displacement",
+    "relative velocity",
+    "displacement",
+    "velocity",
+    "force",
 ]
 MEASURES: Final[tuple[Measures, ...]] = (
     "acceleration",
@@ -24,6 +29,7 @@ MEASURES: Final[tuple[Measures, ...]] = (
     "relative velocity",
     "displacement",
     "velocity",
+    "force",
 )
 
 
@@ -64,7 +70,8 @@ class Sensor:
         Mass that it sits on, or ``base``.
     measures : str
         ``acceleration``, ``displacement`` and ``velocity`` are absolute; ``relative
-        displacement`` and ``relative velocity`` are against the base.
+        displacement`` and ``relative velocity`` are against the base; ``force`` is what imposes
+        the displacement of the mass.
     faults : tuple of AbstractFault
         What goes wrong between the motion and the recording, in this order.
     """
@@ -79,6 +86,9 @@ class Sensor:
             raise ValueError(f"measures must be one of {wanted}, not {self.measures!r}")
 
 
+Kind: TypeAlias = Literal["base acceleration", "force", "imposed displacement", "free decay"]
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Excitation:
@@ -86,20 +96,65 @@ class Excitation:
 
     Attributes
     ----------
-    kind : {"base acceleration", "force"}
-        Absolute acceleration of the base [m/s^2], or a force [N].
+    kind : {"base acceleration", "force", "imposed displacement", "free decay"}
+        Absolute acceleration of the base [m/s^2], a force [N], the displacement of a mass
+        against a base at rest [m] (a component test, in which the force is the answer), or
+        nothing but a start away from rest.
     on : str, optional
-        Mass that the force acts on.
+        Mass that the force acts on, or whose displacement is imposed.
     """
 
-    kind: Literal["base acceleration", "force"]
+    kind: Kind
     on: str | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in {"base acceleration", "force"}:
-            raise ValueError(f"kind must be base acceleration or force, not {self.kind!r}")
-        if (self.kind == "force") != (self.on is not None):
-            raise ValueError("a force needs the mass it acts on, a base acceleration none")
+        if self.kind not in UNITS:
+            wanted = " or ".join(UNITS)
+            raise ValueError(f"kind must be {wanted}, not {self.kind!r}")
+        if (self.kind in {"force", "imposed displacement"}) != (self.on is not None):
+            raise ValueError(
+                "a force needs the mass it acts on and an imposed displacement the mass that "
+                "it moves, a base acceleration and a free decay none"
+            )
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the input; 1 where there is none."""
+        return UNITS[self.kind]
+
+    @property
+    def role(self) -> Literal["control", "force", "displacement"] | None:
+        """Role of the channels that measure the input; None where there is none."""
+        return ROLES[self.kind]
+
+    @property
+    def imposed(self) -> bool:
+        """Whether the motion of a mass is imposed."""
+        return self.kind == "imposed displacement"
+
+    @property
+    def moves_base(self) -> bool:
+        """Whether the base moves."""
+        return self.kind == "base acceleration"
+
+
+UNITS: Final[Mapping[Kind, str]] = MappingProxyType({
+    "base acceleration": "m/s^2",
+    "force": "N",
+    "imposed displacement": "m",
+    "free decay": "1",
+})
+"""SI unit of each kind of input."""
+
+ROLES: Final[Mapping[Kind, Literal["control", "force", "displacement"] | None]] = (
+    MappingProxyType({
+        "base acceleration": "control",
+        "force": "force",
+        "imposed displacement": "displacement",
+        "free decay": None,
+    })
+)
+"""Role of the channels that measure each kind of input."""
 
 
 @final

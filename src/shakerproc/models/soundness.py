@@ -43,9 +43,19 @@ def _check_places(model: "Model") -> None:
     for name, sensor in model.sensors.items():
         _check_place(model, sensor.at, f"sensor {name}")
     if model.excitation.on == BASE:
-        raise ModelError(f"{model.title}: force on {BASE}. A force acts on a mass.")
+        raise ModelError(
+            f"{model.title}: {model.excitation.kind} on {BASE}. Name the mass that it acts on."
+        )
     if model.excitation.on is not None:
         _check_place(model, model.excitation.on, "excitation")
+    imposed = model.excitation.on if model.excitation.imposed else None
+    for name, sensor in model.sensors.items():
+        if sensor.measures == "force" and sensor.at != imposed:
+            raise ModelError(
+                f"{model.title}: sensor {name} measures the force at {sensor.at}, which is "
+                f"known only where the displacement is imposed. Write excitation: "
+                f"{{displacement of: {sensor.at}}}, or take the sensor out."
+            )
 
 
 def _check_element(model: "Model", element: "Element") -> None:
@@ -73,7 +83,7 @@ def _check_place(model: "Model", place: str, where: str) -> None:
 
 def _check_base_is_reached(model: "Model") -> None:
     links = [e.between for e in model.elements if not isinstance(e.effect, AttachedMode)]
-    reached = {BASE}
+    reached = {BASE, model.excitation.on} if model.excitation.imposed else {BASE}
     for _ in model.masses:
         reached |= {place for link in links if reached & set(link) for place in link}
     for name in model.masses:
@@ -94,7 +104,10 @@ def _check_nothing_runs_away(model: "Model", elements: "tuple[Element, ...]") ->
     """
     if np.linalg.eigvalsh(_spring_matrix(model, elements))[0] > 0.0:
         return
+    imposed = {model.excitation.on} if model.excitation.imposed else set()
     for pair in {frozenset(element.between) for element in elements}:
+        if pair & imposed:
+            continue
         first = next(e.between for e in elements if set(e.between) == set(pair))
         for side in (1.0, -1.0):
             force = side * _static_force(elements, first, side)

@@ -26,6 +26,7 @@ _MEASURED: Final = {
     "relative displacement": "m",
     "velocity": "m/s",
     "relative velocity": "m/s",
+    "force": "N",
 }
 
 
@@ -70,6 +71,11 @@ def written_channels(test: Test, model: Model) -> tuple[WrittenChannel, ...]:
 
 
 def _usual(model: Model) -> tuple[ChannelUse, ...]:
+    if model.excitation.role not in {"control", "force"}:
+        raise LogError(
+            f"{model.title}: a rehearsal needs a base or a force that drives the model, not "
+            f"{model.excitation.kind}."
+        )
     inputs = (
         (ChannelUse("control 1", "control"), ChannelUse("control 2", "control"))
         if model.excitation.on is None

@@ -95,7 +95,7 @@ def response_functions(comparison: Comparison, sensor: int) -> "Figure":
     first = comparison.tests[0].measured
     name = first.sensors[sensor]
     unit = UNIT_OF[comparison.model.sensors[name].measures]
-    drive = "m/s^2" if comparison.model.excitation.on is None else "N"
+    drive = comparison.model.excitation.unit
     shown = "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
     upper.set_title(f"{name}: measured (solid) and {comparison.model.title} (dashed)")
     upper.set_ylabel(f"response function H1 [{shown}]")

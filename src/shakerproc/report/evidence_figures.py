@@ -213,7 +213,7 @@ def _lowest_phase(h1: ComplexArray, coherence: FloatArray) -> float:
 
 def _unit(comparison: Comparison, sensor: str) -> str:
     unit = UNIT_OF[comparison.model.sensors[sensor].measures]
-    drive = "m/s^2" if comparison.model.excitation.on is None else "N"
+    drive = comparison.model.excitation.unit
     return "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
 
 

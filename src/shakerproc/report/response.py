@@ -36,6 +36,7 @@ SHOWN: Final = {
     "velocity": ("velocity", "m/s"),
     "relative displacement": ("displacement against the base", "m"),
     "relative velocity": ("velocity against the base", "m/s"),
+    "force": ("force", "N"),
 }
 HARMONICS: Final = 5
 """How many harmonics the lower panel shows."""

@@ -1,7 +1,7 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
 from shakerproc.simulate.free_runs import FreeRuns, Runs, free_runs, motions_of
-from shakerproc.simulate.inputs import Input, prepare
+from shakerproc.simulate.inputs import Input, prepare, prepare_displacement
 from shakerproc.simulate.interpolation import InterpolationError
 from shakerproc.simulate.response import simulate, simulate_many
 from shakerproc.simulate.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
@@ -17,6 +17,7 @@ __all__ = [
     "free_runs",
     "motions_of",
     "prepare",
+    "prepare_displacement",
     "simulate",
     "simulate_many",
 ]

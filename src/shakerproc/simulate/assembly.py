@@ -91,6 +91,8 @@ def assemble(model: Model) -> System:
         masses.append(mode.mass)
     matrix = _matrix(model, masses, linear)
     machine = _machine(np.array(masses, float), matrix, _merged_friction(model, lines))
+    if model.excitation.imposed:
+        machine = _imposed(machine, names.index(str(model.excitation.on)))
     return System(tuple(names), machine)
 
 
@@ -113,10 +115,11 @@ def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> 
             direction[place] += share
         forces[:, :n] -= stiffness * np.outer(direction, direction)
         forces[:, n : 2 * n] -= damping * np.outer(direction, direction)
-    if model.excitation.on is None:
+    excitation = model.excitation
+    if excitation.moves_base:
         forces[:, 2 * n] = -np.array(masses)
-    else:
-        forces[list(model.masses).index(model.excitation.on), 2 * n] = 1.0
+    elif excitation.kind == "force":
+        forces[list(model.masses).index(excitation.on), 2 * n] = 1.0
     accelerations: FloatArray = forces / np.array(masses)[:, None]
     return accelerations
 
@@ -143,6 +146,17 @@ def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Mac
         mass, matrix, table, values, mode, anchor, stack, numbers_of_tables, 1.0 / mass,
         NOBODY, np.zeros((0, matrix.shape[1])),
     )  # fmt: skip
+
+
+def _imposed(machine: Machine, place: int) -> Machine:
+    """Return a machine whose input is the acceleration of a mass, for which a force is read."""
+    n, mass = machine.mass.size, machine.mass[place]
+    reading = -mass * machine.matrix[[place]]
+    reading[0, 2 * n] = mass
+    matrix, mobility = machine.matrix.copy(), machine.mobility.copy()
+    matrix[place], mobility[place] = 0.0, 0.0
+    matrix[place, 2 * n] = 1.0
+    return machine._replace(matrix=matrix, mobility=mobility, reads=place, reading=reading)
 
 
 def _merged_friction(model: Model, lines: Sequence[Line]) -> list[Line]:

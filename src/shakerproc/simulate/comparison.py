@@ -177,10 +177,14 @@ class _Forces:
 
     def __init__(self, model: Model) -> None:
         names = list(model.masses)
+        if model.excitation.imposed:
+            raise ModelError(
+                f"{model.title}: the methods of comparison do not impose a displacement. Use "
+                f"simulate."
+            )
         self.mass = np.array([model.masses[name] for name in names])
-        self.drive = -self.mass
+        self.drive = -self.mass if model.excitation.moves_base else np.zeros(len(names))
         if model.excitation.on is not None:
-            self.drive = np.zeros(len(names))
             self.drive[names.index(model.excitation.on)] = 1.0
         self.parts: list[tuple[FloatArray, AbstractMemorylessEffect]] = []
         for element in resolved(model):

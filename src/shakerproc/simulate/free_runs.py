@@ -11,6 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import assemble
 from shakerproc.simulate.inputs import Input
+from shakerproc.simulate.response import impose
 from shakerproc.simulate.walking import Placed, Walk
 
 RUNAWAY: Final = 1e3
@@ -30,7 +31,8 @@ class Runs:
         Test, first sample and number of samples of each window.
     starts : (n_windows, n_motions) array, optional
         Displacements [m] and velocities [m/s] relative to the base of every mass and attached
-        mode, then the states of the laws, at the first sample of each window; None is rest.
+        mode, then the states of the laws, at the first sample of each window; None is rest. A
+        mass whose displacement is imposed starts as its input says, whatever stands here.
     sizes : (n_sensors,) array, optional
         Usual size of what each sensor records [SI], against which the filling of failed
         windows is measured; by default the largest of the windows that did not fail.
@@ -102,6 +104,7 @@ def free_runs(
             if runs.starts is not None:
                 starts[:] = runs.starts[members]
             first, count = runs.windows[members, 1], counts[members]
+            impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
             placed = Placed(first, count, offsets[members], rows)
             failed[members] = walk.fill(placed, starts, flat, means=means)

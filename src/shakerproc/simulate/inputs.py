@@ -1,6 +1,6 @@
 """What shakes a model, prepared for the steppers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -37,6 +37,9 @@ class Input:
         band-limited signal through samples [-].
     interpolation : InterpolationError, optional
         The latter, near the ends and elsewhere.
+    imposed : (2, n_samples) array, optional
+        Displacement [m] and velocity [m/s] at the samples, where these are imposed on a mass;
+        the pieces are its acceleration.
     """
 
     pieces: FloatArray
@@ -46,6 +49,7 @@ class Input:
     surplus: int = 0
     missed: float = 0.0
     interpolation: InterpolationError | None = None
+    imposed: FloatArray | None = None
 
     @property
     def part(self) -> float:
@@ -123,6 +127,35 @@ def prepare(
     return Input(pieces, upsample, sample_rate, missed=error.largest, interpolation=error)
 
 
+def prepare_displacement(
+    displacement: FloatArray, sample_rate: float, *, upsample: int = 1
+) -> Input:
+    """Return the input of simulations in which the displacement of a mass is imposed.
+
+    The motion between samples is that of `prepare`, quintics that meet with their slopes and
+    curvatures; the mass gets their acceleration and starts with their motion.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+        Displacement of the mass against the base [m].
+    sample_rate, upsample
+        As for `prepare`.
+
+    Raises
+    ------
+    ValueError
+        As `prepare` does.
+    """
+    given = prepare(displacement, sample_rate, upsample=upsample)
+    rate = sample_rate * upsample
+    k = np.arange(given.pieces.shape[1])
+    accelerations = (given.pieces * (k * (k - 1) * rate**2))[:, 2:]
+    velocity = np.append(given.pieces[:, 1], given.pieces[-1] @ k)[::upsample] * rate
+    motion = np.stack((np.asarray(displacement, dtype=float), velocity))
+    return replace(given, pieces=np.ascontiguousarray(accelerations), imposed=motion)
+
+
 def prepare_long(
     signal: Chirp, sample_rate: float, duration: float, span: int, tolerance: float
 ) -> Input | None:
@@ -162,6 +195,7 @@ def as_input(
     upsample: int,
     hold: Hold,
     tolerance: float,
+    imposed: bool = False,
 ) -> Input:
     """Return an input as it is, or made by `prepare`.
 
@@ -173,9 +207,15 @@ def as_input(
     if isinstance(excitation, Input):
         if sample_rate is not None:
             raise ValueError("an Input has a sample rate of its own")
+        if imposed != (excitation.imposed is not None):
+            raise ValueError("an imposed displacement takes what prepare_displacement made")
         return excitation
     if sample_rate is None:
         raise ValueError("the excitation needs a sample rate")
+    if imposed:
+        if callable(excitation):
+            raise ValueError("an imposed displacement is given by its samples")
+        return prepare_displacement(excitation, sample_rate, upsample=upsample)
     return prepare(
         excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
         tolerance=max(tolerance, ROUNDING),

@@ -8,6 +8,7 @@ from os import cpu_count
 from typing import Literal, TypeAlias, TypeVar, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
@@ -94,10 +95,10 @@ def simulate(
     if given is None:
         given = as_input(
             excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
-            tolerance=tolerance,
+            tolerance=tolerance, imposed=model.excitation.imposed,
         )  # fmt: skip
     store = _store(system.machine, given, solver)
-    first = _first_motion(system, start)
+    first = _first_motion(model, system, given, start)
     case = _Case(model, system, store, given, first, tolerance, series)
     return _simulate(case, growth=growth)
 
@@ -130,12 +131,13 @@ def simulate_many(
     """
     given = as_input(
         excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
-        tolerance=tolerance,
+        tolerance=tolerance, imposed=models[0].excitation.imposed,
     )  # fmt: skip
 
     def one(model: Model) -> Result:
         system = assemble(model)
-        store, first = _store(system.machine, given, "automatic"), _first_motion(system, None)
+        store = _store(system.machine, given, "automatic")
+        first = _first_motion(model, system, given, None)
         series = _by_series(system, "automatic")
         case = _Case(model, system, store, given, first, tolerance, series)
         return reduce(_simulate(case, growth=growth))
@@ -161,7 +163,7 @@ def _long_steps(
     absolute = any(s.measures in {"displacement", "velocity"} for s in model.sensors.values())
     if sample_rate is None or duration is None or branches_of(system.machine) is not None:
         return None
-    if (absolute and model.excitation.on is None) or not (sample_rate > 0.0 < duration):
+    if (absolute and model.excitation.moves_base) or not (sample_rate > 0.0 < duration):
         return None
     n = len(system.names)
     stiffness = np.max(np.abs(system.machine.matrix[:, :n]), initial=0.0)
@@ -206,7 +208,7 @@ def dop853_tableau() -> FloatArray:
 
 
 def _first_motion(
-    system: System, start: Mapping[str, tuple[float, float]] | None
+    model: Model, system: System, given: Input, start: Mapping[str, tuple[float, float]] | None
 ) -> FloatArray:
     first = np.zeros(system.n_motions)
     for name, (displacement, velocity) in (start or {}).items():
@@ -214,7 +216,26 @@ def _first_motion(
             raise ValueError(f"no mass {name!r}; there are {', '.join(system.names)}")
         index = system.names.index(name)
         first[index], first[len(system.names) + index] = displacement, velocity
+    if given.imposed is not None:
+        impose(first[None, :], model, system, given, np.zeros(1, np.int64))
     return first
+
+
+def impose(
+    starts: FloatArray, model: Model, system: System, given: Input, first: NDArray[np.int64]
+) -> None:
+    """Let the mass whose displacement is imposed start with it.
+
+    Parameters
+    ----------
+    starts : (n, n_motions) array
+        Written to.
+    first : (n,) array of int
+        Sample at which each begins.
+    """
+    if given.imposed is not None:
+        place, n = system.names.index(str(model.excitation.on)), len(system.names)
+        starts[:, place], starts[:, n + place] = given.imposed[:, first]
 
 
 @final
@@ -243,25 +264,29 @@ def _simulate(case: _Case, *, growth: bool) -> Simulation:
     motion, relative, stats = _run(case)
     n = len(case.system.names)
     grown = _growth(case, motion) if growth else None
-    samples = case.given.samples
-    by_force = case.model.excitation.on is not None
+    given = case.given
+    samples = given.samples if given.imposed is None else given.imposed[0]
+    absolute = relative[:, :n].T
+    if case.model.excitation.moves_base:
+        absolute = absolute + samples
     error = _truncation(motion, stats, n) + case.given.missed
     error += _ROUNDING * float(np.sqrt(1.0 + stats[1]))
     simulation = Simulation(
-        sample_rate=case.given.sample_rate,
+        sample_rate=given.sample_rate,
         outputs={},
         excitation=samples,
         masses=case.system.names,
         displacement=motion[:, :n].T,
         velocity=motion[:, n : 2 * n].T,
-        acceleration=relative.T if by_force else relative.T + samples,
+        acceleration=absolute,
         states=motion[:, 2 * n :].T,
         solver=case.solver,
         switchings=int(stats[1]),
         error=error * max(1.0, grown or 1.0),
         growth=grown,
         notes=_notes(grown, stats) + _remarks(case, motion),
-        interpolation=case.given.interpolation,
+        interpolation=given.interpolation,
+        force=relative[:, n] if given.imposed is not None else None,
     )
     return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
 

@@ -24,7 +24,7 @@ def read_sensors(
         from rest, it is the motion of the base where that is what is driven.
     """
     wanted = {sensor.measures for sensor in model.sensors.values()}
-    base = _Base(simulation.excitation, model.excitation.on is None, None, None)
+    base = _Base(simulation.excitation, model.excitation.moves_base, None, None)
     if base.driven and wanted & {"displacement", "velocity"}:
         velocity, displacement = integrated(pieces, stride, simulation.sample_rate)
         base = replace(base, velocity=velocity, displacement=displacement)
@@ -78,6 +78,12 @@ def _relative_velocity(at: str, simulation: Simulation, base: _Base) -> FloatArr
     return simulation.relative_velocity(BASE, at)
 
 
+def _force(at: str, simulation: Simulation, base: _Base) -> FloatArray:  # noqa: ARG001
+    if simulation.force is None:
+        raise ValueError("a force is measured where the displacement is imposed")
+    return simulation.force
+
+
 _MEASURED: Mapping[Measures, Callable[[str, Simulation, _Base], FloatArray]] = (
     MappingProxyType({
         "acceleration": _acceleration,
@@ -85,6 +91,7 @@ _MEASURED: Mapping[Measures, Callable[[str, Simulation, _Base], FloatArray]] = (
         "velocity": _velocity,
         "relative displacement": _relative_displacement,
         "relative velocity": _relative_velocity,
+        "force": _force,
     })
 )
 

@@ -29,7 +29,8 @@ class Simulation:
     outputs : mapping of str to (n,) array
         What each sensor of the model records, by its name, faults and all, in SI units.
     excitation : (n,) array
-        The input at the samples: acceleration of the base [m/s^2] or force [N].
+        The input at the samples: acceleration of the base [m/s^2], force [N] or imposed
+        displacement [m].
     masses : tuple of str
         What moves, in the order of the rows below.
     displacement, velocity : (n_masses, n) array
@@ -53,6 +54,8 @@ class Simulation:
         What the reader should know, a sentence each.
     interpolation : InterpolationError, optional
         How far a sampled input may be from the band-limited signal through its samples.
+    force : (n,) array, optional
+        What imposes the displacement of a mass, where one is imposed [N].
     """
 
     sample_rate: float
@@ -69,6 +72,7 @@ class Simulation:
     growth: float | None
     notes: tuple[str, ...] = ()
     interpolation: InterpolationError | None = None
+    force: FloatArray | None = None
 
     @property
     def time(self) -> FloatArray:

@@ -60,7 +60,7 @@ class Motion:
     rows : (n, n_motions) array
         Displacements, velocities and states, relative to the base.
     acceleration : (n, n_masses) array
-        Relative to the base [m/s^2].
+        Relative to the base [m/s^2]; one more is the force that imposes a displacement [N].
     samples : slice or (n,) array of int
         Sample of the test at each row.
     base : BaseMotion, optional
@@ -74,8 +74,8 @@ class Motion:
 
 
 def base_motion(model: Model, given: Input) -> BaseMotion | None:
-    """Return how the base of a model moves in a test; None where a force drives it."""
-    if model.excitation.on is not None:
+    """Return how the base of a model moves in a test; None where it rests."""
+    if not model.excitation.moves_base:
         return None
     if given not in _BASES:
         _BASES[given] = BaseMotion(given)
@@ -137,10 +137,15 @@ def _relative_displacement(
         out[:] = m.rows[:, at]
 
 
+def _force(m: Motion, n: int, _at: int | None, _: float, out: FloatArray) -> None:
+    out[:] = m.acceleration[:, n]
+
+
 _RECORDED: Final[Mapping[Measures, Callable[..., None]]] = MappingProxyType({
     "acceleration": _acceleration,
     "displacement": _displacement,
     "velocity": _velocity,
     "relative displacement": _relative_displacement,
     "relative velocity": _relative_velocity,
+    "force": _force,
 })

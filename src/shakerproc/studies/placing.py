@@ -47,7 +47,7 @@ def unit_of_place(model: Model, place: str, warmth: Warmth | None = None) -> str
         return "kg"
     if head == "run" and len(rest) == 1:
         if rest[0] == "level":
-            return "N" if model.excitation.on is not None else "m/s^2"
+            return model.excitation.unit
         _one_of("key of the run", rest[0], [*RUN_UNITS, "level"])
         return RUN_UNITS[rest[0]]
     if head == "elements" and len(rest) == 2:

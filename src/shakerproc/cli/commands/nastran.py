@@ -297,7 +297,7 @@ def _sweep(
     from shakerproc.simulate.excitations import linear_sweep, logarithmic_sweep
     from shakerproc.units import to_si
 
-    unit = "m/s^2" if model.excitation.on is None else "N"
+    unit = model.excitation.unit
     if level is None:
         raise typer.BadParameter(
             f"give an amplitude [{unit}], or a test of a log", param_hint="--level"
@@ -346,7 +346,7 @@ def _measured(
     log = read_testlog(log_path)
     chosen = log.find(test_id)
     with open_test(log, chosen) as recording:
-        role = "control" if model.excitation.on is None else "force"
+        role = model.excitation.role
         controls = [i for i, c in enumerate(recording.channels) if c.role == role]
         if not controls:
             raise LogError(

@@ -93,6 +93,11 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
 
 
 def _load(model: Model, mass: FloatArray, level: float) -> ComplexArray:
+    if model.excitation.kind not in {"base acceleration", "force"}:
+        raise ModelError(
+            f"{model.title}: harmonic balance needs a base or a force that drives the model, "
+            f"not {model.excitation.kind}. Use simulate."
+        )
     if model.excitation.on is None:
         return np.asarray(-level * mass.sum(axis=1), np.complex128)
     load = np.zeros(mass.shape[0], np.complex128)
