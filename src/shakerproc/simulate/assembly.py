@@ -119,7 +119,7 @@ def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> 
     if excitation.moves_base:
         forces[:, 2 * n] = -np.array(masses)
     elif excitation.kind == "force":
-        forces[list(model.masses).index(excitation.on), 2 * n] = 1.0
+        forces[list(model.masses).index(str(excitation.on)), 2 * n] = 1.0
     accelerations: FloatArray = forces / np.array(masses)[:, None]
     return accelerations
 
