@@ -60,6 +60,8 @@ class Equations:
         What the linear model does not explain, whitened.
     nuisances : (n_nuisances, n_blocks, n_rows) array
         What 1 % of gain and 20 us of delay of each sensor would show, whitened.
+    n_numbers : int
+        How many independent numbers the residual holds.
     """
 
     linear: LinearModel
@@ -71,13 +73,7 @@ class Equations:
     leftovers: FloatArray
     residual: FloatArray
     nuisances: FloatArray
-
-    @property
-    def n_numbers(self) -> int:
-        """How many independent numbers the residual holds."""
-        return 2 * int(np.count_nonzero(self.weights)) - int(
-            np.count_nonzero(np.any(self.leftovers != 0.0, axis=1))
-        )
+    n_numbers: int
 
     def columns(self, forces: Sequence[FloatArray], direction: FloatArray) -> FloatArray:
         """Return whitened columns of forces, (n_forces, n_blocks, n_rows) array.
@@ -145,6 +141,8 @@ def equations_of(
         leftovers=basis,
         residual=without(basis, _rows(unexplained * weights)),
         nuisances=without(basis, _rows(_sensor_errors(measured, frequency) * weights)),
+        n_numbers=2 * np.count_nonzero(weights)
+        - np.count_nonzero(np.any(basis != 0.0, axis=1)),
     )
 
 

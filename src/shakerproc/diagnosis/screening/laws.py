@@ -103,7 +103,9 @@ class Law:
 
     def _knows_time(self, motion: JointMotion, sample_rate: float) -> bool:
         """Return whether the force changes while the joint rests away from its zero."""
-        still = np.full(2, float(np.max(np.abs(motion.displacement))))
+        still = np.full(
+            2, motion.displacement[np.argmax(motion.displacement[::16]) * 16] or 1.0
+        )
         force = self.effect.force_along(still, 0.0 * still, sample_rate)
         return bool(force[0] != force[1])
 

@@ -14,13 +14,13 @@ from shakerproc.diagnosis.screening.regression import Gains
 from shakerproc.diagnosis.screening.shared import Screening
 from shakerproc.diagnosis.screening.stretches import Stretch
 
-_ROUNDS: Final = 8
+_ROUNDS: Final = 6
 """Most rounds of completing the motion and moving the coordinates [-]."""
 
 _TRIED: Final = 2
 """Rounds after which an effect is given up that leaves far more than another [-]."""
 
-_WORTH: Final = 0.1
+_WORTH: Final = 0.2
 """Share of what is left that a round must explain for another one to follow [-]."""
 
 _STEP: Final = 0.03

@@ -90,8 +90,9 @@ class Screening:
 def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:
     """Return what all regressions around a linear model share."""
     motions = motions_of(model, tests)
-    stretches = stretches_of(tests, _sizes(motions, joints))
-    equations = equations_of(linear_model(model), tests, stretches)
+    linear = linear_model(model)
+    stretches = stretches_of(tests, _sizes(motions, joints), len(linear.sensors))
+    equations = equations_of(linear, tests, stretches)
     beside = equations.nuisances[:0]
     regression = _regression(equations, motions, joints, beside)
     return Screening(model, tuple(joints), motions, equations, regression, beside)

@@ -10,7 +10,10 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 
 MOST_SAMPLES: Final = 2**16
-"""Samples of all stretches together: what bounds the cost of a screening [-]."""
+"""Samples of all stretches and sensors together: what bounds the cost of a screening [-]."""
+
+FEWEST_SAMPLES: Final = 2**14
+"""Samples of all stretches together, however many the sensors: three seconds [-]."""
 
 LONGEST_BLOCK: Final = 2**12
 """Samples of a block: 0.7 s at 5.7 kHz, ten periods of the slowest joints there are [-]."""
@@ -56,7 +59,9 @@ class Stretch:
         return samples.reshape(*samples.shape[:-1], self.n_blocks, self.block)
 
 
-def stretches_of(tests: Sequence[Test], motion: Sequence[FloatArray]) -> tuple[Stretch, ...]:
+def stretches_of(
+    tests: Sequence[Test], motion: Sequence[FloatArray], n_sensors: int
+) -> tuple[Stretch, ...]:
     """Return the stretches to look at: half of all in the test that moves most.
 
     Parameters
@@ -65,14 +70,17 @@ def stretches_of(tests: Sequence[Test], motion: Sequence[FloatArray]) -> tuple[S
         The tests.
     motion : sequence of (n,) array
         How much the joints move in each, at every sample, in one unit.
+    n_sensors : int
+        Sensors of each test.
     """
     lengths = [test.stop - test.start for test in tests]
-    block = block_length(lengths)
+    total = min(max(MOST_SAMPLES // n_sensors, FEWEST_SAMPLES), sum(lengths))
+    block = block_length(total, min(lengths))
     moves = [
         float(np.mean(m[t.start : t.stop] ** 2)) for t, m in zip(tests, motion, strict=True)
     ]
     order = sorted(range(len(tests)), key=lambda i: -moves[i])
-    left = min(MOST_SAMPLES, sum(lengths)) // block
+    left = total // block
     wanted = dict.fromkeys(order, 0)
     for place, i in enumerate(order):
         others = len(order) - place - 1
@@ -84,11 +92,10 @@ def stretches_of(tests: Sequence[Test], motion: Sequence[FloatArray]) -> tuple[S
     )
 
 
-def block_length(lengths: Sequence[int]) -> int:
-    """Return the samples of a block, a power of two."""
+def block_length(total: int, shortest: int) -> int:
+    """Return the samples of a block, of which `total` and the shortest test hold enough."""
     block = LONGEST_BLOCK
-    enough = min(MOST_SAMPLES, sum(lengths)) // FEWEST_BLOCKS
-    while block > max(SHORTEST_BLOCK, min(enough, *lengths)):
+    while block > max(SHORTEST_BLOCK, min(total // FEWEST_BLOCKS, shortest)):
         block //= 2
     return block
 

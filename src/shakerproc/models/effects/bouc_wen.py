@@ -84,7 +84,7 @@ class BoucWen(AbstractEffect):
             starts=grid(
                 stiffness=(0.1 * at.steepness, 0.6 * at.steepness),
                 yield_displacement=spread(0.01, 0.8, 6, at.displacement),
-                exponent=(1.0, 2.0),
+                exponent=(2.0,),
             ),
             contains=(
                 Contained("jenkins", _around_jenkins),

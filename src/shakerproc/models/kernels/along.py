@@ -87,8 +87,8 @@ def bouc_wen_along(displacement: FloatArray, values: FloatArray) -> FloatArray:
             memory, way = memory + back, way - back
         n_steps = int(np.ceil(abs(way) * steepest / 0.05))
         for _ in range(n_steps):
-            yielded = loading == 1.0 and (1.0 - abs(memory)) * exponent < 1e-13
-            if yielded and memory * way > 0.0:
+            growth = _bouc_wen_slope(memory, way, exponent, loading, unloading)
+            if abs(growth) < 1e-10:  # it has yielded
                 break
             memory = _bouc_wen_step(memory, way / n_steps, exponent, loading, unloading)
         force[i], previous = stiffness * yield_displacement * memory, displacement[i]
