@@ -4,12 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from blind.campaigns import Campaign, Joint, Structure, TestRun
+from blind.campaign import Campaign, TestRun
 from blind.excitations import SAMPLE_RATE, Drive, waveform
 from blind.ranges import Hidden
+from blind.structures import Joint, Structure
 from blind.truth import move
 
-from blind import campaigns, folder
+from blind import assembly, folder
 
 SUBSTEPS = 8
 OMEGA, ZETA, MASS = 2.0 * np.pi * 120.0, 0.02, 0.4
@@ -38,9 +39,9 @@ def campaign(
     """A campaign with these effects, each at a joint given by its number; noise is a share."""
     n = int(seconds * SAMPLE_RATE)
     rng = np.random.default_rng(5)
-    truth, _ = campaigns.assemble(structure, 0, [])
+    truth, _ = assembly.assemble(structure, 0, [])
     for at, effect in hidden:
-        more, _ = campaigns.assemble(structure, at, [effect])
+        more, _ = assembly.assemble(structure, at, [effect])
         truth = replace(truth, elements=truth.elements + more.elements)
     tests = []
     for i, one in enumerate(drives):

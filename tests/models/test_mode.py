@@ -20,6 +20,7 @@ PLAIN = Model(
     "one mass", {"coupon": 0.4}, ELEMENTS, Excitation("base acceleration"),
     {"ch3": Sensor("coupon")},
 )  # fmt: skip
+ATTACHED = Element(EFFECTS["attached_mode"](0.02, 700.0, 0.01), ("base", "coupon"))
 MODE = Mode(700.0, 0.01, 0.02, {"coupon": 1.0})
 
 
@@ -34,20 +35,18 @@ def shaken(model, frequency=0.0):
 
 
 def test_a_mode_at_one_mass_moves_as_a_mass_attached_there():
-    attached = Element(EFFECTS["attached_mode"](0.02, 700.0, 0.01), ("base", "coupon"))
-    by_element = replace(PLAIN, elements=(*ELEMENTS, attached))
+    by_element = replace(PLAIN, masses={"coupon": 0.38}, elements=(*ELEMENTS, ATTACHED))
     by_mode = replace(PLAIN, modes=(MODE,))
     assert_allclose(shaken(by_mode), shaken(by_element), rtol=1e-9, atol=1e-9)
     assert np.std(shaken(by_mode) - shaken(PLAIN)) > 0.01 * np.std(shaken(PLAIN))
 
 
 def test_harmonic_balance_has_the_same_matrices():
-    attached = Element(EFFECTS["attached_mode"](0.02, 700.0, 0.01), ("base", "coupon"))
     one, other = (
         system_of_model(model, 1.0)
         for model in (
             replace(PLAIN, modes=(MODE,)),
-            replace(PLAIN, elements=(*ELEMENTS, attached)),
+            replace(PLAIN, masses={"coupon": 0.38}, elements=(*ELEMENTS, ATTACHED)),
         )
     )
     for name in ("mass", "damping", "stiffness", "load"):
@@ -67,6 +66,11 @@ def test_a_model_file_holds_its_modes(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(model_text(model), encoding="utf-8")
     assert read_model(path).modes == model.modes
+
+
+def test_a_mode_heavier_than_its_mass_is_refused():
+    with pytest.raises(ValueError, match="less that of the modes"):
+        replace(PLAIN, modes=(Mode(700.0, 0.01, 0.5, {"coupon": 1.0}),))
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,8 @@ def read_model_file(path: Path) -> ModelFile:
         )
     except ModelError as error:
         raise document.error(("elements",), str(error), at_key=True) from error
+    except ValueError as error:
+        raise document.error(("modes",), str(error), at_key=True) from error
     return ModelFile(path, model, said.provenance, document)
 
 

@@ -22,8 +22,9 @@ class Mode:
         + k (q - \textstyle\sum \phi_i x_i) = 0, \qquad
         k = \mu (2 \pi f)^2, \quad c = 2 \zeta \mu \, 2 \pi f
 
-    and :math:`\phi_i` times the force of both acts on mass :math:`i`. With one place of
-    participation 1 it is a mass attached there.
+    and :math:`\phi_i` times the force of both acts on mass :math:`i`. What is weighed stays the
+    same: :math:`\mu \phi_i^2` of mass :math:`i` moves with the mode, so that with one place of
+    participation 1 a part of the mass there hangs on a spring.
 
     Attributes
     ----------

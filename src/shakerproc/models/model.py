@@ -198,6 +198,8 @@ class Model:
         for name, mass in self.masses.items():
             checks.positive(f"mass of {name}", mass, "kg")
         check_model(self)
+        for name, mass in self.rigid_masses.items():
+            checks.positive(f"mass of {name} less that of the modes", mass, "kg")
 
     def __reduce__(self) -> tuple[type["Model"], tuple[object, ...]]:
         """Let a model travel to another process (a mapping proxy cannot)."""
@@ -205,6 +207,14 @@ class Model:
         return Model, (
             self.title, masses, self.elements, self.excitation, sensors, self.modes
         )  # fmt: skip
+
+    @property
+    def rigid_masses(self) -> dict[str, float]:
+        """Mass of each place less what moves with the further modes [kg]."""
+        return {
+            name: mass - sum(m.mass * m.participation.get(name, 0.0) ** 2 for m in self.modes)
+            for name, mass in self.masses.items()
+        }
 
     @property
     def places(self) -> tuple[str, ...]:

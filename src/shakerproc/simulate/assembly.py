@@ -68,7 +68,7 @@ def assemble(model: Model) -> System:
     """
     elements = resolved(model)
     names = list(model.masses)
-    masses = [model.masses[name] for name in names]
+    masses = list(model.rigid_masses.values())
     linear: list[Linear] = []
     lines: list[Line] = []
     for element in elements:

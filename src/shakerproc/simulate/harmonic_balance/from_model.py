@@ -50,7 +50,7 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     attached = [(element, row) for element in elements for row in _rows(element, Law.ATTACHED)]
     names = list(model.masses)
     mass = np.diag([
-        *model.masses.values(),
+        *model.rigid_masses.values(),
         *(row.values[0] for _, row in attached),
         *(mode.mass for mode in model.modes),
     ])

@@ -1,0 +1,183 @@
+"""Further linear modes of the specimen in the band: found, fitted, judged."""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
+from shakerproc.diagnosis.estimation.linear_problem import (
+    LinearSolution,
+    LinearTest,
+    solve,
+)
+from shakerproc.diagnosis.estimation.linear_response import poles_of, sensor_responses
+
+APART: Final = 3.0
+r"""Factor between a further mode and the model's own. At a ratio r of the frequencies, an
+attached mass acts on the other mode as :math:`\mu / (1 - r^{-2})`: from 3 on as its own mass to
+within an eighth, so that a mode of a few per cent of the mass shifts the other one by less than
+its width, at every level alike. Nearer, it is an attached mode, which a diagnosis names [-]."""
+
+MOST: Final = 4
+"""Further modes that are sought at most [-]."""
+
+GAIN_ENOUGH: Final = 40.0
+"""Fall of chi-square that a mode must bring: three numbers and a place among some thousand
+frequencies cost about 3 + 2 ln 1000 (starting value) [-]."""
+
+_NEAR: Final = 0.1  # share of the frequency around a peak in which a start is sought
+_SHIFTS: Final = tuple(np.linspace(-0.06, 0.06, 25))  # of the logarithm of its frequency
+_DAMPINGS: Final = (-0.7, 0.4, 1.5)  # of the logarithm of its damping ratio
+_LARGEST: Final = 3.0  # change of the logarithm of its mass
+_STARTS: Final = 3  # frequencies from which a mode is sought
+_WIDTH: Final = 0.01  # share of the frequency over which what is left is smoothed
+_LOCAL: Final = 0.05  # share of the frequency around a mode in which it must explain
+_EXPLAINED: Final = 0.6  # of the power there, beyond noise
+
+
+def ranges(parameters: LinearParameters, values: FloatArray) -> tuple[float, float]:
+    """Return below and above which frequency a mode is a further one [Hz]."""
+    own = poles_of(parameters.model_at(values[: len(values) - 3 * len(parameters.places)]))
+    found = own.frequencies
+    if not found.size:
+        return 0.0, 0.0
+    return float(found[0]) / APART, APART * float(found[-1])
+
+
+def with_further_modes(
+    tests: Sequence[LinearTest],
+    parameters: LinearParameters,
+    solution: LinearSolution,
+    more: Sequence[FloatArray],
+) -> tuple[LinearParameters, LinearSolution]:
+    """Return unknowns and solution with every further mode that the tests show.
+
+    Parameters
+    ----------
+    tests : sequence of LinearTest
+        At the lowest level.
+    parameters, solution
+        Without further modes.
+    more : sequence of (n_sensors, n_bins) array
+        What else the model leaves, over the noise [-].
+    """
+    limits = ranges(parameters, solution.values)
+    for _ in range(MOST):
+        found = _next_mode(tests, parameters, solution, more, limits)
+        if found is None:
+            break
+        parameters, solution = found
+    return parameters, solution
+
+
+def _next_mode(
+    tests: Sequence[LinearTest],
+    parameters: LinearParameters,
+    solution: LinearSolution,
+    more: Sequence[FloatArray],
+    limits: tuple[float, float],
+) -> tuple[LinearParameters, LinearSolution] | None:
+    starts = [
+        _local(tests[0], (parameters, solution.values), more[0], place, frequency)
+        for frequency in _peaks(tests, parameters, solution, more, limits)
+        for place in parameters.model.masses
+    ]
+    if not starts:
+        return None
+    fall, richer, start = max(starts, key=lambda found: found[0])
+    if fall < GAIN_ENOUGH:
+        return None
+    found = richer, solve(tests, richer, start, more)
+    if found[1].chi_square > solution.chi_square - GAIN_ENOUGH:
+        return None
+    return found if _is_mode(tests, (parameters, solution), found, more, limits) else None
+
+
+def _local(
+    test: LinearTest,
+    before: tuple[LinearParameters, FloatArray],
+    extra: FloatArray,
+    place: str,
+    frequency: float,
+) -> tuple[float, LinearParameters, FloatArray]:
+    """Return the fall of chi-square that a mode near a frequency brings there, and its start.
+
+    All other numbers stand still, and what the mode changes is seen bin by bin.
+    """
+    parameters, values = before
+    richer = parameters.with_mode(place, frequency)
+    near = np.abs(test.bins / frequency - 1.0) < _NEAR
+    weight = 1.0 / np.sqrt(test.density[:, near] * (1.0 + extra[:, near]))
+    left = (
+        weight
+        * test.whitened(test.test.responses - test.simulated(parameters, values))[:, near]
+    )
+    chain = parameters.chain_at(values)
+    drive = test.whitened((chain.weights @ test.test.arrays.controls)[np.newaxis])[:, near]
+    as_is = sensor_responses(parameters.model_at(values), test.bins[near])
+    best = (0.0, richer, np.concatenate([values, np.zeros(3)]))
+    for shift, damping in product(_SHIFTS, _DAMPINGS):
+        mass = 0.0
+        for _ in range(2):  # the change is nearly proportional to the mass
+            trial = np.concatenate([values, (mass, shift, damping)])
+            change = sensor_responses(richer.model_at(trial), test.bins[near]) - as_is
+            change = weight * drive * change * chain.gains[:, np.newaxis]
+            power = float(np.sum(np.abs(change) ** 2))
+            factor = float(np.sum((change.conj() * left).real)) / max(power, 1e-300)
+            if not factor > 0.0:
+                break
+            fall = float(np.sum(np.abs(left) ** 2) - np.sum(np.abs(left - change) ** 2))
+            if fall > best[0]:
+                best = (fall, richer, trial)
+            mass = float(np.clip(mass + np.log(factor), -_LARGEST, _LARGEST))
+    return best
+
+
+def _peaks(
+    tests: Sequence[LinearTest],
+    parameters: LinearParameters,
+    solution: LinearSolution,
+    more: Sequence[FloatArray],
+    limits: tuple[float, float],
+) -> list[float]:
+    """Return the frequencies at which most is left beyond noise, where a mode may be [Hz]."""
+    test, extra = tests[0], more[0]
+    power = np.abs(test.residual(parameters, solution.values)) ** 2 / (1.0 + extra)
+    total = power.sum(axis=0)
+    allowed = (test.bins < limits[0]) | (test.bins > limits[1])
+    width = max(3, round(_WIDTH * float(test.bins[-1]) / float(np.diff(test.bins[:2])[0])))
+    smooth = scipy.ndimage.uniform_filter1d(total, width)
+    smooth = np.where(allowed, smooth, 0.0)
+    found: list[float] = []
+    for _ in range(_STARTS):
+        i = int(np.argmax(smooth))
+        if not smooth[i] > 0.0:
+            break
+        found.append(float(test.bins[i]))
+        smooth[np.abs(test.bins - test.bins[i]) < 0.1 * test.bins[i]] = 0.0
+    return found
+
+
+def _is_mode(
+    tests: Sequence[LinearTest],
+    before: tuple[LinearParameters, LinearSolution],
+    after: tuple[LinearParameters, LinearSolution],
+    more: Sequence[FloatArray],
+    limits: tuple[float, float],
+) -> bool:
+    """Return whether what was fitted lies where it may, and explains what is left there."""
+    parameters, solution = after
+    mode = parameters.model_at(solution.values).modes[-1]
+    if limits[0] <= mode.frequency <= limits[1]:
+        return False
+    left = [0.0, 0.0]
+    for test, extra in zip(tests, more, strict=True):
+        near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
+        for k, (which, found) in enumerate((before, after)):
+            power = np.abs(test.residual(which, found.values)) ** 2 / (1.0 + extra)
+            left[k] += float(np.sum(power[:, near] - 2.0))
+    return left[0] > 0.0 and left[1] < (1.0 - _EXPLAINED) * left[0]

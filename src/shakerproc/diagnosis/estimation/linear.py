@@ -1,0 +1,288 @@
+"""Linear first: own numbers, chain of measurement and further modes, before any effect."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.compare import at_samples
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.further_modes import with_further_modes
+from shakerproc.diagnosis.estimation.linear_parameters import Chain, LinearParameters
+from shakerproc.diagnosis.estimation.linear_problem import (
+    LinearSolution,
+    LinearTest,
+    misfit,
+    prepared,
+    refined,
+    solve,
+)
+from shakerproc.models import Model
+from shakerproc.models.laws import Law
+from shakerproc.models.surroundings import resolved
+from shakerproc.simulate import Runs, free_runs, prepare
+
+SAME_LEVEL: Final = 1.5
+"""Responses up to so many times the lowest are of the lowest level: random drives of one level
+scatter less, and levels of a campaign differ by more [-]."""
+
+LINEAR_ENOUGH: Final = 0.1
+"""Share of the response that the linear model may leave in a test in which further modes are
+sought: a resonance that has shifted leaves it, and a mode apart from it still shows [-]."""
+
+UNUSUAL: Final = 3.0
+"""Deviations of its prior from which a number of the chain of measurement is unusual [-]."""
+
+_ROUNDS: Final = 3  # of weights by what the model leaves
+_SCAN: Final = tuple(np.linspace(-0.6, 0.6, 49))  # of the logarithm of all stiffnesses
+_QUANTILE: Final = 1.96  # of a 95 % interval, in standard deviations
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LinearNumber:
+    """One number of the linear model.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    unit : str
+        SI unit of what it stands for.
+    value, low, high : float
+        Logarithm of a factor on the prior, or the number itself for delays and weights, with
+        its 95 % interval.
+    deviations : float
+        Of the prior, by which it is off [-].
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    deviations: float
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearModel:
+    """What effects are judged on top of.
+
+    Attributes
+    ----------
+    model : Model
+        With fitted stiffness and damping, and further modes.
+    chain : Chain
+        Gains, delays, weights of the controls.
+    numbers : tuple of LinearNumber
+        Every unknown of the fit with its interval.
+    left : mapping of str to float
+        For each test the rms that the linear model leaves, over that measured, in its band [-].
+    unusual : tuple of LinearNumber
+        Numbers of the chain of measurement that their priors do not expect.
+    notes : tuple of str
+        What was found, a sentence each.
+    """
+
+    model: Model
+    chain: Chain
+    numbers: tuple[LinearNumber, ...]
+    left: dict[str, float]
+    unusual: tuple[LinearNumber, ...]
+    notes: tuple[str, ...]
+
+    def input_of(self, test: Test) -> FloatArray:
+        """Return what drives the model in a test: its controls, weighted, (n,) array."""
+        mean = test.arrays.controls.mean(axis=1, keepdims=True)
+        return np.asarray(self.chain.weights @ (test.arrays.controls - mean))
+
+    def recorded(self, outputs: FloatArray, sample_rate: float) -> FloatArray:
+        """Return what the chain of measurement makes of simulated sensors, an array like them.
+
+        Parameters
+        ----------
+        outputs : (n_sensors, n) array
+            At the samples [SI].
+        sample_rate : float
+            Samples per second [Hz].
+        """
+        n = outputs.shape[1]
+        frequency = np.fft.rfftfreq(2 * n, 1.0 / sample_rate)
+        turn = np.exp(-2j * np.pi * frequency * self.chain.delays[:, np.newaxis])
+        spectrum = np.fft.rfft(outputs, 2 * n) * turn * self.chain.gains[:, np.newaxis]
+        return np.asarray(np.fft.irfft(spectrum, 2 * n)[:, :n])
+
+
+def fit_linear(model: Model, tests: Sequence[Test]) -> LinearModel:
+    """Return the linear model of tests: own numbers, chain of measurement, further modes.
+
+    It is fitted to the tests of the lowest level that are not held out, in the frequency
+    domain, whitened with noise and with what is not coherent with the input there, all numbers
+    under their priors. What the model leaves beyond that is systematic, however long the test:
+    a third octave of it counts as one sample, so that the priors hold where physics is missing.
+    Modes more than `further_modes.APART` times above or below the model's own are fitted; a
+    mode nearer is an effect, and left to the choice.
+
+    Parameters
+    ----------
+    model : Model
+        The prior.
+    tests : sequence of Test
+        All tests of the campaign.
+    """
+    chosen = [_prepared(model, test) for test in _lowest(tests)]
+    parameters = LinearParameters(model, len(tests[0].arrays.controls))
+    none = [np.zeros_like(test.density) for test in chosen]
+    solution = solve(chosen, parameters, _scanned(chosen, parameters), none)
+    chosen = [refined(test, parameters, solution.values) for test in chosen]
+    solution = solve(chosen, parameters, solution.values, none)
+    telling = _most_telling(tests, chosen, parameters, solution)
+    extra = misfit(telling, parameters, solution.values)
+    richer, with_modes = with_further_modes([telling], parameters, solution, [extra])
+    modes = with_modes.values[solution.values.size :]
+    values = np.concatenate([solution.values, modes])
+    free = np.arange(values.size) < solution.values.size
+    solution = _settled(chosen, richer, values, free)
+    solution.covariance[~free] = with_modes.covariance[~free]
+    return _result(tests, richer, solution)
+
+
+def _settled(
+    tests: Sequence[LinearTest],
+    parameters: LinearParameters,
+    values: FloatArray,
+    free: NDArray[np.bool_],
+) -> LinearSolution:
+    """Return the solution with what the model leaves as a systematic error."""
+    more = [_systematic(test, parameters, values) for test in tests]
+    solution = solve(tests, parameters, values, more, free)
+    for _ in range(_ROUNDS - 1):
+        if not any(extra.any() for extra in more):
+            break
+        more = [_systematic(test, parameters, solution.values) for test in tests]
+        solution = solve(tests, parameters, solution.values, more, free)
+    return solution
+
+
+def _most_telling(
+    tests: Sequence[Test],
+    chosen: Sequence[LinearTest],
+    parameters: LinearParameters,
+    solution: LinearSolution,
+) -> LinearTest:
+    """Return the loudest test that the linear model explains: it shows most above the noise."""
+    for test in sorted(_free(tests), key=_size, reverse=True):
+        ready = _prepared(parameters.model, test)
+        if _share_left(ready, parameters, solution.values) < LINEAR_ENOUGH:
+            return refined(ready, parameters, solution.values)
+    return chosen[0]
+
+
+def _free(tests: Sequence[Test]) -> list[Test]:
+    """Return the tests that may be fitted to; all of them where all are held out."""
+    return [test for test in tests if not test.arrays.hold_out] or list(tests)
+
+
+def _size(test: Test) -> float:
+    """Return the rms of the responses."""
+    return float(np.sqrt(np.mean(test.responses[:, test.start : test.stop] ** 2)))
+
+
+def _lowest(tests: Sequence[Test]) -> list[Test]:
+    """Return the tests that may be fitted to at the lowest level."""
+    free = _free(tests)
+    least = min(map(_size, free))
+    return [test for test in free if _size(test) <= SAME_LEVEL * least]
+
+
+def _prepared(model: Model, test: Test) -> LinearTest:
+    """Return a test with what the model adds to its own linear part."""
+    apart = np.zeros_like(test.responses)
+    linear = {Law.LINEAR, Law.ATTACHED}
+    laws = {row.law for element in resolved(model) for row in element.effect.rows()}
+    if laws <= linear and not any(sensor.faults for sensor in model.sensors.values()):
+        return prepared(model, test, apart)
+    given = prepare(test.input, test.sample_rate, tolerance=1e-9)
+    found = free_runs(model, Runs((given,), np.array([(0, 0, given.n_samples)])))
+    plain = prepared(model, test, apart)
+    parameters = LinearParameters(model, len(test.arrays.controls))
+    own = plain.simulated(parameters, np.zeros(parameters.spreads.size))
+    if found.failed[0]:
+        return plain
+    return prepared(model, test, at_samples(model, found.outputs[0]) - own)
+
+
+def _scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
+    """Return the best common factor on all stiffnesses: a resonance off has no slopes."""
+    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
+    best, least = np.zeros(stiff.size), np.inf
+    for factor in _SCAN:
+        values = np.where(stiff, factor, 0.0)
+        left = sum(
+            float(np.sum(np.log1p(np.abs(test.residual(parameters, values)) ** 2)))
+            for test in tests
+        )
+        if left < least:
+            best, least = values, left
+    return best
+
+
+def _systematic(
+    test: LinearTest, parameters: LinearParameters, values: FloatArray
+) -> FloatArray:
+    """Return the misfit over the noise, times the bins of the third octave that share it."""
+    width = test.bins * (2.0 ** (1.0 / 6.0) - 2.0 ** (-1.0 / 6.0))
+    share = np.maximum(1.0, width / float(np.diff(test.bins[:2])[0]))
+    return np.asarray(misfit(test, parameters, values) * share)
+
+
+def _result(
+    tests: Sequence[Test], parameters: LinearParameters, solution: LinearSolution
+) -> LinearModel:
+    model = parameters.model_at(solution.values)
+    deviations = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
+    numbers = tuple(
+        LinearNumber(
+            c.name, c.unit, float(x), float(x - _QUANTILE * d), float(x + _QUANTILE * d),
+            float(x / c.spread),
+        )
+        for c, x, d in zip(parameters.coordinates, solution.values, deviations, strict=True)
+    )  # fmt: skip
+    first = len(parameters.own)
+    last = numbers[first : len(numbers) - 3 * len(parameters.places)]
+    return LinearModel(
+        model=model,
+        chain=parameters.chain_at(solution.values),
+        numbers=numbers,
+        left={
+            test.name: _share_left(
+                _prepared(parameters.model, test), parameters, solution.values
+            )
+            for test in tests
+        },
+        unusual=tuple(n for n in last if abs(n.deviations) > UNUSUAL),
+        notes=_notes(model, len(parameters.places)),
+    )
+
+
+def _share_left(test: LinearTest, parameters: LinearParameters, values: FloatArray) -> float:
+    """Return the rms that the linear model leaves over that measured, in the band [-]."""
+    left = test.test.responses - test.simulated(parameters, values)
+    part, whole = (
+        float(np.sum(np.abs(test.whitened(rows)) ** 2)) for rows in (left, test.test.responses)
+    )
+    return float(np.sqrt(part / whole)) if whole > 0.0 else 0.0
+
+
+def _notes(model: Model, n_modes: int) -> tuple[str, ...]:
+    if not n_modes:
+        return ()
+    found = sorted(mode.frequency for mode in model.modes[-n_modes:])
+    said = " and ".join(f"{frequency:.4g}" for frequency in found)
+    one = "a further mode" if n_modes == 1 else "further modes"
+    was = "was" if n_modes == 1 else "were"
+    return (f"{one[0].upper()}{one[1:]} at {said} Hz {was} fitted as linear.",)

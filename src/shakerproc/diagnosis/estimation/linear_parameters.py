@@ -1,0 +1,194 @@
+"""The numbers of the linear model, their priors, and what they make of model and channels."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.models import Element, Mode, Model
+from shakerproc.models.laws import Law
+
+PRIORS: Final[Mapping[str, float]] = MappingProxyType({
+    "N/m": 0.3,
+    "N s/m": 1.0,
+    "1": 1.0,
+})
+"""Standard deviations of the logarithm of a model's own numbers, by unit: joints are known to
+a third in stiffness and to a factor of e in damping (starting values) [-]."""
+
+GAIN: Final = 0.01
+"""Standard deviation of the logarithm of a sensor's gain: what calibration leaves [-]."""
+
+SKEW: Final = 20e-6
+"""Standard deviation of the time of a response against the controls: multiplexed converters,
+filters of unequal sensors [s]."""
+
+WEIGHT: Final = 0.25
+"""Standard deviation of the weight of a control about 1/n: half a table's length between two
+controls, in the middle of which the joint may stand or not [-]."""
+
+MODE_SHARE: Final = (0.02, 1.5)
+"""Middle and standard deviation of the logarithm of a further mode's mass over that of its
+place: 0.1 to 40 % [-]."""
+
+MODE_DAMPING: Final = (0.01, 1.0)
+"""Middle and standard deviation of the logarithm of its damping ratio: 0.14 to 7 % [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """What lies between the motion and the samples.
+
+    Attributes
+    ----------
+    gains : (n_sensors,) array
+        Of the responses, relative to the input [-].
+    delays : (n_sensors,) array
+        By which the responses lag behind the input [s].
+    weights : (n_controls,) array
+        Of the controls in what drives the model; their sum is 1 [-].
+    """
+
+    gains: FloatArray
+    delays: FloatArray
+    weights: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One unknown of the linear fit, 0 at its prior.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    unit : str
+        Of the number that it stands for.
+    spread : float
+        Standard deviation of the prior.
+    step : float
+        For slopes.
+    """
+
+    name: str
+    unit: str
+    spread: float
+    step: float
+
+
+@final
+class LinearParameters:
+    """The unknowns of the linear fit: own numbers, chain of measurement, further modes.
+
+    Parameters
+    ----------
+    model : Model
+        The prior.
+    n_controls : int
+        Channels that drive it.
+    places : sequence of (str, float)
+        Mass at which each further mode sits, and the frequency around which it is sought [Hz].
+    """
+
+    def __init__(
+        self, model: Model, n_controls: int, places: Sequence[tuple[str, float]] = ()
+    ) -> None:
+        self.model, self.places = model, tuple(places)
+        self.n_controls, self.n_sensors = n_controls, len(model.sensors)
+        self.own = _own_numbers(model)
+        # directions in which weights change while their sum stays 1
+        mean = np.full((n_controls, 1), 1.0 / np.sqrt(n_controls))
+        self.contrasts = np.linalg.svd(np.eye(n_controls) - mean @ mean.T)[0][:, :-1]
+        self.coordinates = (
+            *(self._own(i, name) for i, name in self.own),
+            *(Coordinate(f"gain of {s}", "1", GAIN, 1e-5) for s in model.sensors),
+            *(Coordinate(f"delay of {s}", "s", SKEW, 1e-8) for s in model.sensors),
+            *(
+                Coordinate(f"weight of control {i + 1}", "1", WEIGHT * np.sqrt(2.0), 1e-4)
+                for i in range(n_controls - 1)
+            ),
+            *(
+                Coordinate(f"{what} of the mode at {frequency:.4g} Hz", unit, spread, 1e-4)
+                for _, frequency in self.places
+                for what, unit, spread in (
+                    ("mass", "kg", MODE_SHARE[1]),
+                    ("frequency", "Hz", 0.05),
+                    ("damping ratio", "1", MODE_DAMPING[1]),
+                )
+            ),
+        )
+
+    def _own(self, index: int, name: str) -> Coordinate:
+        element = self.model.elements[index]
+        unit = element.effect.parameters[name].unit
+        between = " and ".join(element.between)
+        return Coordinate(
+            f"{name} of the {element.effect.kind} between {between}", unit, PRIORS[unit], 1e-5
+        )
+
+    @property
+    def spreads(self) -> FloatArray:
+        """Standard deviations of the priors, (n,) array."""
+        return np.array([c.spread for c in self.coordinates])
+
+    def model_at(self, values: FloatArray) -> Model:
+        """Return the model with its own numbers and further modes."""
+        elements = list(self.model.elements)
+        for (i, name), x in zip(self.own, values, strict=False):
+            changed = getattr(elements[i].effect, name) * float(np.exp(x))
+            effect = replace(elements[i].effect, **{name: changed})  # type: ignore[type-var]
+            elements[i] = Element(effect, elements[i].between)
+        first = len(values) - 3 * len(self.places)
+        modes = [
+            _mode(self.model, place, frequency, values[first + 3 * k : first + 3 * k + 3])
+            for k, (place, frequency) in enumerate(self.places)
+        ]
+        return replace(self.model, elements=tuple(elements), modes=(*self.model.modes, *modes))
+
+    def chain_at(self, values: FloatArray) -> Chain:
+        """Return the chain of measurement."""
+        first = len(self.own)
+        gains, delays = (
+            values[first + k * self.n_sensors : first + (k + 1) * self.n_sensors]
+            for k in range(2)
+        )
+        at = first + 2 * self.n_sensors
+        weights = np.full(self.n_controls, 1.0 / self.n_controls)
+        weights = weights + self.contrasts @ values[at : at + self.n_controls - 1]
+        return Chain(np.exp(gains), delays, weights)
+
+    def with_mode(self, place: str, frequency: float) -> "LinearParameters":
+        """Return the same with one more mode."""
+        return LinearParameters(self.model, self.n_controls, (*self.places, (place, frequency)))
+
+
+def _own_numbers(model: Model) -> list[tuple[int, str]]:
+    """Return element and name of every number of the springs and dampers that is not 0."""
+    found = []
+    for i, element in enumerate(model.elements):
+        try:
+            laws = {row.law for row in element.effect.rows()}
+        except ValueError:  # takes a number from what it stands in parallel with
+            laws = {Law.LINEAR}
+        if laws != {Law.LINEAR}:
+            continue
+        for name, parameter in element.effect.parameters.items():
+            value = getattr(element.effect, name)
+            if value is not None and value != 0.0 and parameter.unit in PRIORS:
+                found.append((i, name))
+    return found
+
+
+def _mode(model: Model, place: str, frequency: float, values: FloatArray) -> Mode:
+    share, shift, damping = (float(x) for x in values)
+    return Mode(
+        frequency * float(np.exp(shift)),
+        MODE_DAMPING[0] * float(np.exp(damping)),
+        MODE_SHARE[0] * float(np.exp(share)) * model.masses[place],
+        {place: 1.0},
+    )

@@ -1,0 +1,121 @@
+"""The linear model before any effect, against campaigns of an independent truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from blind.excitations import SAMPLE_RATE
+from blind.ranges import Hidden
+from blind.structures import Joint, Structure
+from tests.compare.small_campaigns import JOINT, MASS, campaign, drive
+
+from blind import laws
+from shakerproc.diagnosis.data import TestArrays, prepared
+from shakerproc.diagnosis.estimation.linear import fit_linear
+from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
+
+OMEGA, SHARE, ZETA = 2.0 * np.pi * 600.0, 0.03, 0.01
+SECOND = SHARE * MASS
+WITH_MODE = Structure(
+    (MASS - SECOND, SECOND),
+    (JOINT, Joint(0, 1, SECOND * OMEGA**2, 2.0 * ZETA * SECOND * OMEGA)),
+)
+DRIVES = (drive(), drive(level=15.0, number=2))
+
+
+def model(stiffness=1.0, damping=1.0):
+    joint = (
+        Element(EFFECTS["spring"](stiffness * JOINT.stiffness), ("base", "coupon")),
+        Element(EFFECTS["damper"](damping * JOINT.damping), ("base", "coupon")),
+    )
+    return Model(
+        "one mass", {"coupon": MASS}, joint, Excitation("base acceleration"),
+        {"ch3": Sensor("coupon")},
+    )  # fmt: skip
+
+
+def arrays_of(made):
+    return prepared([
+        TestArrays(
+            str(t.number), SAMPLE_RATE, t.control, t.response[:1],
+            excitation="random", band=(20.0, 800.0),
+        )
+        for t in made.tests
+    ])  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return arrays_of(campaign(drives=DRIVES))
+
+
+@pytest.fixture(scope="module")
+def with_mode():
+    return arrays_of(campaign(WITH_MODE, drives=DRIVES))
+
+
+def stiffness_of(found):
+    return found.model.elements[0].effect.stiffness
+
+
+def test_own_numbers_are_found_and_no_mode(plain):
+    found = fit_linear(model(1.15, 0.6), plain)
+    assert stiffness_of(found) == pytest.approx(JOINT.stiffness, rel=1e-3)
+    assert found.model.elements[1].effect.damping == pytest.approx(JOINT.damping, rel=5e-3)
+    assert found.model.modes == ()
+    assert found.notes == ()
+    assert max(found.left.values()) < 0.006
+
+
+def test_a_further_mode_is_found_with_its_numbers(with_mode):
+    found = fit_linear(model(), with_mode)
+    (mode,) = found.model.modes
+    assert mode.frequency == pytest.approx(600.0, rel=2e-3)
+    assert mode.damping_ratio == pytest.approx(ZETA, rel=0.1)
+    assert mode.mass == pytest.approx(SECOND, rel=0.05)
+    assert max(found.left.values()) < 0.006
+    (note,) = found.notes
+    assert note == f"A further mode at {mode.frequency:.4g} Hz was fitted as linear."
+
+
+def test_a_mode_near_the_own_one_is_left_to_the_choice():
+    omega = 2.0 * np.pi * 200.0
+    near = replace(
+        WITH_MODE,
+        joints=(JOINT, Joint(0, 1, SECOND * omega**2, 2.0 * ZETA * SECOND * omega)),
+    )
+    assert fit_linear(model(), arrays_of(campaign(near, drives=DRIVES))).model.modes == ()
+
+
+def test_gain_delay_and_unequal_controls_are_numbers_of_the_chain(plain):
+    rng = np.random.default_rng(4)
+    changed = []
+    for test in plain:
+        n = test.n_samples
+        frequency = np.fft.rfftfreq(n, 1.0 / SAMPLE_RATE)
+        turn = 1.01 * np.exp(-2j * np.pi * frequency * 2e-5)
+        late = np.fft.irfft(np.fft.rfft(test.responses) * turn, n)
+        rocking = 0.1 * np.std(test.input) * rng.standard_normal(n)
+        controls = test.input + np.array([[0.4 * 2.0], [-0.6 * 2.0]]) * rocking
+        changed.append(replace(test.arrays, controls=controls, responses=late))
+    found = fit_linear(model(), prepared(changed))
+    assert found.chain.gains[0] == pytest.approx(1.01, abs=1e-3)
+    assert found.chain.delays[0] == pytest.approx(2e-5, abs=1e-6)
+    assert found.chain.weights == pytest.approx([0.6, 0.4], abs=0.02)
+    assert found.unusual == ()
+    assert max(found.left.values()) < 0.02
+
+
+def test_a_gain_far_from_its_prior_is_told(plain):
+    loud = [replace(t.arrays, responses=1.2 * t.arrays.responses) for t in plain]
+    found = fit_linear(model(), prepared(loud))
+    assert [number.name for number in found.unusual] == ["gain of ch3"]
+
+
+def test_a_gap_changes_neither_the_stiffness_much_nor_adds_modes():
+    gap = Hidden({}, ((laws.GAP, (3.0 * JOINT.stiffness, 3e-5, 3e-5), (-3e-5, 3e-5)),))
+    made = campaign(hidden=((0, gap),), drives=(drive(level=2.0), drive(level=12.0, number=2)))
+    found = fit_linear(model(), arrays_of(made))
+    assert found.model.modes == ()
+    assert stiffness_of(found) == pytest.approx(JOINT.stiffness, rel=0.3)
+    assert found.unusual == ()
