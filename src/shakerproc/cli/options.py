@@ -38,6 +38,15 @@ def not_negative(value: float | None) -> float | None:
     return value
 
 
+def own_effects(path: Path | None) -> Path | None:
+    """Make the effects of a Python file known, and those of no other file."""
+    if path is not None:
+        from shakerproc.model_files.effect_files import load_effects
+
+        load_effects(path)
+    return path
+
+
 def window_of(value: str | None) -> str | None:
     """Return the name of a window.
 
@@ -109,6 +118,19 @@ def check_order(model: Path, log: Path) -> None:
 LONGEST_SEGMENT = 2**24
 """Samples of the longest segment: three channels of it take 400 MB."""
 
+EffectsOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--effects",
+        metavar="FILE",
+        help="Python file with effects of your own; it is run.",
+        show_default="none",
+        exists=True,
+        dir_okay=False,
+        is_eager=True,
+        callback=own_effects,
+    ),
+]
 LogArgument: TypeAlias = Annotated[
     Path,
     typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),

@@ -6,6 +6,7 @@ from shakerproc.models.faults import FAULTS
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
+from shakerproc.models.sampling import AbstractSampledEffect
 
 __all__ = [
     "BASE",
@@ -14,6 +15,7 @@ __all__ = [
     "AbstractEffect",
     "AbstractFault",
     "AbstractMemorylessEffect",
+    "AbstractSampledEffect",
     "Element",
     "Excitation",
     "Mode",

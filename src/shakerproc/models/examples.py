@@ -9,6 +9,7 @@ from types import MappingProxyType
 from shakerproc.models import effects, faults
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.own_effects import tried
 
 EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({
     example.kind: example
@@ -44,6 +45,18 @@ EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({
         ),
     )
 })
+
+
+def example_of(kind: str) -> AbstractEffect:
+    """Return an effect of realistic size: an example, or where one's own effect is sought.
+
+    Raises
+    ------
+    KeyError
+        If there is no such kind.
+    """
+    return EXAMPLES[kind] if kind in EXAMPLES else tried(effects.EFFECTS[kind])[0]
+
 
 FAULT_EXAMPLES: Mapping[str, AbstractFault] = MappingProxyType({
     example.kind: example

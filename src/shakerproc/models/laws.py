@@ -1,8 +1,12 @@
 """The force laws that the compiled kernels know: what every effect is written in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, unique
 from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
 
 
 @unique
@@ -45,10 +49,10 @@ class Row:
         Which force law.
     values : tuple of float
         Its numbers, at most six, in the order that `Law` gives [SI].
-    table : tuple of float
+    table : (any,) array
         More numbers, of a tabulated law (see `tabulated.packed`).
     """
 
     law: Law
     values: tuple[float, ...]
-    table: tuple[float, ...] = ()
+    table: FloatArray = field(default_factory=lambda: np.zeros(0), compare=False)

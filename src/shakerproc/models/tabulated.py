@@ -109,13 +109,13 @@ class SplineTable:
         n_z, n_v = self.coefficients.shape[:2]
         values = (float(n_z), float(n_v), float(len(cut.surfaces)), float(axis))
         numbers = (
-            *self.displacement.origins,
-            *self.velocity.origins,
-            *cut.surfaces,
-            *cut.firsts,
-            *self.coefficients.ravel(),
+            self.displacement.origins,
+            self.velocity.origins,
+            np.array(cut.surfaces, float),
+            np.array(cut.firsts, float),
+            self.coefficients.ravel(),
         )
-        return Row(Law.TABLE, values, tuple(float(number) for number in numbers))
+        return Row(Law.TABLE, values, np.concatenate(numbers))
 
 
 def spline_table(displacement: Axis, velocity: Axis, force: FloatArray) -> SplineTable:
@@ -170,12 +170,16 @@ def _second_derivatives(knots: FloatArray, values: FloatArray) -> FloatArray:
     n = knots.size
     if n < 3:
         return bend
+    from scipy.linalg import solve_banded  # a quarter of a second, which few models need
+
     step = np.diff(knots)
     slope = np.diff(values, axis=0) / step.reshape(-1, *[1] * (values.ndim - 1))
-    system = np.diag(2.0 * (step[:-1] + step[1:]))
-    system += np.diag(step[1:-1], 1) + np.diag(step[1:-1], -1)
+    system = np.zeros((3, n - 2))
+    system[0, 1:] = system[2, :-1] = step[1:-1]
+    system[1] = 2.0 * (step[:-1] + step[1:])
     right = 6.0 * np.diff(slope, axis=0)
-    bend[1:-1] = np.linalg.solve(system, right.reshape(n - 2, -1)).reshape(right.shape)
+    solved = solve_banded((1, 1), system, right.reshape(n - 2, -1))
+    bend[1:-1] = solved.reshape(right.shape)
     return bend
 
 

@@ -9,7 +9,7 @@ from shakerproc.data import FloatArray
 from shakerproc.models import EFFECTS, FAULTS
 from shakerproc.models.effects import AttachedMode, StiffnessDrift
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
-from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
+from shakerproc.models.examples import FAULT_EXAMPLES, example_of
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.report import style
 
@@ -74,7 +74,7 @@ def picture(kind: str) -> "Figure":
     """
     if kind in FAULTS:
         return _fault_picture(FAULT_EXAMPLES[kind])
-    effect = EXAMPLES[kind]
+    effect = example_of(kind)
     if isinstance(effect, AttachedMode):
         return _attached_picture(effect)
     if isinstance(effect, StiffnessDrift):
@@ -84,7 +84,7 @@ def picture(kind: str) -> "Figure":
 
 def numbers(kind: str) -> str:
     """Return the numbers that a picture is drawn with, such as ``k = 1.2e+05 N/m``."""
-    return _numbers_of((EXAMPLES if kind in EFFECTS else FAULT_EXAMPLES)[kind])
+    return _numbers_of(example_of(kind) if kind in EFFECTS else FAULT_EXAMPLES[kind])
 
 
 def _shown(value: object) -> str:

@@ -127,13 +127,14 @@ def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> 
 def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Machine:
     """Return the numbers of a model whose laws start with no memory."""
     values = np.zeros((len(lines), 6))
-    tables: list[float] = []
+    tables: list[FloatArray] = []
     table = np.full((len(lines), 4), -1)
     n_states = 0
     for i, (row, first, second) in enumerate(lines):
-        numbers = (float(len(tables)), *row.values) if row.law is Law.TABLE else row.values
+        start = float(sum(table.size for table in tables))
+        numbers = (start, *row.values) if row.law is Law.TABLE else row.values
         values[i, : len(numbers)] = numbers
-        tables += row.table
+        tables.append(row.table)
         table[i, :3] = row.law, second, first
         if row.law in _WITH_STATE:
             table[i, MEMORY] = n_states
@@ -141,7 +142,8 @@ def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Mac
     with_stack = any(row.law is Law.IWAN for row, _, _ in lines)
     stack = np.zeros((len(lines), 2, STACK if with_stack else 0))
     mode = np.zeros((len(lines), 2), np.int64)
-    anchor, numbers_of_tables = np.zeros((len(lines), 4)), np.array(tables, float)
+    anchor = np.zeros((len(lines), 4))
+    numbers_of_tables = np.concatenate([np.zeros(0), *tables])
     return Machine(
         mass, matrix, table, values, mode, anchor, stack, numbers_of_tables, 1.0 / mass,
         NOBODY, np.zeros((0, matrix.shape[1])),

@@ -136,10 +136,10 @@ def _print_loop(kind: str, json: str | None) -> None:
 def _loop(kind: str, columns: int, rows: int) -> str:
     """Return the force over a cycle of displacement, as lines of characters."""
     from shakerproc.models.effects import StiffnessDrift
-    from shakerproc.models.examples import EXAMPLES
+    from shakerproc.models.examples import example_of
     from shakerproc.report.effects import LARGEST, cycle_of
 
-    effect = EXAMPLES[kind]
+    effect = example_of(kind)
     if isinstance(effect, StiffnessDrift) and effect.stiffness is None:
         effect = effect.in_place(1.2e5, 1.0)
     cycle = cycle_of(effect, LARGEST)

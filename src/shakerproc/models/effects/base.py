@@ -138,6 +138,11 @@ class AbstractEffect(ABC):
         return None
 
     @classmethod
+    def example(cls) -> "AbstractEffect | None":
+        """Return one of realistic size, to draw and to try it; None where `EXAMPLES` has it."""
+        return None
+
+    @classmethod
     def identification(cls, at: JointScales) -> Identification | None:
         """Return how to look for this effect in a joint; None if it is never looked for.
 

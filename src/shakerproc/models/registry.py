@@ -1,0 +1,71 @@
+"""The mapping of all effects: those of shakerproc, of installed packages and of the user."""
+
+from collections.abc import Iterator, Mapping
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Final, final
+
+if TYPE_CHECKING:
+    from shakerproc.models.effects.base import AbstractEffect
+
+    Kinds = Mapping[str, type[AbstractEffect]]
+
+GROUP: Final = "shakerproc.effects"
+"""Entry points of packages that bring effects: each names a class, or a module with some."""
+
+
+@final
+class Effects(Mapping[str, "type[AbstractEffect]"]):
+    """Effects by kind.
+
+    Those of installed packages are looked for when all are listed, or one is asked for that is
+    not there. The user's own ones of this run are given by `use_own`.
+    """
+
+    def __init__(self, known: "Kinds") -> None:
+        self._known = dict(known)
+        self._installed: dict[str, type[AbstractEffect]] | None = None
+        self._own: dict[str, type[AbstractEffect]] = {}
+
+    def __getitem__(self, kind: str) -> "type[AbstractEffect]":
+        found = self._known.get(kind) or self._own.get(kind)
+        return found or self._all()[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all())
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+    @property
+    def own(self) -> "Kinds":
+        """What the user brought."""
+        return dict(self._own)
+
+    def use_own(self, own: "Kinds") -> None:
+        """Let these be the user's own effects from now on, and no others."""
+        self._own = dict(own)
+
+    def _all(self) -> dict[str, "type[AbstractEffect]"]:
+        if self._installed is None:
+            self._installed = {}  # what looks for them may list the others
+            self._installed = _installed(self._known)
+        return {**self._known, **self._installed, **self._own}
+
+
+def _installed(known: "Kinds") -> "dict[str, type[AbstractEffect]]":
+    """Return the effects of installed packages.
+
+    Raises
+    ------
+    ModelError
+        If one cannot be used.
+    """
+    found: dict[str, type[AbstractEffect]] = {}
+    for entry in entry_points(group=GROUP):
+        from shakerproc.models.own_effects import checked, effects_in, failing
+
+        where = f"entry point {entry.name} ({entry.value})"
+        with failing(where):
+            loaded = entry.load()
+        found |= checked(effects_in(loaded), where, {**known, **found})
+    return found
