@@ -74,6 +74,12 @@ def test_a_breathing_crack_swings_half_a_period_on_each_stiffness(example):
     assert shown["motion"].min() == pytest.approx(depth, rel=1e-3)
 
 
+def test_an_effect_in_a_file_of_ones_own_repeats_with_its_pitch(example):
+    detent = example("my_effects")["Detent"](2.0, 1e-4)
+    z = np.linspace(-3e-5, 3e-5, 7)
+    assert detent.force_at(z + 1e-4, 0.0 * z) == pytest.approx(detent.force_at(z, 0.0 * z))
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_the_hidden_gap_is_found(example):

@@ -107,7 +107,10 @@ def inputs_of(
     documents: Sequence[Document], tests: "Sequence[Measured]"
 ) -> list[tuple[str, str, str]]:
     """Return every file that went in, with the hash of the bytes that were read."""
+    from shakerproc.model_files.effect_files import effect_hashes
+
     found = [(what, path.name, digest) for what, path, digest in documents]
+    found += [("effects", name, digest) for name, digest in effect_hashes().items()]
     for one in tests:
         path = one.test.require_recording()
         found.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))

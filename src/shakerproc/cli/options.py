@@ -47,6 +47,15 @@ def own_effects(path: Path | None) -> Path | None:
     return path
 
 
+def effects_of(path: Path | None) -> dict[str, dict[str, str]]:
+    """Return what the JSON of a command says of its effects: the hash of their file."""
+    if path is None:
+        return {}
+    from shakerproc.model_files.effect_files import effect_hashes
+
+    return {"effects_sha256": effect_hashes()}
+
+
 def window_of(value: str | None) -> str | None:
     """Return the name of a window.
 

@@ -59,7 +59,7 @@ class EffectSource:
         EFFECTS.use_own({})
         kinds = checked(effects_in(module), self.name, EFFECTS)
         for made in kinds.values():
-            copyreg.pickle(made, _Reduced(self))  # type: ignore[arg-type]
+            copyreg.pickle(made, _Reduced(self))
         EFFECTS.use_own(kinds)
         _USED[:] = [self]
         return kinds

@@ -35,6 +35,7 @@ def add(
         bool,
         typer.Option("--force", help="Write the model even where its error does not fall."),
     ] = False,
+    own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Fit an effect to a log and write it into a new model file; the old one is kept.
@@ -69,11 +70,18 @@ def add(
     element = added.in_few_digits()
     title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(element.between)})"
     changes = _changes(known, added)
-    add_element(model, element, new, _provenance(log, added), changes=changes, title=title)
+    add_element(
+        model,
+        element,
+        new,
+        _provenance(log, added, options.effects_of(own)),
+        changes=changes,
+        title=title,
+    )
     _tell(effect, added, new, json)
 
 
-def _provenance(log: "TestLog", added: "Added") -> "Provenance":
+def _provenance(log: "TestLog", added: "Added", own: dict[str, dict[str, str]]) -> "Provenance":
     """Return where the fitted numbers come from, as the model file says it."""
     import datetime
 
@@ -90,6 +98,7 @@ def _provenance(log: "TestLog", added: "Added") -> "Provenance":
         for test in log.tests
         if test.recording is not None and str(test.id) in added.tests
     }
+    hashes |= own.get("effects_sha256", {})
     today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
 

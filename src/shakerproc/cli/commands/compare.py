@@ -41,6 +41,7 @@ def compare(
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
+    own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Hold a model against every test of a log: where, and by how much, it fails.
@@ -80,7 +81,9 @@ def compare(
         if before is not None or fit:
             old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
-    document = {**_provenance(documents[-2:]), **document_of(found)}
+    document = {
+        **_provenance(documents[-2:]), **options.effects_of(own), **document_of(found)
+    }  # fmt: skip
     evidence = Evidence(models, None, inputs_of(documents, usable.tests))
     with output.results(folder, "compare"):
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)

@@ -22,6 +22,7 @@ def diagnose(
     recordings: options.RecordingsOption = None,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
+    own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
@@ -60,10 +61,11 @@ def diagnose(
         output.message(line)
     for text in models.before.warnings:
         output.warning(text)
-    output.write_json(result.as_json(), json)
+    document = {**result.as_json(), **options.effects_of(own)}
+    output.write_json(document, json)
     found = evidence.Evidence(models, result, inputs)
     with output.results(folder, "diagnose"):
-        files.write_json(folder / "diagnosis.json", result.as_json())
+        files.write_json(folder / "diagnosis.json", document)
         page = evidence.write_evidence(folder, log.title, result.sentence, found)
     output.message(f"results in {folder}, report: {page}")
     evidence.print_if(pdf, page)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import braille, output, tables
+from shakerproc.cli import braille, options, output, tables
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,6 +31,7 @@ def effects(
         Path | None,
         typer.Option("-o", "--figure", metavar="FILE", help="Picture of the one (PNG)."),
     ] = None,
+    own: options.EffectsOption = None,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
@@ -49,7 +50,10 @@ def effects(
         raise typer.BadParameter("needs the name of one effect", param_hint="-o")
     chosen = known if kind is None else {kind: known[kind]}
     documents = {name: document_of(one) for name, one in chosen.items()}
-    output.write_json({"schema": "shakerproc-effects/1", "effects": documents}, json)
+    output.write_json(
+        {"schema": "shakerproc-effects/1", "effects": documents, **options.effects_of(own)},
+        json,
+    )
     if kind is None:
         _print_all(known, json)
     else:

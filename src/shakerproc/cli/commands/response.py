@@ -61,6 +61,7 @@ def response(
     ] = None,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
+    own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Compute the frequency-response curve of a model, stable and unstable branches.
@@ -94,7 +95,9 @@ def response(
     with output.results(folder, "response"):
         _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
     document = _document(found, tuple(others), free)
-    output.write_json({**_provenance(model, digest, level), **document}, json)
+    output.write_json(
+        {**_provenance(model, digest, level), **options.effects_of(own), **document}, json
+    )
     _print(found, tuple(others), level, sensor, json)
     output.message(f"results in {folder}")
 

@@ -79,6 +79,7 @@ def simulate(
         bool, typer.Option("--overwrite", help="Replace recordings that are there.")
     ] = False,
     out: output.OutOption = None,
+    own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Write the recordings that a log describes, as the model would give them.
@@ -122,7 +123,7 @@ def simulate(
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
         found = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
-    output.write_json(_document(inputs, seed, found), json)
+    output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
     _print(found, json)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recordings below {place}")
