@@ -66,8 +66,8 @@ fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of th
 healthy: $(READY)  ## 500 healthy runs without a flag, 100 of each dead channel found
 	$(BIN)/python -m tests.recordings.healthy 500
 
-blind: $(READY)  ## hidden campaigns from a truth of its own, diagnosed and scored; BLIND="--seed 100000 --each 4"
-	$(BIN)/python -m blind $(BLIND)
+blind: $(READY)  ## hidden campaigns from a truth of its own, scored: all that a frozen commit is asked; BLIND="--classes gap*2"
+	$(BIN)/python -m blind --classes frozen --seed 400000 $(BLIND)
 
 real: $(READY)  ## real and published sets of ../shared/data: the whole loop, a line each; REAL="emps"
 	$(BIN)/python -m benchmarks.real $(REAL)

@@ -42,7 +42,10 @@ def assemble(
             elements.append((laws.DRIFT, j.first, j.second, values, ()))
     if drawn.second_mode:
         joints.append(_second_mode(structure, drawn.second_mode, masses))
-    return Truth(tuple(masses), tuple(joints), tuple(elements), structure.force_on), columns
+    rest = sum(effect.start for effect in hidden)
+    start = tuple(rest if i >= where.second else 0.0 for i in range(len(masses)))
+    truth = Truth(tuple(masses), tuple(joints), tuple(elements), structure.force_on, start)
+    return truth, columns
 
 
 def _second_mode(

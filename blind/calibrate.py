@@ -1,7 +1,7 @@
 """python -m blind.calibrate TRIALS.json...: probabilities from the scores of a diagnosis.
 
 A document's `scores` are numbers by name (features). A logistic regression of "verdict, kinds
-and joints exactly right" on them, with a quadratic penalty chosen by cross-validation, is stored:
+and joints exactly right" on them, with a quadratic penalty chosen by cross-validation, is
 
     {"schema": "shakerproc-calibration/1", "event": "...", "date": "2026-11-22",
      "seeds": [first, last], "draws": 300, "right": 0.94,

@@ -36,6 +36,15 @@ ATTEMPTS, GROWTH_LIMIT = 40, 100.0
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """Which campaign is to be drawn."""
+
+    seed: int
+    text: str
+    kind: CampaignClass
+
+
+@dataclass(frozen=True)
 class Plan:
     """What one attempt at a campaign draws before anything moves."""
 
@@ -56,6 +65,12 @@ class Plan:
         """Noise over the response [-]."""
         return float(10.0 ** (-self.snr / 20.0))
 
+    @property
+    def between(self) -> list[str]:
+        """Return the two places of the joint."""
+        joint = self.structure.joints[self.at]
+        return [self.structure.name(joint.first), self.structure.name(joint.second)]
+
     def move(self, drive: Drive, number: int) -> tuple[np.ndarray, Motion | None]:
         """Return the excitation at the samples, and the motion of a test or None."""
         wave = waveform(drive, 2 * SUBSTEPS)
@@ -64,7 +79,9 @@ class Plan:
         )
         still = np.zeros_like(wave)
         base, force = (still, wave) if truth.force_on >= 0 else (wave, still)
-        motion = move(truth, base, force, SAMPLE_RATE, SUBSTEPS, self.limit)
+        motion = move(
+            truth, base, force, sample_rate=SAMPLE_RATE, substeps=SUBSTEPS, limit=self.limit
+        )
         return wave[:-1][:: 2 * SUBSTEPS], motion
 
 
@@ -88,35 +105,34 @@ def draw(seed: int, text: str) -> Campaign:
         structure = draw_structure(rng, kind.form)
         louder = 0.0 if kind.regime == "locked" else 6.0 * (attempt // 6)
         loud = min(snr + louder, 60.0)
-        campaign = _attempt(rng, seed, text, kind, structure, loud)
+        plan = _plan(rng, Wanted(seed, text, kind), structure, loud)
+        campaign = _attempt(rng, plan)
         if campaign is not None:
             cache.store(campaign)
             return campaign
     raise RuntimeError(f"{text}, seed {seed}: no draw exercises the effect")
 
 
-def _attempt(
-    rng: Rng, seed: int, text: str, kind: CampaignClass, structure: Structure, snr: float
-) -> Campaign | None:
-    plan = _plan(rng, seed, text, kind, structure, snr)
+def _attempt(rng: Rng, plan: Plan) -> Campaign | None:
     control: dict[int, np.ndarray] = {}
     motions: dict[int, Motion] = {}
     for i in (2, 0, 1, 3):
         control[i], motion = plan.move(plan.drives[i], i)
         if motion is None or (i == 2 and not _wanted(plan, motion)):
             return None
-        if kind.regime == "locked" and friction.slips(plan.hidden[0][1], motion):
+        if plan.kind.regime == "locked" and friction.slips(plan.hidden[0][1], motion):
             return None
         motions[i] = motion
     filtered = bool(rng.random() < 0.5)
-    clean = [responses(structure, motions[i], plan.drawn, filtered=filtered) for i in range(4)]
+    clean = [
+        responses(plan.structure, motions[i], plan.drawn, filtered=filtered) for i in range(4)
+    ]
     return _record(rng, plan, [control[i] for i in range(4)], clean, motions)
 
 
-def _plan(
-    rng: Rng, seed: int, text: str, kind: CampaignClass, structure: Structure, snr: float
-) -> Plan:
-    drives = draw_drives(rng, seed, structure, kind.drive)
+def _plan(rng: Rng, wanted: Wanted, structure: Structure, snr: float) -> Plan:
+    kind = wanted.kind
+    drives = draw_drives(rng, wanted.seed, structure, kind.drive)
     wave = waveform(drives[1], 2 * SUBSTEPS)[:-1][:: 2 * SUBSTEPS]
     middle = linear_stretch(structure, wave)
     louder = drives[2].level / drives[1].level
@@ -134,11 +150,13 @@ def _plan(
             effect = {**ranges.EFFECTS, **ranges.OUTSIDE}[name](rng, scale)
         if kind.regime:
             mass, drive = sum(structure.masses[at:]), drives[0].kind
-            effect = friction.in_regime(rng, effect, kind.regime, drive, rigid, mass)
+            effect = friction.in_regime(rng, effect, kind.regime, drive, rigid=(rigid, mass))
         hidden.append((name, effect))
-    drawn = nuisances.draw(seed, kind.base, kind.nuisances, len(structure.masses))
+    drawn = nuisances.draw(wanted.seed, kind.base, kind.nuisances, len(structure.masses))
     limit = GROWTH_LIMIT * float(np.max(peak))
-    return Plan(seed, text, kind, structure, at, drives, hidden, fault, snr, drawn, limit)
+    return Plan(
+        wanted.seed, wanted.text, kind, structure, at, drives, hidden, fault, snr, drawn, limit
+    )
 
 
 def _unexercised(rng: Rng, scale: ranges.Scale, peak: float) -> Hidden:
@@ -178,6 +196,12 @@ def _wanted(plan: Plan, motion: Motion) -> bool:
             return False
         if plan.kind.regime == "locked":
             return True
+    for effect in effects:
+        z = motion.stretch[:, columns[0][0]]
+        if effect.wells and not np.min(z) < -0.5 * abs(effect.start) < 0.5 * abs(
+            effect.start
+        ) < np.max(z):
+            return False
     return all(e > max(0.03, 3.0 * plan.noise) for e in shown)
 
 
@@ -215,17 +239,30 @@ def _record(
     truth = _truth(plan, fault if plan.fault else None, motions)
     floor = plan.noise * rms(clean[3 if own else 1][0]) / rms(clean[3][0])
     nominal = nominal_of(rng, plan.structure)
-    details = {"snr_db": plan.snr, "noise_follows_level": own}
+    details = {"snr_db": plan.snr, "noise_follows_level": own, "known": _known(plan)}
     return Campaign(plan.seed, plan.text, plan.structure, nominal, tests, truth, floor, details)
+
+
+def _known(plan: Plan) -> list[dict[str, Any]]:
+    """Return the elements that the user's model holds besides springs and dampers."""
+    between = plan.between
+    return [
+        {"kind": kind, "between": between, **numbers}
+        for _, effect in plan.hidden
+        for kind, numbers in effect.known
+    ]
 
 
 def _truth(
     plan: Plan, fault: dict[str, Any] | None, motions: dict[int, Motion]
 ) -> dict[str, Any]:
-    joint = plan.structure.joints[plan.at]
-    between = [plan.structure.name(joint.first), plan.structure.name(joint.second)]
     effects = [
-        {"kind": name, "between": between, "parameters": h.parameters, "main": h.main}
+        {
+            "kind": h.kind or name,
+            "between": plan.between,
+            "parameters": h.parameters,
+            "main": h.main,
+        }
         for name, h in plan.hidden
     ]
     truth = {"class": plan.text, "effects": effects, "fault": fault}

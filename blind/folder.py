@@ -1,5 +1,6 @@
 """A campaign as the laboratory would hand it over: TDMS files, test log, model."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,10 @@ def write(campaign: Campaign, folder: Path) -> tuple[Path, Path]:
         _write_tdms(campaign.structure, test, target / "Acceleration.tdms")
     log, model = folder / "testlog.yaml", folder / "model.yaml"
     _write_yaml(log, log_document(campaign))
-    _write_yaml(model, model_document(campaign.nominal, f"blind {campaign.seed}"))
+    _write_yaml(
+        model,
+        model_document(campaign.nominal, f"blind {campaign.seed}", campaign.details["known"]),
+    )
     return log, model
 
 
@@ -81,10 +85,12 @@ def level_text(drive: Drive, *, forced: bool) -> str:
     return f"{value:.6g} {unit}"
 
 
-def model_document(structure: Structure, title: str) -> dict[str, Any]:
-    """Return the nominal model as a mapping."""
+def model_document(
+    structure: Structure, title: str, known: Sequence[dict[str, Any]] = ()
+) -> dict[str, Any]:
+    """Return the nominal model as a mapping, with the effects that it holds already."""
     name = structure.name
-    elements = []
+    elements: list[dict[str, Any]] = list(known)
     for joint in structure.joints:
         for kind, parameter, value in (
             ("spring", "stiffness", f"{joint.stiffness:.10g} N/m"),

@@ -108,7 +108,14 @@ def exact(trial: Trial) -> bool:
     right = {"measurement fault"} if kind == "fault" else {"effect found"}
     if trial.truth["fault"] and trial.truth["effects"]:
         right = {"measurement fault", "effect found"}
-    return verdict in right and same_set(found, wanted)
+    return verdict in right and (same_set(found, wanted) or _as_a_set(trial, found, wanted))
+
+
+def _as_a_set(trial: Trial, found: list[Name], wanted: list[Name]) -> bool:
+    """Whether several effects were named that are the hidden one from another origin."""
+    kinds = ranges.ALSO_SETS.get(classes.parse(trial.kind).name, ())
+    place = wanted[0][1] if wanted else ()
+    return bool(kinds) and same_set(found, [(kind, place) for kind in kinds])
 
 
 def number_of_ties(trial: Trial) -> int:

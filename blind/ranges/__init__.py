@@ -22,6 +22,14 @@ omega are those of the linear joint.
 | bouc_wen | stiffness; yield_displacement; exponent | 0.1-1 k; 0.1-0.8 A; 1-3 |
 | attached_mode | mass; frequency; ratio | 0.02-0.15 m; 0.6-2.2 f_n; 0.005-0.04 |
 | stiffness_drift | rate | +-3 to +-20 % over the test |
+| constant_force | force | rests at 0.3-0.8 of a known gap (0.5-3 k; 0.4-0.9 A) |
+| bistable | coefficient | wells at 0.3-1 A with stiffness k, both visited |
+| series | stiffness; play; slider | 0.3-2 k; 0.15-0.6 A; 0.1-0.8 A times the stiffness |
+| general_bouc_wen | alpha; beta; gamma; exponent | 0.1-1 k; softening or hardening |
+| power_iwan | as iwan; chi | -0.8 to -0.3 or 0.6-3 |
+
+`series_spring` is a Jenkins element, and is to be called so. A bistable spring seen from a well
+is a cubic beside a quadratic spring: both are right.
 
 Outside the library: stiffness periodic in time (5-25 %, 0.5-12 Hz), Hunt-Crossley impact,
 fractional damping (order 0.3-0.7 over three decades), saturating and sine springs, damping that
@@ -56,6 +64,12 @@ EFFECTS: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "bouc_wen": hysteresis.bouc_wen,
     "attached_mode": others.attached,
     "stiffness_drift": others.drift,
+    "constant_force": springs.constant_force,
+    "bistable": springs.bistable,
+    "series": hysteresis.series,
+    "series_spring": hysteresis.series_spring,
+    "general_bouc_wen": hysteresis.general_bouc_wen,
+    "power_iwan": hysteresis.power_iwan,
 }
 
 OUTSIDE: dict[str, Callable[[Rng, Scale], Hidden]] = {
@@ -91,3 +105,5 @@ PAIRS = (
 FRICTION = ("coulomb_friction", "stribeck_friction", "lugre_friction")
 ALSO_CALLED: dict[str, tuple[str, ...]] = {}
 """Other kinds that are the same law as a hidden one."""
+ALSO_SETS = {"bistable": ("cubic_stiffness", "quadratic_stiffness")}
+"""Sets of kinds at one joint that are the same law, seen from another origin."""

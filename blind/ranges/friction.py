@@ -54,9 +54,13 @@ SLIDES_BELOW, STICKS_ABOVE = 0.4, 0.5
 
 
 def in_regime(
-    rng: Rng, hidden: Hidden, regime: str, drive: str, rigid_force: float, mass: float
+    rng: Rng, hidden: Hidden, regime: str, drive: str, *, rigid: tuple[float, float]
 ) -> Hidden:
-    """Return a friction law whose force is drawn again for a regime."""
+    """Return a friction law whose force is drawn again for a regime.
+
+    `rigid` is the force that the joint carries while it sticks, and the mass beyond it [N, kg].
+    """
+    rigid_force, mass = rigid
     if regime not in REGIME_FORCES:
         return hidden
     low, high = REGIME_FORCES[regime][drive]

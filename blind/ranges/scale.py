@@ -21,10 +21,18 @@ class Scale:
 class Hidden:
     """One hidden effect: what it is called and what the truth integrates for it.
 
-    `parts` are (code, parameters, thresholds); `attached` is (mass, stiffness, damping).
+    `parts` are (code, parameters, thresholds); `attached` is (mass, stiffness, damping);
+    `start` is the displacement of the joint at rest [m]. `kind` is what the program calls it,
+    where that is not the name of its class. `known` are effects that the user's model holds
+    already, as (kind, parameters with units). The motion must reach both `wells`, at +-start,
+    if so asked.
     """
 
     parameters: Parameters
     parts: tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...] = ()
     attached: tuple[float, float, float] | None = None
     main: str = ""
+    start: float = 0.0
+    kind: str = ""
+    known: tuple[tuple[str, dict[str, str]], ...] = ()
+    wells: bool = False

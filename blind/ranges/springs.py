@@ -58,3 +58,31 @@ def power(rng: Rng, at: Scale) -> Hidden:
         ((laws.POWER, (f, at.displacement, n), ()),),
         main="exponent",
     )
+
+
+def constant_force(rng: Rng, at: Scale) -> Hidden:
+    """Return a dead weight on a joint whose free play the model holds; at rest it is open."""
+    k, a = log_uniform(rng, 0.5, 3.0) * at.stiffness, rng.uniform(0.4, 0.9) * at.displacement
+    start = sign(rng) * rng.uniform(0.3, 0.8) * a
+    force = -at.stiffness * start
+    return Hidden(
+        {"force": force},
+        ((laws.CONSTANT, (force,), ()), (laws.GAP, (k, a, a), (-a, a))),
+        main="force",
+        start=start,
+        known=(("gap", {"stiffness": f"{k:.10g} N/m", "clearance": f"{a:.10g} m"}),),
+    )
+
+
+def bistable(rng: Rng, at: Scale) -> Hidden:
+    """Return a negative stiffness beside a cubic; the user measured the stiffness in a well."""
+    start = sign(rng) * rng.uniform(0.3, 1.0) * at.displacement
+    c = at.stiffness / (2.0 * start**2)
+    return Hidden(
+        {"coefficient": c},
+        ((laws.SPRING, (-1.5 * at.stiffness,), ()), (laws.CUBIC, (c,), ())),
+        main="coefficient",
+        start=start,
+        kind="cubic_stiffness",
+        wells=True,
+    )

@@ -1,0 +1,1 @@
+"""Kernels that carry the truth from sample to sample."""
