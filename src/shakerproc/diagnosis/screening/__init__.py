@@ -1,5 +1,6 @@
 """Regression on the measured motion: where to start, and what need not be tried."""
 
+from shakerproc.diagnosis.screening.outside import FreeLaw, free_laws
 from shakerproc.diagnosis.screening.starts import Start, screen
 
-__all__ = ["Start", "screen"]
+__all__ = ["FreeLaw", "Start", "free_laws", "screen"]

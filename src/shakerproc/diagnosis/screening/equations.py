@@ -141,8 +141,8 @@ def equations_of(
         leftovers=basis,
         residual=without(basis, _rows(unexplained * weights)),
         nuisances=without(basis, _rows(_sensor_errors(measured, frequency) * weights)),
-        n_numbers=2 * np.count_nonzero(weights)
-        - np.count_nonzero(np.any(basis != 0.0, axis=1)),
+        n_numbers=2 * int(np.count_nonzero(weights))
+        - int(np.count_nonzero(np.any(basis != 0.0, axis=1))),
     )
 
 

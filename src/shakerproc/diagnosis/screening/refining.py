@@ -53,7 +53,7 @@ def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[S
     for turn in range(_ROUNDS):
         if turn >= _TRIED and left > hopeless:
             break
-        tried = _completed(screening, law, first, share)
+        tried = completed_by(screening, law, first, share)
         moved, now = _moved(tried, law)
         if now < left:
             enough = now > (1.0 - _WORTH) * left
@@ -67,7 +67,7 @@ def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[S
     return screening, law
 
 
-def _completed(screening: Screening, law: Law, first: Motions, share: float) -> Screening:
+def completed_by(screening: Screening, law: Law, first: Motions, share: float) -> Screening:
     """Return the screening around the motion that an effect completes."""
     equations = screening.equations
     gains = screening.gains([law])

@@ -106,6 +106,8 @@ class Regression:
     """
 
     def __init__(self, residual: FloatArray, common: FloatArray, prior: FloatArray) -> None:
+        self.common = common
+        self.prior = prior
         self._size = _norms(common)
         self._common = common / self._size[:, None, None]
         self._residual = residual
@@ -128,6 +130,15 @@ class Regression:
     def cost(self) -> float:
         """Sum of squares that the common columns leave."""
         return float(np.sum(self.left**2))
+
+    def left_out(self) -> FloatArray:
+        """Return the sum of squares of each block that the others leave of it."""
+        blocks = range(len(self._power))
+        alone = [self._alone([i for i in blocks if i != b]) for b in blocks]
+        return np.array([
+            self._power[b] - a @ (2.0 * self._cross[b] - self._square[b] @ a)
+            for b, a in zip(blocks, alone, strict=True)
+        ])
 
     def gains(self, columns: FloatArray, signs: FloatArray) -> Gains:
         """Return what each column explains, beside the common ones.

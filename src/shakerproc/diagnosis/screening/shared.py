@@ -15,6 +15,7 @@ from shakerproc.diagnosis.screening.regression import Gains, Regression
 from shakerproc.diagnosis.screening.stretches import stretches_of
 from shakerproc.diagnosis.screening.transfer import Joint, linear_model
 from shakerproc.models import Model
+from shakerproc.models.laws import Law as Formula
 
 
 @final
@@ -85,6 +86,22 @@ class Screening:
         """
         n = len(self.joints)
         return common[:n], common[n : 2 * n]
+
+    def relative_changes(
+        self, common: FloatArray
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the same as shares of the model's; 0 where a joint has none [-]."""
+        own = np.array([linear_parts(self.model, joint) for joint in self.joints]).T
+        changes = np.array(self.changes(common))
+        relative = np.divide(changes, own, out=np.zeros_like(own), where=own > 0.0)
+        return tuple(map(float, relative[0])), tuple(map(float, relative[1]))
+
+
+def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
+    """Return the stiffness [N/m] and damping [N s/m] of what is linear in a joint."""
+    rows = [e.effect.rows() for e in model.elements if set(e.between) == set(joint)]
+    linear = [row.values for own in rows for row in own if row.law is Formula.LINEAR]
+    return sum(v[0] for v in linear), sum(v[1] for v in linear)
 
 
 def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:

@@ -14,7 +14,6 @@ from shakerproc.diagnosis.screening.shared import Screening, screening_of
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
 from shakerproc.models.identification import Identification, Values
-from shakerproc.models.laws import Law as Formula
 
 _BATCH: Final = 16
 """Laws whose columns are held in memory at once: 50 MB for a chain of three masses [-]."""
@@ -98,27 +97,18 @@ def _alike(laws: Sequence[Law]) -> list[list[Law]]:
 def _start(screening: Screening, law: Law, gains: Gains, i: int) -> Start:
     """Return the start that the gains of a law mean."""
     amplitude, cost = float(gains.amplitude[i]), screening.regression.cost
-    own = np.array([linear_parts(screening.model, joint) for joint in screening.joints]).T
-    changes = np.array(screening.changes(gains.common[i]))
-    relative = np.divide(changes, own, out=np.zeros_like(own), where=own > 0.0)
+    stiffness, damping = screening.relative_changes(gains.common[i])
     return Start(
         kind=law.kind,
         between=law.between,
         values=law.scaled(amplitude) if amplitude != 0.0 else law.values,
-        stiffness=tuple(map(float, relative[0])),
-        damping=tuple(map(float, relative[1])),
+        stiffness=stiffness,
+        damping=damping,
         explained=float(gains.explained[i]),
         predicted=float(gains.predicted[i]),
         t=float(gains.t[i]),
         left=float(1.0 - gains.explained[i]) * cost / screening.equations.n_numbers,
     )
-
-
-def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
-    """Return the stiffness [N/m] and damping [N s/m] of what is linear in a joint."""
-    rows = [e.effect.rows() for e in model.elements if set(e.between) == set(joint)]
-    linear = [row.values for own in rows for row in own if row.law is Formula.LINEAR]
-    return sum(v[0] for v in linear), sum(v[1] for v in linear)
 
 
 def screen(
