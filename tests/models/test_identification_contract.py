@@ -192,7 +192,7 @@ def test_every_start_builds_an_effect_within_bounds(kind, at):
 
 
 def assert_builds(kind, sought, values):
-    assert isinstance(EFFECTS[kind](**sought.numbers(values)), EFFECTS[kind])
+    assert isinstance(EFFECTS[kind].of_numbers(sought.numbers(values)), EFFECTS[kind])
 
 
 @every_kind
@@ -204,7 +204,7 @@ def test_the_force_is_proportional_to_what_is_scaled(kind):
     z, v = 8e-5 * np.sin(300.0 * time), 8e-5 * 300.0 * np.cos(300.0 * time)
 
     def force(values):
-        return EFFECTS[kind](**sought.numbers(values)).force_along(z, v, 4e4)
+        return EFFECTS[kind].of_numbers(sought.numbers(values)).force_along(z, v, 4e4)
 
     for start in sought.starts[:: max(1, len(sought.starts) // 4)]:
         half = {**start, **{name: 0.5 * start[name] for name in sought.scaled}}
@@ -235,7 +235,9 @@ def test_a_contained_effect_is_nearly_the_law_of_one_of_its_extensions(kind, con
     z = 0.9 * at.displacement * np.sin(omega * time)
     v = 0.9 * at.velocity * np.cos(omega * time)
     for start in simpler.starts:
-        truth = EFFECTS[contained.kind](**simpler.numbers(start)).force_along(z, v, rate)
+        truth = (
+            EFFECTS[contained.kind].of_numbers(simpler.numbers(start)).force_along(z, v, rate)
+        )
         extended = contained.extend(start)
         left = [
             np.sqrt(np.mean((made(kind, sought, values).force_along(z, v, rate) - truth) ** 2))
@@ -246,4 +248,4 @@ def test_a_contained_effect_is_nearly_the_law_of_one_of_its_extensions(kind, con
 
 
 def made(kind, sought, values):
-    return EFFECTS[kind](**sought.numbers(sought.kept(values)))
+    return EFFECTS[kind].of_numbers(sought.numbers(sought.kept(values)))

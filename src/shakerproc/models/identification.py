@@ -152,7 +152,8 @@ class Identification:
     contains : tuple of Contained
         Simpler effects.
     numbers : callable
-        From coordinates and fixed values to the keyword arguments of the effect.
+        From coordinates and fixed values to what `AbstractEffect.of_numbers` takes: the
+        keyword arguments of the effect, unless it says otherwise (`estimated`).
     scaled : tuple of str
         Coordinates that the force is proportional to, taken together; none if there are none.
     """

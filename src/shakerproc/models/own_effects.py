@@ -144,7 +144,7 @@ def tried(made: type[AbstractEffect]) -> list[AbstractEffect]:
     sought = made.identification(TYPICAL)
     if sought is not None:
         starts = (sought.starts[0], sought.starts[-1])
-        effects += [made(**sought.numbers(start)) for start in starts]
+        effects += [made.of_numbers(sought.numbers(start)) for start in starts]
     if not effects:
         raise ValueError("neither example() nor identification() gives numbers to try it with")
     return effects  # type: ignore[return-value]

@@ -136,7 +136,7 @@ def with_values(model: Model, law: Law, values: Values) -> Law | None:
 def _effect(model: Model, joint: Joint, kind: str, numbers: Values) -> AbstractEffect | None:
     """Return an effect in its place, or None where it cannot stand there."""
     try:
-        element = Element(EFFECTS[kind](**numbers), joint)
+        element = Element(EFFECTS[kind].of_numbers(numbers), joint)
         return resolved(replace(model, elements=(*model.elements, element)))[-1].effect
     except (ValueError, ModelError):
         return None

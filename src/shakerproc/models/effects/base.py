@@ -138,6 +138,22 @@ class AbstractEffect(ABC):
         return None
 
     @classmethod
+    def estimated(cls) -> Mapping[str, Parameter]:
+        """Return what the numbers mean that `Identification.numbers` gives, by name."""
+        return cls.parameters
+
+    @classmethod
+    def of_numbers(cls, numbers: Mapping[str, float | str]) -> "AbstractEffect":
+        """Return the effect with the numbers that `Identification.numbers` gives.
+
+        Raises
+        ------
+        ValueError
+            If it cannot have them.
+        """
+        return cls(**numbers)
+
+    @classmethod
     def example(cls) -> "AbstractEffect | None":
         """Return one of realistic size, to draw and to try it; None where `EXAMPLES` has it."""
         return None
