@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from blind import classes, folder, records, runner, score
+from blind import classes, folder, next_test, records, runner, score
 from blind.campaigns import TUNING_SEEDS_END, draw
 from blind.judging import exact, first_named, tied
 from blind.trial import ROOMS, Trial, attempt
@@ -33,6 +33,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     add("--score", type=Path, help="only score the trials of this file")
     add("--against", type=Path, help="with --score: class by class beside these trials")
     add("--summary", type=Path, help="write the figures of the score here (JSON)")
+    add("--next-test", type=Path, help="carry out what the open trials of this file propose")
     add("--write", type=Path, help="only write the campaigns into this folder")
     return parser.parse_args(words)
 
@@ -59,6 +60,8 @@ def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list
     """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
     done = records.read(options.json) if options.json else []
     work = functools.partial(attempt, judge=ROOMS[options.room])
+    if options.next_test:
+        work = functools.partial(retest, path=options.next_test, room=options.room)
     left = records.left(tasks, done)
     running = runner.run(left, work, options.jobs, options.limit_s, options.nice)
     try:
@@ -71,6 +74,12 @@ def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list
         running.close()
         print(f"stopped after {len(done)} of {len(tasks)}", file=sys.stderr)
     return done
+
+
+def retest(seed: int, kind: str, path: Path, room: str) -> Trial:
+    """Return the trial of a file after the test that it proposes."""
+    known = {(trial.seed, trial.kind): trial for trial in records.read(path)}
+    return next_test.again(known[seed, kind], ROOMS[room])
 
 
 def tell(trials: list[Trial], options: argparse.Namespace) -> None:
@@ -91,6 +100,9 @@ def main() -> None:
         return
     wanted = classes.FROZEN if options.classes == "frozen" else options.classes
     tasks = classes.tasks(classes.expand(wanted, options.each), options.seed)
+    if options.next_test:
+        open_ends = next_test.open_ends(records.read(options.next_test))
+        tasks = [(trial.seed, trial.kind) for trial in open_ends]
     if options.write:
         write(tasks, options.write)
         return

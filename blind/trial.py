@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from blind import folder
+from blind.campaign import Campaign
 from blind.campaigns import draw
 
 CANDIDATES_KEPT = 6
@@ -17,7 +18,10 @@ CANDIDATES_KEPT = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """What came out of one campaign; `problem` is why there is no document."""
+    """What came out of one campaign; `problem` is why there is no document.
+
+    `retest` is what was said before a proposed test was added, and whether that settled it.
+    """
 
     seed: int
     kind: str
@@ -80,20 +84,24 @@ def processor_seconds() -> float:
 
 def attempt(seed: int, kind: str, judge: Diagnose = diagnose_old) -> Trial:
     """Return the trial of one seed and class; a failed diagnosis is a miss with its reason."""
-    campaign = draw(seed, kind)
+    return diagnosed(draw(seed, kind), judge)
+
+
+def diagnosed(campaign: Campaign, judge: Diagnose) -> Trial:
+    """Return the trial of a campaign."""
     document: dict[str, Any] = {}
     problem = ""
     with tempfile.TemporaryDirectory(prefix="blind-") as place:
         log, model = folder.write(campaign, Path(place))
         start, before = time.perf_counter(), processor_seconds()
         try:
-            document = judge(log, model, seed)
+            document = judge(log, model, campaign.seed)
         except Exception as error:  # noqa: BLE001 - any failure is a miss, and is printed
             problem = f"{type(error).__name__}: {error}"
         seconds, worked = time.perf_counter() - start, processor_seconds() - before
     return Trial(
-        seed, kind, campaign.details["snr_db"], campaign.noise_floor, campaign.truth, document,
-        seconds, worked, problem,
+        campaign.seed, campaign.kind, campaign.details["snr_db"], campaign.noise_floor,
+        campaign.truth, document, seconds, worked, problem,
     )  # fmt: skip
 
 

@@ -47,3 +47,8 @@ def chained(trial: Trial) -> bool:
 def friction_class(name: str) -> Choice:
     """Return what chooses one class of dry friction."""
     return lambda trial: trial.kind == name
+
+
+def tested_again(trial: Trial) -> bool:
+    """Whether a proposed test was carried out."""
+    return trial.retest is not None

@@ -44,6 +44,11 @@ class Row:
         return asdict(self) | {"rate": self.rate, "met": self.met}
 
 
+def settled(trial: Trial) -> bool:
+    """Whether the proposed test settled what was open."""
+    return bool(trial.retest and trial.retest["settled"])
+
+
 Judge = Callable[[Trial], bool]
 TABLE: tuple[tuple[str, float, groups.Choice, Judge], ...] = (
     ("single effect exact", 0.95, groups.plain("effect"), exact),
@@ -56,6 +61,7 @@ TABLE: tuple[tuple[str, float, groups.Choice, Judge], ...] = (
     ("unexercised", 0.99, groups.plain("unexercised"), exact),
     ("measurement fault named", 0.98, groups.plain("fault"), exact),
     ("outside the library refused", 0.90, groups.plain("outside"), exact),
+    ("the proposed next test settles it", 0.80, groups.tested_again, settled),
     ("chains and forces, exact or tied", 0.95, groups.chained, tied),
     *(
         (f"{name.replace(':', ', ')}", 0.90, groups.friction_class(name), tied)
@@ -68,8 +74,9 @@ TABLE: tuple[tuple[str, float, groups.Choice, Judge], ...] = (
 def all_rows(trials: Sequence[Trial]) -> list[Row]:
     """Return every row that has trials."""
     out = []
+    first = [trial for trial in trials if trial.retest is None]
     for says, goal, choice, judge in TABLE:
-        group = groups.of(trials, choice)
+        group = groups.of(trials if judge is settled else first, choice)
         if group:
             successes = sum(judge(trial) for trial in group)
             bounds = clopper_pearson(successes, len(group))
@@ -132,15 +139,16 @@ def text(trials: Sequence[Trial]) -> str:
             f"{row.says:36s} {row.successes:4d}/{row.trials:<4d} {row.rate:6.1%}"
             f" {row.low:6.1%}-{row.high:6.1%} {row.goal:5.0%} {_mark(met=row.met)}"
         )
-    if found := ties(trials):
+    first = [trial for trial in trials if trial.retest is None]
+    if found := ties(first):
         said = f"{found['mean']:.2f}, at most {found['most']}"
         lines.append(f"{'declared ties of a single effect':36s} {said} {_goal(found)}")
-    if found := errors(trials):
+    if found := errors(first):
         said = (
             f"{found['over_floor_median']:.2f}; above the error before {found['above_before']}"
         )
         lines.append(f"{'held-out error over floor, median':36s} {said} {_goal(found)}")
-    if found := seconds(trials):
+    if found := seconds(first):
         said = f"{found['median']:.1f} / {found['worst']:.0f} ({found['slowest']})"
         lines.append(f"{'processor seconds, median / worst':36s} {said} {_goal(found)}")
     return "\n".join(lines)
