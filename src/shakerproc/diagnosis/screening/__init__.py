@@ -1,6 +1,7 @@
 """Regression on the measured motion: where to start, and what need not be tried."""
 
 from shakerproc.diagnosis.screening.outside import FreeLaw, free_laws
+from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.screening.starts import Start, screen
 
-__all__ = ["FreeLaw", "Start", "free_laws", "screen"]
+__all__ = ["FreeLaw", "Start", "free_laws", "screen", "screen_pairs"]

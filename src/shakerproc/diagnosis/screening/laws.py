@@ -118,19 +118,25 @@ def laws_of(
     model: Model, joint: Joint, identifications: Mapping[str, Identification]
 ) -> tuple[Law, ...]:
     """Return every start of every effect in a joint that the model can have there."""
-    found = []
-    for kind, identification in identifications.items():
-        for values in identification.starts:
-            effect = _effect(model, joint, kind, identification.numbers(values))
-            if effect is not None:
-                found.append(Law(kind, joint, identification, values, effect))
-    return tuple(found)
+    every = (
+        law_at(model, joint, kind, identification, values)
+        for kind, identification in identifications.items()
+        for values in identification.starts
+    )
+    return tuple(law for law in every if law is not None)
+
+
+def law_at(
+    model: Model, joint: Joint, kind: str, identification: Identification, values: Values
+) -> Law | None:
+    """Return an effect in a joint, or None where the model cannot have it."""
+    effect = _effect(model, joint, kind, identification.numbers(values))
+    return None if effect is None else Law(kind, joint, identification, values, effect)
 
 
 def with_values(model: Model, law: Law, values: Values) -> Law | None:
     """Return a law with other coordinates, or None where the model cannot have it."""
-    effect = _effect(model, law.between, law.kind, law.identification.numbers(values))
-    return None if effect is None else replace(law, values=values, effect=effect)
+    return law_at(model, law.between, law.kind, law.identification, values)
 
 
 def _effect(model: Model, joint: Joint, kind: str, numbers: Values) -> AbstractEffect | None:

@@ -17,8 +17,8 @@ from shakerproc.diagnosis.screening.stretches import Stretch
 _ROUNDS: Final = 6
 """Most rounds of completing the motion and moving the coordinates [-]."""
 
-_TRIED: Final = 2
-"""Rounds after which an effect is given up that leaves far more than another [-]."""
+_TRIED: Final = 1
+"""Round after which an effect is given up that leaves far more than another [-]."""
 
 _WORTH: Final = 0.2
 """Share of what is left that a round must explain for another one to follow [-]."""
@@ -46,7 +46,7 @@ def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[S
     law : Law
         The effect.
     hopeless : float
-        Sum of squares above which it is given up after two rounds [-].
+        Sum of squares above which it is given up after a round [-].
     """
     first, share = screening.motions, 1.0
     left = float(screening.regression.cost)
@@ -110,33 +110,64 @@ def _lacking(
     return Lacking(stretch, total, direction, max(0.0, amplitude * float(np.max(rise))))
 
 
-def _moved(screening: Screening, law: Law) -> tuple[Law, float]:
-    """Return the law moved by one Gauss-Newton step if that explains more, and what is left.
+def completed_with(screening: Screening, law: Law) -> Screening:
+    """Return the screening around the motion that an effect completes, its numbers fixed."""
+    first, most = screening.motions, float(screening.gains([law]).explained[0])
+    for _ in range(_ROUNDS):
+        tried = completed_by(screening, law, first, 1.0)
+        explained = float(tried.gains([law]).explained[0])
+        if explained <= most:
+            break
+        screening, most = tried, explained
+    return screening
 
-    Moved are all coordinates but one that only scales the force.
+
+def slopes_of(screening: Screening, law: Law) -> tuple[FloatArray, FloatArray]:
+    """Return the column of a law, and its derivatives by the coordinates that shape it.
+
+    They are (1, n_blocks, n_rows) and (n_coordinates, n_blocks, n_rows) arrays, zeros where
+    the model cannot have the law with a coordinate changed.
     """
-    free = law.identification.free
-    names = [name for name in free if name not in law.identification.scaled[:1]]
-    at = np.array([free[name].to_fitted(float(law.values[name])) for name in names])
-    nearby = [_at(screening, law, names, at + _STEP * row) for row in np.eye(len(names))]
+    at = _shaping(law)
+    nearby = [_at(screening, law, at + _STEP * row) for row in np.eye(at.size)]
     kept = [i for i, one in enumerate(nearby) if one is not None]
     columns = screening.columns([law, *(one for one in nearby if one is not None)])
-    slopes = (columns[1:] - columns[0]) / _STEP
-    found = screening.regression.together(np.concatenate([columns[:1], slopes]))
-    step = np.zeros(len(names))
+    slopes = np.zeros((at.size, *columns.shape[1:]))
+    slopes[kept] = (columns[1:] - columns[0]) / _STEP
+    return columns[:1], slopes
+
+
+def _moved(screening: Screening, law: Law) -> tuple[Law, float]:
+    """Return the law moved by one Gauss-Newton step if that explains more, and what is left."""
+    at = _shaping(law)
+    column, slopes = slopes_of(screening, law)
+    told = np.any(slopes != 0.0, axis=(1, 2))
+    found = screening.regression.together(np.concatenate([column, slopes[told]]))
+    step = np.zeros(at.size)
     if found[0] != 0.0:
-        step[kept] = np.clip(found[1:] / found[0], -_LONGEST, _LONGEST)
-    tried = [_at(screening, law, names, at + share * step) for share in (1.0, 0.4)]
+        step[told] = np.clip(found[1:] / found[0], -_LONGEST, _LONGEST)
+    tried = [_at(screening, law, at + share * step) for share in (1.0, 0.4)]
     laws = [law, *(one for one in tried if one is not None)]
     left = 1.0 - screening.gains(laws).explained
     best = int(np.argmin(left))
     return laws[best], float(left[best]) * screening.regression.cost
 
 
-def _at(screening: Screening, law: Law, names: list[str], at: FloatArray) -> Law | None:
+def _names(law: Law) -> list[str]:
+    """Return the coordinates that shape a law: all but one that only scales its force."""
+    return [n for n in law.identification.free if n not in law.identification.scaled[:1]]
+
+
+def _shaping(law: Law) -> FloatArray:
+    """Return the same in the transform they are estimated in."""
+    free = law.identification.free
+    return np.array([free[name].to_fitted(float(law.values[name])) for name in _names(law)])
+
+
+def _at(screening: Screening, law: Law, at: FloatArray) -> Law | None:
     """Return the law with other coordinates, or None where it cannot have them."""
     free = law.identification.free
     changed = {
-        name: free[name].from_fitted(float(x)) for name, x in zip(names, at, strict=True)
+        name: free[name].from_fitted(float(x)) for name, x in zip(_names(law), at, strict=True)
     }
     return with_values(screening.model, law, {**law.values, **changed})

@@ -85,10 +85,12 @@ def bouc_wen_along(displacement: FloatArray, values: FloatArray) -> FloatArray:
         if unloading == 0.0 and memory * way < 0.0:  # unloading is elastic
             back = np.sign(way) * min(abs(way), abs(memory))
             memory, way = memory + back, way - back
-        n_steps = int(np.ceil(abs(way) * steepest / 0.05))
+        far = abs(way) * steepest > 1.0  # the samples do not follow the loop
+        longest, settled = (min(0.2, 1.0 / exponent), 1e-6) if far else (0.05, 1e-10)
+        n_steps = int(np.ceil(abs(way) * steepest / longest))
         for _ in range(n_steps):
             growth = _bouc_wen_slope(memory, way, exponent, loading, unloading)
-            if abs(growth) < 1e-10:  # it has yielded
+            if abs(growth) < settled:  # it has yielded
                 break
             memory = _bouc_wen_step(memory, way / n_steps, exponent, loading, unloading)
         force[i], previous = stiffness * yield_displacement * memory, displacement[i]
