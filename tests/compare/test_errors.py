@@ -260,7 +260,8 @@ def test_motion_that_cannot_be_predicted_is_scored_in_windows(linear, tmp_path):
     assert not one.prediction.predictable
     assert 0.0 < one.prediction.horizon_s < 5.0
     assert one.errors[0].error == pytest.approx(one.error)
-    alike = compare.compare_tests(plain, [test], windows=found.windows)
+    alike, same = compare.scored_alike(compare.compare_tests(plain, [test]), found)
+    assert same is found
     assert np.array_equal(
         alike.tests[0].prediction.scored.counted, one.prediction.scored.counted
     )

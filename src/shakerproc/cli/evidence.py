@@ -146,7 +146,7 @@ def judged(
     tell: Callable[[str], None],
 ) -> "Models":
     """Return a model and the one that a diagnosis leads to, run free against the same tests."""
-    from shakerproc.compare import compare_tests
+    from shakerproc.compare import compare_tests, scored_alike
     from shakerproc.diagnose.mended import mended
     from shakerproc.errors import SimulationError
     from shakerproc.report.evidence_figures import Models
@@ -157,6 +157,7 @@ def judged(
     if new is not None:
         try:
             after = compare_tests(new, measured, tell=tell)
+            before, after = scored_alike(before, after, tell=tell)
         except SimulationError as error:
             output.warning(f"the new model is not shown: {error}")
     return Models(before, after, new=name_of_new(diagnosis))

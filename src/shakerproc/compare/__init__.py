@@ -1,5 +1,6 @@
 """Measured and simulated: the one error, its floor, and where in a test a model fails."""
 
+from shakerproc.compare.alike import scored_alike
 from shakerproc.compare.comparison import (
     Comparison,
     TestComparison,
@@ -69,6 +70,7 @@ __all__ = [
     "relative_residuals",
     "rows_of",
     "run_windows",
+    "scored_alike",
     "sentence",
     "standard_error",
     "usable_tests",

@@ -51,7 +51,13 @@ def compare(
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.cli.evidence import Evidence, check_same, inputs_of, print_if
-    from shakerproc.compare import compare_tests, document_of, sentence, usable_tests
+    from shakerproc.compare import (
+        compare_tests,
+        document_of,
+        scored_alike,
+        sentence,
+        usable_tests,
+    )
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
@@ -80,6 +86,7 @@ def compare(
         models = Models(found, old=shaken.title)
         if before is not None or fit:
             old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
+            old, found = scored_alike(old, found, tell=advance)
             models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
     document = {
         **_provenance(documents[-2:]), **options.effects_of(own), **document_of(found)

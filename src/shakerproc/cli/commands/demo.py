@@ -95,7 +95,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
     from shakerproc.cli.evidence import Evidence, inputs_of, name_of_new
-    from shakerproc.compare import compare, sentence
+    from shakerproc.compare import compare, scored_alike, sentence
     from shakerproc.diagnose import diagnose
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
@@ -122,6 +122,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     _say("compare", new, log_path, json=json)
     with output.progress("compare", len(log.tests)) as advance:
         after = compare(read_model(new), log, tell=advance)
+        before, after = scored_alike(before, after, tell=advance)
     verdict = _verdict(before, after, diagnosis)
     if figures:
         _draw(before, after, folder)

@@ -1,11 +1,11 @@
 """Further linear modes of the specimen in the band: found, fitted, judged."""
 
-from collections.abc import Sequence
 from itertools import product
 from typing import Final
 
 import numpy as np
 import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
@@ -39,51 +39,61 @@ _LOCAL: Final = 0.05  # share of the frequency around a mode in which it must ex
 _EXPLAINED: Final = 0.6  # of the power there, beyond noise
 
 
-def ranges(parameters: LinearParameters, values: FloatArray) -> tuple[float, float]:
+def ranges(
+    parameters: LinearParameters, values: FloatArray, *, below: bool = True
+) -> tuple[float, float]:
     """Return below and above which frequency a mode is a further one [Hz]."""
     own = poles_of(parameters.model_at(values[: len(values) - 3 * len(parameters.places)]))
     found = own.frequencies
     if not found.size:
         return 0.0, 0.0
-    return float(found[0]) / APART, APART * float(found[-1])
+    return float(found[0]) / APART if below else 0.0, APART * float(found[-1])
 
 
 def with_further_modes(
-    tests: Sequence[LinearTest],
+    test: LinearTest,
     parameters: LinearParameters,
     solution: LinearSolution,
-    more: Sequence[FloatArray],
+    state: tuple[FloatArray, NDArray[np.bool_]],
+    *,
+    below: bool,
 ) -> tuple[LinearParameters, LinearSolution]:
-    """Return unknowns and solution with every further mode that the tests show.
+    """Return unknowns and solution with every further mode that a test shows.
 
     Parameters
     ----------
-    tests : sequence of LinearTest
-        At the lowest level.
+    test : LinearTest
+        The test that shows most.
     parameters, solution
         Without further modes.
-    more : sequence of (n_sensors, n_bins) array
-        What else the model leaves, over the noise [-].
+    state : (n_sensors, n_bins) array and (n,) array of bool
+        What else the model leaves, over the noise, and which unknowns move.
+    below : bool
+        Whether modes below the model's own are sought too: what a nonlinear joint leaves there
+        looks like one.
     """
-    limits = ranges(parameters, solution.values)
+    extra, free = state
+    limits = ranges(parameters, solution.values, below=below)
     for _ in range(MOST):
-        found = _next_mode(tests, parameters, solution, more, limits)
+        found = _next_mode(test, parameters, solution, (extra, free), limits)
         if found is None:
             break
         parameters, solution = found
+        free = np.concatenate([free, np.ones(3, bool)])
     return parameters, solution
 
 
 def _next_mode(
-    tests: Sequence[LinearTest],
+    test: LinearTest,
     parameters: LinearParameters,
     solution: LinearSolution,
-    more: Sequence[FloatArray],
+    state: tuple[FloatArray, NDArray[np.bool_]],
     limits: tuple[float, float],
 ) -> tuple[LinearParameters, LinearSolution] | None:
+    extra, free = state
     starts = [
-        _local(tests[0], (parameters, solution.values), more[0], place, frequency)
-        for frequency in _peaks(tests, parameters, solution, more, limits)
+        _local(test, (parameters, solution.values), extra, place, frequency)
+        for frequency in _peaks(test, parameters, solution, extra, limits)
         for place in parameters.model.masses
     ]
     if not starts:
@@ -91,10 +101,12 @@ def _next_mode(
     fall, richer, start = max(starts, key=lambda found: found[0])
     if fall < GAIN_ENOUGH:
         return None
-    found = richer, solve(tests, richer, start, more)
-    if found[1].chi_square > solution.chi_square - GAIN_ENOUGH:
+    moving = np.concatenate([free, np.ones(3, bool)])
+    found = richer, solve([test], richer, start, [extra], moving)
+    before = solve([test], parameters, solution.values, [extra], free)
+    if found[1].chi_square > before.chi_square - GAIN_ENOUGH:
         return None
-    return found if _is_mode(tests, (parameters, solution), found, more, limits) else None
+    return found if _is_mode(test, (parameters, before), found, extra, limits) else None
 
 
 def _local(
@@ -138,19 +150,17 @@ def _local(
 
 
 def _peaks(
-    tests: Sequence[LinearTest],
+    test: LinearTest,
     parameters: LinearParameters,
     solution: LinearSolution,
-    more: Sequence[FloatArray],
+    extra: FloatArray,
     limits: tuple[float, float],
 ) -> list[float]:
     """Return the frequencies at which most is left beyond noise, where a mode may be [Hz]."""
-    test, extra = tests[0], more[0]
     power = np.abs(test.residual(parameters, solution.values)) ** 2 / (1.0 + extra)
-    total = power.sum(axis=0)
     allowed = (test.bins < limits[0]) | (test.bins > limits[1])
     width = max(3, round(_WIDTH * float(test.bins[-1]) / float(np.diff(test.bins[:2])[0])))
-    smooth = scipy.ndimage.uniform_filter1d(total, width)
+    smooth = scipy.ndimage.uniform_filter1d(power.sum(axis=0), width)
     smooth = np.where(allowed, smooth, 0.0)
     found: list[float] = []
     for _ in range(_STARTS):
@@ -158,15 +168,15 @@ def _peaks(
         if not smooth[i] > 0.0:
             break
         found.append(float(test.bins[i]))
-        smooth[np.abs(test.bins - test.bins[i]) < 0.1 * test.bins[i]] = 0.0
+        smooth[np.abs(test.bins - test.bins[i]) < _NEAR * test.bins[i]] = 0.0
     return found
 
 
 def _is_mode(
-    tests: Sequence[LinearTest],
+    test: LinearTest,
     before: tuple[LinearParameters, LinearSolution],
     after: tuple[LinearParameters, LinearSolution],
-    more: Sequence[FloatArray],
+    extra: FloatArray,
     limits: tuple[float, float],
 ) -> bool:
     """Return whether what was fitted lies where it may, and explains what is left there."""
@@ -174,10 +184,15 @@ def _is_mode(
     mode = parameters.model_at(solution.values).modes[-1]
     if limits[0] <= mode.frequency <= limits[1]:
         return False
-    left = [0.0, 0.0]
-    for test, extra in zip(tests, more, strict=True):
-        near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
-        for k, (which, found) in enumerate((before, after)):
-            power = np.abs(test.residual(which, found.values)) ** 2 / (1.0 + extra)
-            left[k] += float(np.sum(power[:, near] - 2.0))
+    near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
+    left = [
+        float(
+            np.sum(
+                np.abs(test.residual(which, found.values)[:, near]) ** 2
+                / (1.0 + extra[:, near])
+                - 2.0
+            )
+        )
+        for which, found in (before, after)
+    ]
     return left[0] > 0.0 and left[1] < (1.0 - _EXPLAINED) * left[0]

@@ -117,7 +117,7 @@ class LinearModel:
         return np.asarray(np.fft.irfft(spectrum, 2 * n)[:, :n])
 
 
-def fit_linear(model: Model, tests: Sequence[Test]) -> LinearModel:
+def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True) -> LinearModel:
     """Return the linear model of tests: own numbers, chain of measurement, further modes.
 
     It is fitted to the tests of the lowest level that are not held out, in the frequency
@@ -133,21 +133,29 @@ def fit_linear(model: Model, tests: Sequence[Test]) -> LinearModel:
         The prior.
     tests : sequence of Test
         All tests of the campaign.
+    own_numbers : bool
+        Whether stiffness and damping of the model are fitted; not where an effect that it has
+        was fitted with them, beside which only chain and further modes are sought.
     """
     chosen = [_prepared(model, test) for test in _lowest(tests)]
     parameters = LinearParameters(model, len(tests[0].arrays.controls))
     none = [np.zeros_like(test.density) for test in chosen]
-    solution = solve(chosen, parameters, _scanned(chosen, parameters), none)
+    free = np.arange(parameters.spreads.size) >= (0 if own_numbers else len(parameters.own))
+    start = _scanned(chosen, parameters) if own_numbers else np.zeros(free.size)
+    solution = solve(chosen, parameters, start, none, free)
     chosen = [refined(test, parameters, solution.values) for test in chosen]
-    solution = solve(chosen, parameters, solution.values, none)
+    solution = solve(chosen, parameters, solution.values, none, free)
     telling = _most_telling(tests, chosen, parameters, solution)
     extra = misfit(telling, parameters, solution.values)
-    richer, with_modes = with_further_modes([telling], parameters, solution, [extra])
-    modes = with_modes.values[solution.values.size :]
+    linear = _share_left(telling, parameters, solution.values) < LINEAR_ENOUGH
+    richer, with_modes = with_further_modes(
+        telling, parameters, solution, (extra, free), below=linear
+    )
+    modes = with_modes.values[free.size :]
     values = np.concatenate([solution.values, modes])
-    free = np.arange(values.size) < solution.values.size
-    solution = _settled(chosen, richer, values, free)
-    solution.covariance[~free] = with_modes.covariance[~free]
+    moving = np.concatenate([free, np.zeros(modes.size, bool)])
+    solution = _settled(chosen, richer, values, moving)
+    solution.covariance[free.size :] = with_modes.covariance[free.size :]
     return _result(tests, richer, solution)
 
 

@@ -87,5 +87,5 @@ def sensor_responses(model: Model, frequency: FloatArray) -> ComplexArray:
         if sensor.at != BASE:
             residues = found.residues[names.index(sensor.at)]
         z = np.asarray(residues @ fractions, np.complex128)
-        rows.append(_OF_DISPLACEMENT[sensor.measures](z, s, base))
+        rows.append(_OF_DISPLACEMENT[sensor.measures](z, np.asarray(s, np.complex128), base))
     return np.array(rows)
