@@ -119,3 +119,16 @@ def test_a_gap_changes_neither_the_stiffness_much_nor_adds_modes():
     assert found.model.modes == ()
     assert stiffness_of(found) == pytest.approx(JOINT.stiffness, rel=0.3)
     assert found.unusual == ()
+
+
+def test_a_mode_is_found_beside_an_effect_that_the_model_has():
+    stiffness, clearance = 0.5 * JOINT.stiffness, 5e-5
+    gap = Hidden({}, ((laws.GAP, (stiffness, clearance, clearance), (-clearance, clearance)),))
+    made = campaign(WITH_MODE, hidden=((0, gap),), drives=(drive(level=12.0),))
+    plain = model()
+    effect = Element(EFFECTS["gap"](stiffness, clearance), ("base", "coupon"))
+    with_gap = replace(plain, elements=(*plain.elements, effect))
+    found = fit_linear(with_gap, arrays_of(made), own_numbers=False)
+    (mode,) = found.model.modes
+    assert mode.frequency == pytest.approx(600.0, rel=5e-3)
+    assert found.model.elements == with_gap.elements
