@@ -59,7 +59,7 @@ def write(tasks: list[tuple[int, str]], target: Path) -> None:
 def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list[Trial]:
     """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
     done = records.read(options.json) if options.json else []
-    work = functools.partial(attempt, judge=ROOMS[options.room])
+    work = functools.partial(first, room=options.room)
     if options.next_test:
         work = functools.partial(retest, path=options.next_test, room=options.room)
     left = records.left(tasks, done)
@@ -76,10 +76,15 @@ def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list
     return done
 
 
-def retest(seed: int, kind: str, path: Path, room: str) -> Trial:
+def first(seed: int, kind: str, limit: float, room: str) -> Trial:
+    """Return the trial of a campaign."""
+    return attempt(seed, kind, ROOMS[room], limit=limit)
+
+
+def retest(seed: int, kind: str, limit: float, *, path: Path, room: str) -> Trial:
     """Return the trial of a file after the test that it proposes."""
     known = {(trial.seed, trial.kind): trial for trial in records.read(path)}
-    return next_test.again(known[seed, kind], ROOMS[room])
+    return next_test.again(known[seed, kind], ROOMS[room], limit=limit)
 
 
 def tell(trials: list[Trial], options: argparse.Namespace) -> None:

@@ -110,7 +110,7 @@ def settled(trial: Trial) -> bool:
     )
 
 
-def again(trial: Trial, judge: Diagnose) -> Trial:
+def again(trial: Trial, judge: Diagnose, *, limit: float = 0.0) -> Trial:
     """Return the trial after the proposed test; a test that cannot be run settles nothing."""
     asked = trial.document["next_test"][0]
     try:
@@ -118,7 +118,7 @@ def again(trial: Trial, judge: Diagnose) -> Trial:
     except (ValueError, RuntimeError) as error:
         after = replace(trial, problem=str(error))
     else:
-        after = diagnosed(campaign, judge)
+        after = diagnosed(campaign, judge, limit=limit)
     first = {
         "asked": asked,
         "verdict": trial.document["verdict"],

@@ -13,8 +13,8 @@ from typing import Any
 from blind.trial import Trial, without_answer
 
 Task = tuple[int, str]
-Work = Callable[[int, str], Trial]
-"""What is done with a task in the other process."""
+Work = Callable[[int, str, float], Trial]
+"""What is done with seed, class and limit in the other process."""
 WALL_OVER_PROCESSOR = 8.0
 """Longest time by the clock over that of the processor, which others use too [-]."""
 
@@ -88,7 +88,7 @@ def _outcome(worker: Worker, limit: float) -> Trial:
     seconds = time.perf_counter() - worker.since
     timeout = worker.process.exitcode in {None, -signal.SIGPROF}
     worker.end()
-    problem = f"timeout: more than {limit:.0f} s of processor time"
+    problem = f"timeout: more than {limit:g} s of processor time"
     if not timeout:
         problem = f"died: exit code {worker.process.exitcode}"
     return without_answer(seed, kind, problem, limit if timeout else seconds)
@@ -103,7 +103,7 @@ def _start(work: Work, nice: int) -> Worker:
 
 
 def _serve(pipe: Any, work: Work, nice: int) -> None:
-    """Do tasks until the pipe closes; a timer of the system ends a task that takes too long."""
+    """Do tasks until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(nice)
     while True:
@@ -111,7 +111,4 @@ def _serve(pipe: Any, work: Work, nice: int) -> None:
             (seed, kind), limit = pipe.recv()
         except EOFError:
             return
-        signal.setitimer(signal.ITIMER_PROF, limit + 10.0)  # drawing and writing come first
-        trial = work(seed, kind)
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        pipe.send(trial)
+        pipe.send(work(seed, kind, limit))

@@ -1,6 +1,7 @@
 """One blind trial: a campaign is drawn, written, diagnosed; what came out, with the truth."""
 
 import resource
+import signal
 import tempfile
 import time
 from collections.abc import Callable
@@ -82,22 +83,30 @@ def processor_seconds() -> float:
     return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
 
 
-def attempt(seed: int, kind: str, judge: Diagnose = diagnose_old) -> Trial:
+def attempt(
+    seed: int, kind: str, judge: Diagnose = diagnose_old, *, limit: float = 0.0
+) -> Trial:
     """Return the trial of one seed and class; a failed diagnosis is a miss with its reason."""
-    return diagnosed(draw(seed, kind), judge)
+    return diagnosed(draw(seed, kind), judge, limit=limit)
 
 
-def diagnosed(campaign: Campaign, judge: Diagnose) -> Trial:
-    """Return the trial of a campaign."""
+def diagnosed(campaign: Campaign, judge: Diagnose, *, limit: float = 0.0) -> Trial:
+    """Return the trial of a campaign; the system ends a process whose diagnosis takes longer.
+
+    `limit` is in seconds of processor time, 0 for none.
+    """
     document: dict[str, Any] = {}
     problem = ""
     with tempfile.TemporaryDirectory(prefix="blind-") as place:
         log, model = folder.write(campaign, Path(place))
         start, before = time.perf_counter(), processor_seconds()
         try:
+            signal.setitimer(signal.ITIMER_PROF, limit)
             document = judge(log, model, campaign.seed)
         except Exception as error:  # noqa: BLE001 - any failure is a miss, and is printed
             problem = f"{type(error).__name__}: {error}"
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
         seconds, worked = time.perf_counter() - start, processor_seconds() - before
     return Trial(
         campaign.seed, campaign.kind, campaign.details["snr_db"], campaign.noise_floor,
