@@ -49,7 +49,7 @@ def campaign(
         still = np.zeros_like(wave)
         pushed = structure.force_on >= 0
         base, push = (still, wave) if pushed else (wave, still)
-        motion = move(truth, base, push, SAMPLE_RATE, SUBSTEPS, 1.0)
+        motion = move(truth, base, push, sample_rate=SAMPLE_RATE, substeps=SUBSTEPS, limit=1.0)
         clean = {
             "acceleration": motion.acceleration[::SUBSTEPS].T,
             "displacement": motion.displacement.T,
@@ -60,7 +60,7 @@ def campaign(
         control = np.tile(given, (1 if pushed else 2, 1))
         control = control + noise * np.std(given) * rng.standard_normal(control.shape)
         tests.append(TestRun(i + 1, one, i in hold_out, control, response, clean))
-    return Campaign(1, "known", structure, structure, tuple(tests), {}, noise)
+    return Campaign(1, "known", structure, structure, tuple(tests), {}, noise, {"known": ()})
 
 
 def off(structure, stiffness=1.0, damping=1.0):

@@ -7,6 +7,8 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.compare.measured import REACH
+from shakerproc.compare.noise import Noise, noise_of
+from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import FloatArray
 
@@ -77,6 +79,8 @@ class Test:
         Samples between which the test is judged; the model runs from sample 0.
     quiet : Quiet, optional
         Noise of every channel, where the recording begins at rest.
+    noise_density : Noise
+        Of the input and the responses, from the measurement alone.
     noise : (n_sensors,) array
         Standard deviation of a sample of each response, never below what sensors are
         calibrated to [unit of the sensor].
@@ -91,6 +95,7 @@ class Test:
     start: int
     stop: int
     quiet: Quiet | None
+    noise_density: Noise
     noise: FloatArray
 
     @property
@@ -132,7 +137,8 @@ def _prepared(arrays: TestArrays) -> Test:
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
     start = quiet.stop if quiet is not None else min(round(rate), responses.shape[1] // 10)
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
-    own = quiet.responses.std(axis=1) if quiet is not None else np.zeros(len(responses))
+    noise = noise_of(Channels(controls, responses, rate, arrays.band))
+    own = np.sqrt(noise.responses.sum(axis=1) * noise.frequency[0])
     return Test(
         arrays=arrays,
         input=controls.mean(axis=0),
@@ -141,5 +147,6 @@ def _prepared(arrays: TestArrays) -> Test:
         start=start,
         stop=responses.shape[1],
         quiet=quiet,
+        noise_density=noise,
         noise=np.hypot(own, FLOOR_SHARE * rms),
     )

@@ -8,7 +8,6 @@ import numpy as np
 import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
-from shakerproc.compare import Channels, noise_of
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
@@ -160,9 +159,7 @@ def _density(
 
 def _noise(model: Model, test: Test, bins: FloatArray) -> FloatArray:
     """Return the noise of responses and input, the latter through the model."""
-    noise = noise_of(
-        Channels(test.arrays.controls, test.responses, test.sample_rate, test.arrays.band)
-    )
+    noise = test.noise_density
     passed = np.abs(sensor_responses(model, bins)) ** 2 * noise.input_at(bins)
     return np.asarray(noise.responses_at(bins) + passed)
 
