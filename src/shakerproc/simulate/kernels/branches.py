@@ -178,7 +178,7 @@ def set_propagators(units: FloatArray, room: FloatArray, store: Store) -> None:
     ----------
     units : (s, n_y) array
         Units of displacement, velocity and state in which the rates are of one size.
-    room : (4, size, size) array, size = n_y + degree + 2 + 4 m
+    room : (4, size, size) array, size = n_y + degree + 2 + 6 m
         Room.
     store : Store
         Its other fields are there.

@@ -1,11 +1,12 @@
-"""Exact propagators under nonlinear forces: what a law does in a sample, as a cubic.
+"""Exact propagators under nonlinear forces: what a law does in a sample, as a quintic.
 
 The linear part of a model, and of the branches that it is on, moves exactly. The force of
-every other law over a sample is the cubic with the law's values and rates at both ends, which
-misses a sine by (omega h)^4 / 384. Its far end is predicted and corrected until the motion
-rests; states of laws with memory follow by the same rule, in its implicit form (Hermite and
-Obreshkov's, order 4, stable however fast the state relaxes). Where that does not settle, or a
-branch ends, the sample is left to the Taylor series.
+every other law over a sample is the quintic with the law's values and rates at both its ends
+and at the end of the sample before (of the first after an event, with four terms of the law's
+series at the start): it misses a sine by (omega h)^6 / 4800. Its far end is predicted and
+corrected until the motion rests. States of laws with memory follow by an implicit rule of
+order 4 that is stable however fast the state relaxes (Hermite and Obreshkov's). Where that
+does not settle, or a branch ends, the sample is left to the Taylor series.
 """
 
 from typing import Final, NamedTuple
@@ -35,8 +36,14 @@ from shakerproc.simulate.kernels.taylor import even_out, shift, slot_of
 
 _ATTEMPTS: Final = 3
 _LOOSE: Final = 100.0
-"""How far the first correction may be above the tolerance: a cubic misses a smooth force by
-about a thirtieth of what a prediction misses it by [-]."""
+"""How far the first correction may be above the tolerance: a quintic misses a smooth force by
+a three hundredth of what its extension to the next sample misses there [-]."""
+
+_LESS_LOOSE: Final = 10.0
+"""The same where a series predicts, after an event [-]."""
+
+_SERIES_TERMS: Final = 4
+"""Terms of its series by which a law is predicted where nothing came before."""
 
 _FROM: Final = 0  # rows of `y`
 _END: Final = 1
@@ -54,10 +61,12 @@ class Carried(NamedTuple):
 
     Attributes
     ----------
-    force, rate : (m, 4) array
+    force, rate : (m, 6) and (m, 4) array
         Coefficients of each carried force [N], and of the rate of its state.
     now : (m, 4) array
         Force, its slope, rate and its slope at the start of the part.
+    was : (m, 2) array
+        Force and its slope at the start of the part before.
     law : (m, 4, orders) array
         What the law gave last: force, rate, and the slopes of both by the state.
     line : (2, m, 5) array
@@ -69,6 +78,7 @@ class Carried(NamedTuple):
     force: FloatArray
     rate: FloatArray
     now: FloatArray
+    was: FloatArray
     law: FloatArray
     line: FloatArray
     y: FloatArray
@@ -78,9 +88,10 @@ def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
     """Return empty room."""
     return Carried(
         np.zeros((n_forces, FORCE_TERMS)),
-        np.zeros((n_forces, FORCE_TERMS)),
+        np.zeros((n_forces, _SERIES_TERMS)),
         np.zeros((n_forces, 4)),
-        np.zeros((n_forces, 4, FORCE_TERMS)),
+        np.zeros((n_forces, 2)),
+        np.zeros((n_forces, 4, _SERIES_TERMS)),
         np.zeros((2, n_forces, 5)),
         np.zeros((4, max(n_motions, degree + 1))),
     )
@@ -294,22 +305,42 @@ def _correct_states(
 
 
 @inlined
-def _bend(
-    values: FloatArray, c: int, d: int, law: FloatArray, plane: int, out: FloatArray
-) -> None:
-    """Set the cubic with values and slopes of a force or rate at both ends."""
-    rise = law[c, plane, 0] - values[c, d]
-    out[c, 0] = values[c, d]
-    out[c, 1] = values[c, d + 1]
-    out[c, 2] = 3.0 * rise - 2.0 * values[c, d + 1] - law[c, plane, 1]
-    out[c, 3] = -2.0 * rise + values[c, d + 1] + law[c, plane, 1]
+def _bend_force(room: Carried, f: int, warm: bool) -> None:
+    """Set the quintic of a force; see the top."""
+    force, f0, f1 = room.force, room.now[f, 0], room.now[f, 1]
+    end, slope = room.law[f, _FORCE, 0], room.law[f, _FORCE, 1]
+    force[f, 0], force[f, 1] = f0, f1
+    if warm:
+        even = 0.5 * (end + room.was[f, 0]) - f0
+        odd = 0.5 * (end - room.was[f, 0]) - f1
+        turn = 0.5 * (slope - room.was[f, 1])
+        rise = 0.5 * (slope + room.was[f, 1]) - f1
+        force[f, 2], force[f, 4] = 2.0 * even - 0.5 * turn, 0.5 * turn - even
+        force[f, 3], force[f, 5] = 2.5 * odd - 0.5 * rise, 0.5 * rise - 1.5 * odd
+    else:
+        left = end - f0 - f1 - force[f, 2] - force[f, 3]
+        steeper = slope - f1 - 2.0 * force[f, 2] - 3.0 * force[f, 3]
+        force[f, 4], force[f, 5] = 5.0 * left - steeper, steeper - 4.0 * left
+
+
+@inlined
+def _bend_rate(room: Carried, f: int) -> None:
+    """Set the cubic with values and slopes of the rate of a state at both ends."""
+    rate, r0, r1 = room.rate, room.now[f, 2], room.now[f, 3]
+    rise, slope = room.law[f, _RATE, 0] - r0, room.law[f, _RATE, 1]
+    rate[f, 0], rate[f, 1] = r0, r1
+    rate[f, 2] = 3.0 * rise - 2.0 * r1 - slope
+    rate[f, 3] = -2.0 * rise + r1 + slope
 
 
 @inlined
 def _extend(room: Carried) -> None:
-    """Predict forces and rates by the cubics of the part before."""
+    """Predict forces and rates by the polynomials of the part before."""
     for f in range(room.now.shape[0]):
-        room.force[f, 2] += 3.0 * room.force[f, 3]
+        a3, a4, a5 = room.force[f, 3], room.force[f, 4], room.force[f, 5]
+        room.force[f, 2] += 3.0 * a3 + 6.0 * a4 + 10.0 * a5
+        room.force[f, 3] += 4.0 * a4 + 10.0 * a5
+        room.force[f, 4] += 5.0 * a5
         room.rate[f, 2] += 3.0 * room.rate[f, 3]
         room.force[f, 0], room.force[f, 1] = room.now[f, 0], room.now[f, 1]
         room.rate[f, 0], room.rate[f, 1] = room.now[f, 2], room.now[f, 3]
@@ -331,14 +362,15 @@ def _set_out(
     """Predict forces and rates by their series at the start of a part."""
     for i in range(n_y):
         series.y[i, 0] = room.y[_FROM, i]
-    for k in range(FORCE_TERMS):
+    for k in range(_SERIES_TERMS):
         series.w[k] = room.y[_INPUT, k] if k < n_c else 0.0
-    _ask(machine, store, slot, time, step, FORCE_TERMS, 0, series, room, n, n_y)
+    _ask(machine, store, slot, time, step, _SERIES_TERMS, 0, series, room, n, n_y)
     _note(machine, store, 0, room.y[_FROM], series, room, n)
     for f in range(room.now.shape[0]):
-        for k in range(FORCE_TERMS):
+        for k in range(_SERIES_TERMS):
             room.force[f, k] = room.law[f, _FORCE, k]
             room.rate[f, k] = room.law[f, _RATE, k]
+        room.force[f, 4], room.force[f, 5] = 0.0, 0.0
         room.now[f, 0], room.now[f, 1] = room.force[f, 0], room.force[f, 1]
         room.now[f, 2], room.now[f, 3] = room.rate[f, 0], room.rate[f, 1]
 
@@ -361,7 +393,7 @@ def _predict(
         f = store.owner[i - 2 * n]
         if f >= 0:
             rise = 0.0
-            for k in range(FORCE_TERMS):
+            for k in range(_SERIES_TERMS):
                 rise += room.rate[f, k] / (k + 1)
             y[_END, i] = y[_FROM, i] + step * rise
 
@@ -384,6 +416,7 @@ def _settle(
     time: float,
     step: float,
     tolerance: float,
+    warm: bool,
     scales: FloatArray,
     series: Series,
     room: Carried,
@@ -405,9 +438,9 @@ def _settle(
         if n_y > 2 * n:
             worst = _correct_states(machine, store, step, scales, room, n)
         for f in range(room.now.shape[0]):
-            _bend(room.now, f, 0, room.law, _FORCE, room.force)
+            _bend_force(room, f, warm)
             if n_y > 2 * n:
-                _bend(room.now, f, 2, room.law, _RATE, room.rate)
+                _bend_rate(room, f)
         for i in range(n_y):
             if i >= 2 * n and store.owner[i - 2 * n] >= 0:
                 continue
@@ -418,7 +451,7 @@ def _settle(
             y[_END, i] = end
         if worst <= tolerance:
             return True
-        if not worst <= _LOOSE * tolerance:
+        if not worst <= (_LOOSE if warm else _LESS_LOOSE) * tolerance:
             return False
     return False
 
@@ -427,6 +460,7 @@ def _settle(
 def _keep(room: Carried) -> None:
     """Make the end of a part the start of the next."""
     for f in range(room.now.shape[0]):
+        room.was[f, 0], room.was[f, 1] = room.now[f, 0], room.now[f, 1]
         room.now[f, 0], room.now[f, 1] = room.law[f, _FORCE, 0], room.law[f, _FORCE, 1]
         room.now[f, 2], room.now[f, 3] = room.law[f, _RATE, 0], room.law[f, _RATE, 1]
         for k in range(5):
@@ -493,8 +527,8 @@ def carry(
             _set_out(machine, store, slot, time, step, series, room, n, n_y, n_c)
         _predict(store, slot, step, room, n, n_y, n_c)
         if not _settle(
-            machine, store, slot, time + step, step, tolerance, scales, series, room, n, n_y,
-            n_c,
+            machine, store, slot, time + step, step, tolerance, warm, scales, series, room, n,
+            n_y, n_c,
         ):  # fmt: skip
             break
         w = series.w[0]

@@ -103,8 +103,8 @@ def fast(
             if down > 0.0:
                 up = by_motion(slopes, e, y, c[0], n_y) + events[e, n_y] * c[1]
                 if up > 0.0:
-                    before = by_motion(events, e, y, c[0], n_y)
-                    highest = ahead if ahead > before else before
+                    earlier = by_motion(events, e, y, c[0], n_y)
+                    highest = ahead if ahead > earlier else earlier
                     if highest + up * down / (up + down) >= 0.0:
                         free = False
                         break

@@ -110,11 +110,11 @@ class Store(NamedTuple):
     slopes : (s, 2 r, n_y + 2 + m) array
         How much events rise in a part at this rate, by the same; the rise of the input and of
         the forces themselves is left out.
-    step : (s, n_y, n_y + degree + 2 + 4 m) array
-        What a part adds to y, by (y, c, 1) and the four coefficients of each carried force.
+    step : (s, n_y, n_y + degree + 2 + 6 m) array
+        What a part adds to y, by (y, c, 1) and the six coefficients of each carried force.
     carried : (r,) array of int
         Number of each line among the m whose law is not linear on its branches: its force is
-        given to the propagators as a cubic over a part. -1 for all others.
+        given to the propagators as a quintic over a part. -1 for all others.
     owner : (n_states,) array of int
         Number of the carried force whose state each is, or -1.
     push : (s, n + 1, m) array
@@ -135,8 +135,8 @@ class Store(NamedTuple):
     push: FloatArray
 
 
-FORCE_TERMS: Final = 4
-"""Coefficients of a carried force over a part of a sample: it is a cubic."""
+FORCE_TERMS: Final = 6
+"""Coefficients of a carried force over a part of a sample: it is a quintic."""
 
 
 HIGHEST: Final = 24
