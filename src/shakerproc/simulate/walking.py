@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import System
 from shakerproc.simulate.inputs import Input
 from shakerproc.simulate.kernels.carrying import room_to_carry
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS
-from shakerproc.simulate.kernels.table import room_for_series
+from shakerproc.simulate.kernels.table import Store, room_for_series
 from shakerproc.simulate.kernels.windows import walk_windows
 from shakerproc.simulate.propagators import build_store
 from shakerproc.simulate.response import dop853_tableau, least_sizes
@@ -24,6 +25,10 @@ ROWS: Final = 2**15
 
 PATIENCE: Final = 3e4
 """Steps around switchings after which it returns in any case; so many take 0.1 s or so."""
+
+MOST_PARTS: Final = 300
+"""Parts of a sample, by the fastest rate of a linear branch, past which a run has failed: such
+a model takes a hundred times as long as any that a measurement tells from a rigid one."""
 
 Whole: TypeAlias = NDArray[np.int64]
 Places: TypeAlias = Whole | slice
@@ -102,9 +107,10 @@ class Walk:
         self._model, self._system, self._given = model, system, given
         self._tolerance = tolerance
         degree = given.pieces.shape[1] - 1
-        self._store = build_store(system.machine, given.part, degree, carry=True)
+        self._store = _store(system, given.part, degree)
         n, n_lines = system.machine.mass.size, len(system.machine.lines)
-        n_y, n_forces = system.n_motions, self._store.push.shape[2]
+        n_y = system.n_motions
+        n_forces = 0 if self._store is None else self._store.push.shape[2]
         self._series = room_for_series(system.machine, system.n_states)
         self._room = np.zeros((4, n_y + n + 4 * n_lines + degree + 33))
         self._carried = room_to_carry(n_y, n_forces, degree)
@@ -130,9 +136,11 @@ class Walk:
         means : bool
             Whether accelerations are means over intervals.
         """
+        if self._store is None:
+            return np.ones(placed.first.size, np.bool_)
         base, rate = base_motion(self._model, self._given), self._given.sample_rate
         windows = np.stack((placed.first, placed.rows), axis=1)
-        cursor, failed = np.zeros(3, np.int64), np.zeros(len(windows), np.bool_)
+        cursor, failed = np.zeros(4, np.int64), np.zeros(len(windows), np.bool_)
         done, seen, total = 0, 0, int(np.sum(placed.rows))
         while done < total:
             kept = min(seen, 1)
@@ -160,6 +168,15 @@ class Walk:
             self._motion[kept:], self._acceleration[kept:], np.zeros(7),
             PATIENCE / len(system.names) ** 2,
         )  # fmt: skip
+
+
+def _store(system: System, part: float, degree: int) -> Store | None:
+    """Return the propagators of a model, or None for one that is too stiff to be carried."""
+    try:
+        store = build_store(system.machine, part, degree, carry=True)
+    except (SimulationError, np.linalg.LinAlgError):
+        return None
+    return store if np.max(store.parts, initial=1) <= MOST_PARTS else None
 
 
 def _largest(given: Input) -> float:

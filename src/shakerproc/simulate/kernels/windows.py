@@ -17,6 +17,13 @@ from shakerproc.simulate.kernels.taylor import careful
 LARGEST: Final = 1e100
 """Motion past it has run away [SI]."""
 
+MOST_STEPS: Final = 10
+"""Steps around switchings for each sample of a window, on average, past which it has failed: a
+hundred times what chattering friction takes, and seconds for a test."""
+
+FREE_STEPS: Final = 10000
+"""So many are free, whatever the length of the window."""
+
 
 @inlined
 def _walk(
@@ -129,8 +136,9 @@ def walk_windows(
         Least size of each motion that errors are held against.
     carried : Carried
         Room.
-    cursor : (3,) array of int
-        Window, samples of it that are done, piece; goes on from there. Written to.
+    cursor : (4,) array of int
+        Window, samples of it that are done, piece, and steps around switchings in the window
+        so far; goes on from there. Written to.
     failed : (n_windows,) array of bool
         Written to; the rows of such a window are left as they are.
     motion, accelerations : (n_rows, n_y) and (n_rows, n) array
@@ -154,7 +162,7 @@ def walk_windows(
                 finite = finite and abs(series.y[i, 0]) < LARGEST
                 scales[i] = max(least[i], abs(series.y[i, 0]))
             failed[window] = not finite
-            cursor[2] = first * stride
+            cursor[2], cursor[3] = first * stride, 0
             if finite:
                 at_end = cursor[2] == pieces.shape[0]
                 last = cursor[2] - 1 if at_end else cursor[2]
@@ -167,13 +175,14 @@ def walk_windows(
             row += 1
         rows = min(count - cursor[1], motion.shape[0] - row)
         if rows > 0 and not failed[window]:
-            here = first + cursor[1]
+            here, steps = first + cursor[1], stats[3]
             reached = _walk(
                 machine, store, analytic, tableau, pieces, cursor[2],
                 (here + rows - 1) * stride, stride, here - row, sample, tolerance, series,
                 room, carried, work, motion, accelerations, stats, patience,
             )  # fmt: skip
-            if reached < 0:
+            cursor[3] += int(stats[3] - steps)
+            if reached < 0 or cursor[3] > MOST_STEPS * count + FREE_STEPS:
                 failed[window] = True
             else:
                 done = reached // stride - here + 1
