@@ -16,7 +16,7 @@ from shakerproc.simulate.kernels.carrying import room_to_carry
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS
 from shakerproc.simulate.kernels.table import Store, room_for_series
 from shakerproc.simulate.kernels.windows import walk_windows
-from shakerproc.simulate.propagators import build_store
+from shakerproc.simulate.propagators import build_store, no_store
 from shakerproc.simulate.response import dop853_tableau, least_sizes
 from shakerproc.simulate.window_sensing import Motion, base_motion, sense
 
@@ -107,10 +107,12 @@ class Walk:
         self._model, self._system, self._given = model, system, given
         self._tolerance = tolerance
         degree = given.pieces.shape[1] - 1
-        self._store = _store(system, given.part, degree)
+        store = _store(system, given.part, degree)
+        self._stiff = store is None
+        self._store = no_store() if store is None else store
         n, n_lines = system.machine.mass.size, len(system.machine.lines)
         n_y = system.n_motions
-        n_forces = 0 if self._store is None else self._store.push.shape[2]
+        n_forces = self._store.push.shape[2]
         self._series = room_for_series(system.machine, system.n_states)
         self._room = np.zeros((4, n_y + n + 4 * n_lines + degree + 33))
         self._carried = room_to_carry(n_y, n_forces, degree)
@@ -136,7 +138,7 @@ class Walk:
         means : bool
             Whether accelerations are means over intervals.
         """
-        if self._store is None:
+        if self._stiff:
             return np.ones(placed.first.size, np.bool_)
         base, rate = base_motion(self._model, self._given), self._given.sample_rate
         windows = np.stack((placed.first, placed.rows), axis=1)
