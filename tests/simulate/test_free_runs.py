@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakerproc.models import Element, Excitation, Model, Sensor
-from shakerproc.models.effects import CubicStiffness, Damper, Gap, Spring
+from shakerproc.models.effects import CubicStiffness, Damper, Gap, GeneralBoucWen, Spring
 from shakerproc.simulate import Runs, free_runs, motions_of, prepare, simulate
 
 RATE, COUNT = 1000.0, 1500
@@ -74,3 +74,22 @@ def test_windows_that_run_away_fail_alone_and_are_large(given):
 
 def test_motions_are_named_in_the_order_of_starts():
     assert motions_of(model_with()) == ("x coupon", "v coupon")
+
+
+def test_a_law_whose_rate_runs_away_within_a_sample_costs_its_window_alone():
+    """Nothing dissipates, and beyond its limit the force runs off in no time."""
+    law = GeneralBoucWen(alpha=3496.8, beta=5.1e-8, gamma=6.5e8, exponent=5.5)
+    elements = (
+        Element(Spring(stiffness=256913.5), ("base", "beam")),
+        Element(Damper(damping=1.5), ("base", "beam")),
+        Element(law, ("base", "beam")),
+    )
+    model = Model(
+        "beam", {"beam": 0.288}, elements, Excitation("force", "beam"),
+        {"a": Sensor("beam", "acceleration")},
+    )  # fmt: skip
+    rest = (prepare(np.zeros(200), 640.0),)
+    windows = np.array([[0, 10, 42], [0, 60, 42]])
+    starts = np.array([[1.2454e-4, -0.02808, 0.0], [0.0, 1e-9, 0.0]])
+    found = free_runs(model, Runs(rest, windows, starts))
+    assert found.failed.tolist() == [True, False]

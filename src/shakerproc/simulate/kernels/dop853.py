@@ -7,6 +7,8 @@ ends at the event.
 
 from typing import Final
 
+import numpy as np
+
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
 from shakerproc.simulate.kernels.modes import event
@@ -31,6 +33,9 @@ _AHEAD: Final = 15  # events at the start, and at the end
 _BEHIND: Final = 16
 _LOAD: Final = 17  # largest holding force of each line at the stages of a step
 WORK_ROWS: Final = 18
+
+MOST_STEPS: Final = 20_000
+"""Steps within a piece after which the motion counts as lost: its rates have run away [-]."""
 
 
 @inlined
@@ -246,7 +251,11 @@ def one_sample(
     """
     n, n_y = machine.mass.size, series.y.shape[0]
     flips = 0
+    last = stats[3] + MOST_STEPS
     while at < 1.0:
+        if stats[3] > last:
+            series.y[0, 0] = np.inf  # as a motion that has run away is told
+            return 1.0
         share = min(wanted, 1.0 - at)
         even_out(scales, n)
         _rates(machine, pieces, j, at, sample, series)
