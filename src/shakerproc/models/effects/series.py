@@ -10,6 +10,20 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.coulomb_friction import CoulombFriction
+from shakerproc.models.effects.gap import Gap
+from shakerproc.models.identification import (
+    Contained,
+    Identification,
+    JointScales,
+    Values,
+    clearance,
+    contact,
+    friction,
+    grid,
+    number,
+    spread,
+)
 from shakerproc.models.kernels.along import series_along
 from shakerproc.models.laws import Law, Row
 
@@ -65,6 +79,54 @@ class Series(AbstractEffect):
 
     def rows(self) -> tuple[Row, ...]:
         return _chain(self.elements).rows()
+
+    @classmethod
+    def estimated(cls) -> Mapping[str, Parameter]:
+        return {**Gap.parameters, **CoulombFriction.parameters}
+
+    @classmethod
+    def of_numbers(cls, numbers: Values) -> "Series":
+        """Return play before a slider, the one series that is looked for."""
+        gap = Gap(number(numbers, "stiffness"), number(numbers, "clearance"))
+        return cls((gap, CoulombFriction(number(numbers, "sliding_force"))))
+
+    @classmethod
+    def identification(cls, at: JointScales) -> Identification:
+        return Identification(
+            free={
+                "stiffness": contact(at),
+                "clearance": clearance(at),
+                "sliding_force": friction(at),
+            },
+            starts=grid(
+                stiffness=(2.0 * at.steepness, 20.0 * at.steepness),
+                clearance=spread(0.03, 0.6, 5, at.displacement),
+                sliding_force=(0.15 * at.force, 0.7 * at.force),
+            ),
+            contains=(
+                Contained("jenkins", lambda values: _around_jenkins(values, at)),
+                Contained("gap", lambda values: _around_gap(values, at)),
+            ),
+            scaled=("stiffness", "sliding_force"),
+        )
+
+
+def _around_jenkins(values: Values, at: JointScales) -> tuple[Values, ...]:
+    """Return the element with hardly any play, and with more."""
+    return grid(
+        stiffness=(number(values, "stiffness"),),
+        clearance=tuple(share * at.displacement for share in (3e-4, 0.02, 0.1, 0.3)),
+        sliding_force=(number(values, "slip_force"),),
+    )
+
+
+def _around_gap(values: Values, at: JointScales) -> tuple[Values, ...]:
+    """Return the gap with a slider that never slips, and with some that do."""
+    return grid(
+        stiffness=(number(values, "stiffness"),),
+        clearance=(number(values, "clearance"),),
+        sliding_force=tuple(share * at.force for share in (100.0, 0.7, 0.3, 0.1)),
+    )
 
 
 @final
