@@ -71,7 +71,9 @@ def table(trials: Sequence[Trial]) -> tuple[list[str], np.ndarray, np.ndarray]:
     ValueError
         If no document has scores.
     """
-    scored = [t for t in trials if not t.problem and t.document.get("scores")]
+    scored = [
+        t for t in trials if not t.problem and t.retest is None and t.document.get("scores")
+    ]
     known: list[tuple[Mapping[str, Any], bool]] = [
         (t.document["scores"], exact(t)) for t in scored
     ]

@@ -1,7 +1,11 @@
 """The score, on verdicts made up so that it is known."""
 
+import json
+import sys
+
 import numpy as np
 import pytest
+from blind.__main__ import main
 from blind.judging import exact as hit
 from blind.judging import tied
 from blind.score import coverage, forecasts
@@ -9,7 +13,7 @@ from blind.score.bounds import clopper_pearson
 from blind.trial import Trial
 from scipy import stats
 
-from blind import score
+from blind import records, score
 
 JOINT = ["base", "coupon"]
 
@@ -186,3 +190,13 @@ def test_two_sets_are_compared_on_the_same_draws():
     other = trial("stop", document("effect found", ("stop", JOINT)), ["stop"])
     assert "WORSE" in score.tables.against([wrong, other], [right])
     assert "stop" not in score.tables.against([wrong, other], [right])
+
+
+def test_a_file_of_trials_is_scored_without_drawing(tmp_path, monkeypatch, capsys):
+    path, figures = tmp_path / "trials.json", tmp_path / "summary.json"
+    records.append(path, trial("gap", document("effect found", ("gap", JOINT)), ["gap"]))
+    words = ["blind", "--score", str(path), "--against", str(path), "--summary", str(figures)]
+    monkeypatch.setattr(sys, "argv", words)
+    main()
+    assert "single effect exact                     1/1    100.0%" in capsys.readouterr().out
+    assert json.loads(figures.read_text())["trials"] == 1
