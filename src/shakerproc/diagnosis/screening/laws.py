@@ -56,14 +56,22 @@ class Law:
         return any(free[name].transform == "logarithm" for name in names)
 
     @property
+    def slides(self) -> bool:
+        """Whether it is dry friction: its force turns round with the velocity, at a jump."""
+        if not isinstance(self.effect, AbstractMemorylessEffect):
+            return False
+        if not any(s.variable == "velocity" and s.at == 0.0 for s in self.effect.switches()):
+            return False
+        slow, fast = self.effect.force_at(np.zeros(2), np.array([1e-9, 1.0]))
+        return bool(abs(slow) > 1e-6 * abs(fast))
+
+    @property
     def sticks(self) -> bool:
         """Whether its force at rest is not told by the motion, or depends on the past.
 
         A regression on the measured motion is blind to such a force while the joint rests.
         """
-        if not isinstance(self.effect, AbstractMemorylessEffect):
-            return True
-        return any(s.variable == "velocity" and s.at == 0.0 for s in self.effect.switches())
+        return self.slides or not isinstance(self.effect, AbstractMemorylessEffect)
 
     @property
     def shape(self) -> tuple[object, ...]:

@@ -17,8 +17,8 @@ from shakerproc.diagnosis.screening.stretches import Stretch
 _ROUNDS: Final = 6
 """Most rounds of completing the motion and moving the coordinates [-]."""
 
-_TRIED: Final = 1
-"""Round after which an effect is given up that leaves far more than another [-]."""
+_TRIED: Final = 2
+"""Rounds after which an effect is given up that leaves far more than another [-]."""
 
 _WORTH: Final = 0.2
 """Share of what is left that a round must explain for another one to follow [-]."""
@@ -46,7 +46,7 @@ def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[S
     law : Law
         The effect.
     hopeless : float
-        Sum of squares above which it is given up after a round [-].
+        Sum of squares above which it is given up after two rounds [-].
     """
     first, share = screening.motions, 1.0
     left = float(screening.regression.cost)

@@ -23,10 +23,18 @@ _FAR: Final = 10.0
 tuning draws the true one left at most 2.8 times as much before its coordinates were refined
 [-]."""
 
+_HOPELESS: Final = 100.0
+"""How many times more than the best an effect may leave after two rounds of refinement and be
+refined further [-]."""
+
 _EXPLAINED: Final = 3.0
 """Mean square left, in units of the noise, at which an effect explains nearly all [-]."""
 
-_REFINED: Final = 6
+_SLIDING: Final = (3.0, 1.0, 8.0)
+"""Forces of dry friction to start from, as multiples of what the regression sees: of nine
+tuning draws the true force was 1.5 to 8 times as large, as the joint sticks [-]."""
+
+_REFINED: Final = 8
 """Effects whose best start is refined: what the time allows [-]."""
 
 
@@ -136,40 +144,63 @@ def screen(
 
 
 def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
-    """Return the starts of laws, best first, the best of them refined.
+    """Return the starts of laws in the order in which they are worth a fit.
 
-    Laws that stick are also returned with the forces that they were given: what is seen of
-    them while they slide may be little.
+    The best are refined. Of dry friction little is seen where it sticks: it may explain what
+    nothing else does, and its force may be several times what is seen.
     """
     rough = starts_of(screening, one_of_each_shape(laws))
     rough.sort(key=lambda one: -one[1].predicted)
+    found = [*_finer(screening, rough), *rough]
+    most = max((start.predicted for _, start in found), default=0.0)
+
+    def promise(one: tuple[Law, Start]) -> float:
+        return one[1].predicted + (1.0 - most if one[0].slides else 0.0)
+
+    found = _marked(found, rough)
+    found.sort(key=lambda one: -promise(one))
+    return tuple(start for law, one in found for start in _larger(law, one))
+
+
+def _finer(screening: Screening, rough: Sequence[tuple[Law, Start]]) -> list[tuple[Law, Start]]:
+    """Return refined starts of the effects that explain most."""
     first: dict[tuple[object, ...], Law] = {}
     for law, start in rough:
         first.setdefault((start.kind, start.between, start.words), law)
-    finer: list[Start] = []
+    finer: list[tuple[Law, Start]] = []
     for law in list(first.values())[:_REFINED]:
-        least = min((start.left for start in finer), default=np.inf)
-        hopeless = _FAR * least * screening.equations.n_numbers
+        least = min((start.left for _, start in finer), default=np.inf)
+        hopeless = _HOPELESS * least * screening.equations.n_numbers
         there, finest = refined(screening, law, hopeless)
-        finer += [start for _, start in starts_of(there, [finest])]
-    starts = _pruned(finer, rough)
-    given = [replace(start, values=law.values) for law, start in rough if law.sticks]
-    starts += [start for start in given if start not in starts]
-    return tuple(sorted(starts, key=lambda start: -start.predicted))
+        finer += starts_of(there, [finest])
+    return finer
 
 
-def _pruned(finer: list[Start], rough: Sequence[tuple[Law, Start]]) -> list[Start]:
+def _marked(
+    found: Sequence[tuple[Law, Start]], rough: Sequence[tuple[Law, Start]]
+) -> list[tuple[Law, Start]]:
     """Return all starts, those of effects that leave far more than the best marked.
 
-    Laws that stick are marked only where another explains nearly all.
+    Before refinement that is told of laws that do not stick; once another explains nearly all,
+    of every law.
     """
     most = max((start.predicted for _, start in rough), default=0.0)
-    least = min((start.left for start in finer), default=np.inf)
-    tried = {(start.kind, start.between) for start in finer}
-    starts = list(finer)
-    for law, start in rough:
-        far = 1.0 - start.predicted > _FAR * (1.0 - most)
-        seen = not law.sticks or (start.left > _FAR * least and least < _EXPLAINED)
-        known = (start.kind, start.between) in tried
-        starts.append(replace(start, kept=known or not (far and seen)))
-    return starts
+    least = min((start.left for _, start in found), default=np.inf)
+    known: dict[tuple[str, Joint], Start] = {}
+    for _, start in sorted(found, key=lambda one: one[1].left):
+        known.setdefault((start.kind, start.between), start)
+    marked = []
+    for law, start in found:
+        best = known[start.kind, start.between]
+        far = not law.sticks and 1.0 - best.predicted > _FAR * (1.0 - most)
+        refuted = least < _EXPLAINED and best.left > _HOPELESS * least
+        marked.append((law, replace(start, kept=not (far or refuted))))
+    return marked
+
+
+def _larger(law: Law, start: Start) -> tuple[Start, ...]:
+    """Return a start, and for dry friction the same with larger forces."""
+    if not law.slides:
+        return (start,)
+    at = replace(law, values=start.values)
+    return tuple(replace(start, values=at.scaled(share)) for share in _SLIDING)
