@@ -72,6 +72,8 @@ def joint_motions(model: Model, prediction: Prediction) -> tuple[JointMotion, ..
     a sensor, and so has the place on the near side: the force in it is then what accelerates
     the far side.
     """
+    if model.excitation.imposed:  # the force is what is measured
+        return ()
     measured = prediction.measured
     size = scipy.fft.next_fast_len(measured.input.size + 2048, real=True)
     frequency = scipy.fft.rfftfreq(size, 1.0 / measured.sample_rate)

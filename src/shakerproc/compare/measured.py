@@ -310,7 +310,10 @@ def measure(
         _check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
         _check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         chosen = (samples[inputs], samples[rows])
-        found = _measured(recording, test, chosen, tuple(model.sensors), part)
+        found = _measured(
+            recording, test, chosen, tuple(model.sensors), part,
+            centred=not model.excitation.imposed,  # where in its play a joint stands counts
+        )  # fmt: skip
         return replace(
             found,
             rate_doubt=recording.rate_doubt,
@@ -393,12 +396,15 @@ def _measured(
     samples: tuple[FloatArray, FloatArray],
     sensors: tuple[str, ...],
     part: "_Part",
+    *,
+    centred: bool,
 ) -> Measured:
     controls, responses = samples
     rate = recording.sample_rate
     start, stop = part.start - part.first, part.stop - part.first
-    controls = controls - controls[:, start:stop].mean(axis=1, keepdims=True)
-    responses = responses - responses[:, start:stop].mean(axis=1, keepdims=True)
+    if centred:
+        controls = controls - controls[:, start:stop].mean(axis=1, keepdims=True)
+        responses = responses - responses[:, start:stop].mean(axis=1, keepdims=True)
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited

@@ -21,6 +21,7 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.simulate import Input, Runs, Simulation, free_runs, prepare, simulate
+from shakerproc.simulate.inputs import prepare_displacement
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects in whose company a disturbance dies out."""
@@ -107,7 +108,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = prepare(measured.input, measured.sample_rate, tolerance=TOLERANCE)
+    given = _given(model, measured.input, measured.sample_rate)
     try:
         simulation = simulate(model, given, growth=not _is_stable(model), tolerance=TOLERANCE)
     except SimulationError as error:
@@ -129,6 +130,13 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     )
 
 
+def _given(model: Model, samples: FloatArray, sample_rate: float) -> Input:
+    """Return samples as what shakes a model."""
+    if model.excitation.imposed:
+        return prepare_displacement(samples, sample_rate)
+    return prepare(samples, sample_rate, tolerance=TOLERANCE)
+
+
 def free_run(model: Model, measured: Measured) -> Scored:
     """Return a test simulated from rest as a whole, however a disturbance may grow.
 
@@ -137,7 +145,7 @@ def free_run(model: Model, measured: Measured) -> Scored:
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = prepare(measured.input, measured.sample_rate, tolerance=TOLERANCE)
+    given = _given(model, measured.input, measured.sample_rate)
     simulated, failed = _from_rest(model, given)
     if failed:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
@@ -170,7 +178,7 @@ def _scored(
     noise = measured.noise.drawn(
         given.n_samples, measured.sample_rate, np.random.default_rng(0)
     )
-    noisy = prepare(measured.input + noise, measured.sample_rate, tolerance=TOLERANCE)
+    noisy = _given(model, measured.input + noise, measured.sample_rate)
     if windows is None:
         simulated, _ = _from_rest(model, given)
         other, failed = _from_rest(model, noisy)
