@@ -191,6 +191,7 @@ def _walk(
         reached = careful(
             machine,
             store,
+            True,
             pieces,
             j,
             passed,

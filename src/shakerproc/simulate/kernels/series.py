@@ -58,9 +58,10 @@ def power(lines: FloatArray, row: int, exponent: float, order: int) -> float:
     """
     whole = int(exponent)
     if exponent != whole:
-        total = abs(lines[row, BASE, 0]) ** exponent
-        if order > 0:
-            total = 0.0
+        total = 0.0
+        if order == 0:
+            total = abs(lines[row, BASE, 0]) ** exponent
+        else:
             for j in range(1, order + 1):
                 share = (exponent + 1.0) * j - order
                 total += share * lines[row, BASE, j] * lines[row, BASE + 1, order - j]

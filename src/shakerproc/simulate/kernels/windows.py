@@ -70,16 +70,15 @@ def _walk(
             )  # fmt: skip
         if j == stop:
             break
-        if analytic:
-            reached = careful(
-                machine, store, pieces, j, passed, sample, scales, tolerance, series, room[2],
-                room[1], stats, 1, motion, accelerations,
-            )  # fmt: skip
-            if reached < 1.0:
-                return -1
-        else:
+        reached = careful(
+            machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
+            room[2], room[1], stats, 1, motion, accelerations,
+        )  # fmt: skip
+        if reached < 1.0 and analytic:
+            return -1
+        if reached < 1.0:
             wanted = one_sample(
-                machine, tableau, pieces, j, passed, wanted, sample, tolerance, series, work,
+                machine, tableau, pieces, j, reached, wanted, sample, tolerance, series, work,
                 scales, stats,
             )  # fmt: skip
         if not abs(series.y[0, 0]) < LARGEST:
