@@ -82,7 +82,7 @@ def _outcome(worker: Worker, limit: float) -> Trial:
         if not worker.late(limit):
             trial: Trial = worker.pipe.recv()
             return trial
-    except EOFError:
+    except (EOFError, ConnectionResetError):
         pass
     worker.process.join(timeout=1.0)
     seconds = time.perf_counter() - worker.since
