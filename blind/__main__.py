@@ -8,10 +8,10 @@ import sys
 import time
 from pathlib import Path
 
-from blind import classes, folder, next_test, records, runner, score
+from blind import classes, folder, next_test, records, runner, score, works
 from blind.campaigns import TUNING_SEEDS_END, draw
 from blind.judging import exact, first_named, tied
-from blind.trial import ROOMS, Trial, attempt
+from blind.trial import ROOMS, Trial
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
@@ -59,9 +59,9 @@ def write(tasks: list[tuple[int, str]], target: Path) -> None:
 def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list[Trial]:
     """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
     done = records.read(options.json) if options.json else []
-    work = functools.partial(first, room=options.room)
+    work = functools.partial(works.first, room=options.room)
     if options.next_test:
-        work = functools.partial(retest, path=options.next_test, room=options.room)
+        work = functools.partial(works.retest, path=options.next_test, room=options.room)
     left = records.left(tasks, done)
     running = runner.run(left, work, options.jobs, options.limit_s, options.nice)
     try:
@@ -74,17 +74,6 @@ def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list
         running.close()
         print(f"stopped after {len(done)} of {len(tasks)}", file=sys.stderr)
     return done
-
-
-def first(seed: int, kind: str, limit: float, room: str) -> Trial:
-    """Return the trial of a campaign."""
-    return attempt(seed, kind, ROOMS[room], limit=limit)
-
-
-def retest(seed: int, kind: str, limit: float, *, path: Path, room: str) -> Trial:
-    """Return the trial of a file after the test that it proposes."""
-    known = {(trial.seed, trial.kind): trial for trial in records.read(path)}
-    return next_test.again(known[seed, kind], ROOMS[room], limit=limit)
 
 
 def tell(trials: list[Trial], options: argparse.Namespace) -> None:

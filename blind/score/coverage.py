@@ -18,6 +18,8 @@ from blind.score.bounds import clopper_pearson
 from blind.trial import Trial
 
 LOW_GOAL, HIGH_GOAL = 0.93, 0.97
+ROUNDING = 1e-9
+"""What units and files may round off, as a share of the truth [-]."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,9 @@ class Interval:
     @property
     def holds(self) -> bool:
         """Whether the bounds that there are hold the truth."""
-        above = self.low is None or self.low <= self.truth
-        return above and (self.high is None or self.truth <= self.high)
+        rounding = ROUNDING * abs(self.truth)
+        above = self.low is None or self.low - rounding <= self.truth
+        return above and (self.high is None or self.truth <= self.high + rounding)
 
     @property
     def error(self) -> float | None:

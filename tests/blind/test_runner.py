@@ -4,9 +4,10 @@ import multiprocessing
 import time
 
 import pytest
+from blind.__main__ import arguments, trials_of
 from tests.blind.works import by_class
 
-from blind import runner
+from blind import runner, works
 
 pytestmark = pytest.mark.slow
 
@@ -18,6 +19,15 @@ def test_one_that_hangs_or_dies_costs_itself_only():
     assert trials[1].problem == trials[4].problem == ""
     assert trials[2].problem == "timeout: more than 0.5 s of processor time"
     assert trials[3].problem == "died: exit code 7"
+
+
+def test_what_the_command_does_can_be_handed_over(monkeypatch, tmp_path):
+    """A process of its own cannot see what `__main__` defines."""
+    handed = []
+    monkeypatch.setattr(runner, "run", lambda _, work, *__: handed.append(work) or iter(()))
+    trials_of(arguments([]), [(1, "none")])
+    trials_of(arguments(["--next-test", str(tmp_path / "none.json")]), [(1, "none")])
+    assert [work.func for work in handed] == [works.first, works.retest]
 
 
 def test_whoever_stops_listening_ends_the_processes():
