@@ -1,7 +1,7 @@
 """Which samples are looked at: a bounded number, where the tests tell most."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -76,19 +76,21 @@ def stretches_of(
     lengths = [test.stop - test.start for test in tests]
     total = min(max(MOST_SAMPLES // n_sensors, FEWEST_SAMPLES), sum(lengths))
     block = block_length(total, min(lengths))
-    moves = [
-        float(np.mean(m[t.start : t.stop] ** 2)) for t, m in zip(tests, motion, strict=True)
-    ]
+    parts = [_inner_part(test, block) for test in tests]
+    moves = [float(np.mean(m[p] ** 2)) for p, m in zip(parts, motion, strict=True)]
     order = sorted(range(len(tests)), key=lambda i: -moves[i])
     left = total // block
     wanted = dict.fromkeys(order, 0)
     for place, i in enumerate(order):
         others = len(order) - place - 1
         share = left // 2 if place == 0 and others else left // (others + 1)
-        wanted[i] = min(lengths[i] // block, max(share, 1))
+        most = (parts[i].stop - parts[i].start) // block
+        wanted[i] = min(most, max(share, 1))
         left -= wanted[i]
     return tuple(
-        _strongest(i, tests[i], motion[i], n, block) for i, n in wanted.items() if n > 0
+        _strongest(Stretch(i, parts[i].start, n, block), motion[i][parts[i]])
+        for i, n in wanted.items()
+        if n > 0
     )
 
 
@@ -100,11 +102,15 @@ def block_length(total: int, shortest: int) -> int:
     return block
 
 
-def _strongest(
-    index: int, test: Test, motion: FloatArray, n_blocks: int, block: int
-) -> Stretch:
-    """Return the stretch of so many blocks that moves most."""
-    power = np.concatenate([[0.0], np.cumsum(motion[test.start : test.stop] ** 2)])
-    size = n_blocks * block
+def _inner_part(test: Test, block: int) -> slice:
+    """Return the part of a test that is half a block away from where it breaks off."""
+    edge = min(block // 2, (test.stop - test.start) // 8)
+    return slice(test.start + (0 if test.at_rest else edge), test.stop - edge)
+
+
+def _strongest(stretch: Stretch, motion: FloatArray) -> Stretch:
+    """Return the stretch as long as this one that moves most, `motion` beginning with it."""
+    power = np.concatenate([[0.0], np.cumsum(motion**2)])
+    size = stretch.n_blocks * stretch.block
     first = int(np.argmax(power[size:] - power[:-size]))
-    return Stretch(index, test.start + first, n_blocks, block)
+    return replace(stretch, start=stretch.start + first)
