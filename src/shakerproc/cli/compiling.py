@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from shakerproc.cli import output
 
-_SAID: Final = "compiling what this command needs, once: up to half a minute"
+_SAID: Final = "compiling what this command needs, once: up to a minute"
 
 
 @cache
