@@ -22,6 +22,10 @@ filter may fall off, and be another than that of the simulation [-]."""
 RELATIVE: Final = 1e-3
 """Least noise over the response at a frequency: what sensors are linear to [-]."""
 
+NOISE_KNOWN: Final = 1.5
+"""What is left counts as systematic from so many times the noise on, as power: densities from
+short rests are known to half of them [-]."""
+
 _NEGLIGIBLE: Final = 1e-12  # of the largest density
 _DECAYS: Final = 8.0  # time constants of the slowest motion behind the samples
 _TAPER: Final = 0.05  # share of the judged samples in each flank of the window
@@ -274,5 +278,5 @@ def misfit(test: LinearTest, parameters: LinearParameters, values: FloatArray) -
         inside = band == k
         if inside.any():
             middle = np.median(power[:, inside], axis=1, keepdims=True) / np.log(2.0)
-            found[:, inside] = np.maximum(0.0, middle - 1.0)
+            found[:, inside] = np.where(middle > NOISE_KNOWN, middle - 1.0, 0.0)
     return found
