@@ -186,11 +186,9 @@ def _weights(
 
 
 def _control_noise(test: Test) -> float:
-    """Return the standard deviation of a sample of the input; 0 where no rest shows it."""
-    if test.quiet is None:
-        return 0.0
-    own = test.quiet.controls.std(axis=1)
-    return float(np.sqrt(np.mean(own**2) / own.size))
+    """Return the standard deviation of a sample of the input; 0 where nothing tells it."""
+    noise = test.noise_density
+    return float(np.sqrt(np.sum(noise.input) * noise.frequency[0]))
 
 
 def _orthonormal(left: ComplexArray, weights: FloatArray) -> FloatArray:
