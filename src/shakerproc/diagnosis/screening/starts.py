@@ -30,9 +30,15 @@ refined further [-]."""
 _EXPLAINED: Final = 3.0
 """Mean square left, in units of the noise, at which an effect explains nearly all [-]."""
 
-_SLIDING: Final = (3.0, 1.0, 8.0)
-"""Forces of dry friction to start from, as multiples of what the regression sees: of nine
-tuning draws the true force was 1.5 to 8 times as large, as the joint sticks [-]."""
+_WELL_SEEN: Final = 0.5
+"""Share that dry friction explains where the joint slides most of the time [-]."""
+
+_SLIDING: Final = (1.0, 3.0)
+"""Forces of dry friction to start from in such a joint, as multiples of what is seen [-]."""
+
+_STICKING: Final = (3.0, 1.0, 8.0)
+"""The same where it sticks: in nine tuning draws the true force was 1.5 to 8 times as large as
+what the regression saw [-]."""
 
 _REFINED: Final = 8
 """Effects whose best start is refined: what the time allows [-]."""
@@ -203,4 +209,5 @@ def _larger(law: Law, start: Start) -> tuple[Start, ...]:
     if not law.slides:
         return (start,)
     at = replace(law, values=start.values)
-    return tuple(replace(start, values=at.scaled(share)) for share in _SLIDING)
+    shares = _SLIDING if start.explained > _WELL_SEEN else _STICKING
+    return tuple(replace(start, values=at.scaled(share)) for share in shares)
