@@ -12,7 +12,7 @@ from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import System
 from shakerproc.simulate.inputs import Input
-from shakerproc.simulate.kernels.carrying import room_to_carry
+from shakerproc.simulate.kernels.carried_forces import room_to_carry
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS
 from shakerproc.simulate.kernels.table import Store, room_for_series
 from shakerproc.simulate.kernels.windows import walk_windows

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined
-from shakerproc.simulate.kernels.carrying import Carried, carry
+from shakerproc.simulate.kernels.carried_forces import Carried
+from shakerproc.simulate.kernels.carrying import carry
 from shakerproc.simulate.kernels.dop853 import one_sample
 from shakerproc.simulate.kernels.exact import fast, record
 from shakerproc.simulate.kernels.motion import begin
