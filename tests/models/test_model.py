@@ -45,7 +45,7 @@ REFUSED = [
     ({"between": {1: ("a", "base")}}, [Spring(1.0), AttachedMode(1.0, 1.0, 0.0)],
      "attached mode on the base"),
     ({"sensors": {"x": Sensor("b")}}, [Spring(1.0)], "sensor x: no place 'b'"),
-    ({"excitation": Excitation("force", "base")}, [Spring(1.0)], "Name the mass that it acts on"),
+    ({"excitation": Excitation("force", "base")}, [Spring(1.0)], "the mass that it acts on"),
     ({"excitation": Excitation("force", "b")}, [Spring(1.0)], "excitation: no place 'b'"),
     ({}, [Spring(-1.0)], "drives the mass away .* positive side"),
     ({}, [CubicStiffness(-1.0)], "drives the mass away"),

@@ -58,8 +58,8 @@ def linear_response(system: System, frequency: FloatArray) -> ComplexArray:
 def mass_displacements(model: Model, test: Test) -> FloatArray:
     """Return displacements relative to the base, (n_masses, n) array [m].
 
-    A mass with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural frequency,
-    and where no sensor sits, as the linear part of the model does.
+    A mass with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural
+    frequency, and where no sensor sits, as the linear part of the model does.
     """
     system = assemble(model)
     size = test.n_samples
