@@ -1,0 +1,224 @@
+"""The one residual: what was measured less what the free-running model says, over the noise.
+
+Whole tests from rest, windows with starts of their own and component tests are all rows of one
+table of windows; what differs is where a window begins and whether its start is fitted.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data.motion import mass_displacements, slope
+from shakerproc.errors import ModelError
+from shakerproc.models import Model
+from shakerproc.models.effects import AttachedMode
+from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
+
+MODEL_SHARE: Final = 2e-3
+"""Share of a response below which no model is held to: calibration, interpolation [-]."""
+
+TOLERANCE: Final = 1e-6
+"""Truncation of a simulation that is compared with a measurement [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Parts of tests that are simulated, and what counts of them.
+
+    Attributes
+    ----------
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    counted : tuple of (n_samples,) array of bool
+        Which samples of each window count.
+    starts : (n_windows, 2 n_masses) array or None
+        Displacements [m] and velocities [m/s] where windows begin, to be fitted; None where
+        all begin at rest.
+    scales : (2 n_masses,) array or None
+        Rms of these over all tests, what a change of a start is held against.
+    """
+
+    table: NDArray[np.int64]
+    counted: tuple[NDArray[np.bool_], ...]
+    starts: FloatArray | None = None
+    scales: FloatArray | None = None
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class DataSet:
+    """Tests ready for the residual.
+
+    Attributes
+    ----------
+    tests : tuple of Test
+        In the order of the log.
+    accelerations : (n_sensors,) array of bool
+        Which sensors measure acceleration.
+    """
+
+    tests: tuple[Test, ...]
+    accelerations: NDArray[np.bool_]
+
+    @cached_property
+    def inputs(self) -> tuple[Input, ...]:
+        """What drives each test, prepared for the engine."""
+        return tuple(prepare(test.input, test.sample_rate) for test in self.tests)
+
+    @cached_property
+    def measured(self) -> tuple[FloatArray, ...]:
+        """Responses, accelerations as means over the sample that follows, (n_sensors, n)."""
+        return tuple(_averaged(test, self.accelerations) for test in self.tests)
+
+    @cached_property
+    def noise(self) -> tuple[FloatArray, ...]:
+        """Standard deviation of each response, (n_sensors,) [unit of the sensor]."""
+        found = []
+        for test in self.tests:
+            rms = np.sqrt(np.mean(test.responses[:, test.start : test.stop] ** 2, axis=1))
+            found.append(np.maximum(np.hypot(test.noise, MODEL_SHARE * rms), 1e-300))
+        return tuple(found)
+
+    @cached_property
+    def filters(self) -> tuple[FloatArray, ...]:
+        """Band-pass of each test, as second-order sections."""
+        return tuple(_band_pass(test) for test in self.tests)
+
+
+def data_set(model: Model, tests: Sequence[Test]) -> DataSet:
+    """Return tests ready for the residual of a model."""
+    accelerations = [s.measures.endswith("acceleration") for s in model.sensors.values()]
+    return DataSet(tuple(tests), np.array(accelerations))
+
+
+def _averaged(test: Test, accelerations: NDArray[np.bool_]) -> FloatArray:
+    """Return accelerations as means from each sample to the next, other responses as they are.
+
+    The jumps of stick and slip do not alias in a mean as they do in a sample.
+    """
+    n = test.n_samples
+    length = scipy.fft.next_fast_len(n + round(test.sample_rate), real=True)
+    share = scipy.fft.rfftfreq(length)
+    spectrum = scipy.fft.rfft(test.responses, length)
+    spectrum *= np.sinc(share) * np.exp(1j * np.pi * share)
+    averaged: FloatArray = scipy.fft.irfft(spectrum, length)[:, :n]
+    return np.where(accelerations[:, None], averaged, test.responses)
+
+
+def _band_pass(test: Test) -> FloatArray:
+    low, high = test.band
+    nyquist = 0.5 * test.sample_rate
+    if high < 0.9 * nyquist:
+        return np.asarray(
+            scipy.signal.butter(2, (low / nyquist, high / nyquist), "band", output="sos")
+        )
+    return np.asarray(scipy.signal.butter(2, low / nyquist, "high", output="sos"))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Predicted:
+    """What the free-running model says in every window.
+
+    Attributes
+    ----------
+    outputs : tuple of (n_sensors, n_samples) array
+        As the sensors record it [unit of the sensor].
+    failed : (n_windows,) array of bool
+        Which windows ran away.
+    """
+
+    outputs: tuple[FloatArray, ...]
+    failed: NDArray[np.bool_]
+
+
+def predict(data: DataSet, model: Model, windows: Windows, starts: FloatArray | None) -> Predicted:
+    """Return what the free-running model says.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    model : Model
+        What is simulated.
+    windows : Windows
+        Which parts.
+    starts : (n_windows, 2 n_masses) array or None
+        Motion where they begin.
+
+    Raises
+    ------
+    ModelError
+        If the model cannot be assembled.
+    """
+    runs = Runs(data.inputs, windows.table, _of_all_motions(model, starts))
+    found = free_runs(model, runs, tolerance=TOLERANCE, means=True)
+    return Predicted(found.outputs, found.failed)
+
+
+def _of_all_motions(model: Model, starts: FloatArray | None) -> FloatArray | None:
+    """Return starts of everything that moves: attached modes move with their place at first.
+
+    Laws with memory begin with none; what comes of that is not counted (see `Windows`).
+    """
+    if starts is None:
+        return None
+    n = len(model.masses)
+    names = motions_of(model)
+    n_all = sum(name.startswith("x ") for name in names)
+    whole = np.zeros((len(starts), len(names)))
+    whole[:, :n], whole[:, n_all : n_all + n] = starts[:, :n], starts[:, n:]
+    rows = {name: i for i, name in enumerate(model.masses)}
+    hosts = [e.between[1] for e in model.elements if e.effect.kind == AttachedMode.kind]
+    for i, host in enumerate(hosts, start=n):
+        if host in rows:
+            whole[:, i], whole[:, n_all + i] = starts[:, rows[host]], starts[:, n + rows[host]]
+    return whole
+
+
+def weighted(
+    data: DataSet, windows: Windows, index: int, rows: FloatArray
+) -> FloatArray:
+    """Return what counts of a window's rows, over the noise, as one vector.
+
+    Whole tests pass the band of the test; windows with starts of their own are too short.
+    """
+    test = int(windows.table[index, 0])
+    if windows.starts is None:
+        rows = scipy.signal.sosfilt(data.filters[test], rows)
+    scaled = rows / data.noise[test][:, None]
+    kept: FloatArray = scaled[:, windows.counted[index]].ravel()
+    return kept
+
+
+def difference(data: DataSet, windows: Windows, index: int, outputs: FloatArray) -> FloatArray:
+    """Return measured less predicted in a window, (n_sensors, n_samples) array."""
+    test, first, size = windows.table[index]
+    return data.measured[test][:, first : first + size] - outputs
+
+
+def starts_of(model: Model, data: DataSet, table: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Return the measured motion where windows begin, and its rms (see `Windows`)."""
+    motions = []
+    for test in data.tests:
+        moved = mass_displacements(model, test)
+        motions.append(np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]]))
+    starts = np.array([motions[test][:, first] for test, first, _ in table])
+    return starts, np.sqrt(np.mean([np.mean(m**2, axis=1) for m in motions], axis=0))
+
+
+__all__ = [
+    "DataSet", "ModelError", "Predicted", "Windows", "data_set", "difference", "predict",
+    "starts_of", "weighted",
+]  # fmt: skip

@@ -1,0 +1,199 @@
+"""A hypothesis: the model with free numbers, and the effects that it would lack."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import ModelError
+from shakerproc.models import Element, Model
+from shakerproc.models.effects import EFFECTS
+from shakerproc.models.identification import Identification
+
+Coordinates = Mapping[str, float | str]
+
+OWN_SPREAD: Final = 1.0
+"""Standard deviation of the logarithm of a number of the model file: known to a factor of e.
+The weakest prior that still holds a number of which the tests say nothing [-]."""
+
+OWN_REACH: Final = 7.0
+"""Largest change of that logarithm: a factor of 1000 [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OwnNumber:
+    """A number of the model file that is free.
+
+    Attributes
+    ----------
+    element : int
+        Index among the elements of the model.
+    name : str
+        Parameter of its effect.
+    """
+
+    element: int
+    name: str
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Addition:
+    """An effect that the model may lack, in one joint.
+
+    Attributes
+    ----------
+    kind : str
+        Key of the effect.
+    between : (str, str)
+        The two places.
+    identification : Identification
+        Its coordinates, with their bounds for this joint.
+    fixed : mapping of str to str or float
+        What is not free: words, and numbers that only set a scale.
+    """
+
+    kind: str
+    between: tuple[str, str]
+    identification: Identification
+    fixed: Coordinates
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free coordinates, in order."""
+        return tuple(self.identification.free)
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """Return coordinates in SI units from transformed ones."""
+        free = self.identification.free.items()
+        return {name: one.from_fitted(float(v)) for (name, one), v in zip(free, x, strict=True)}
+
+    def transformed(self, values: Coordinates) -> FloatArray:
+        """Return transformed coordinates from those in SI units, within their bounds."""
+        free = self.identification.free.items()
+        return np.array([one.to_fitted(float(values[name])) for name, one in free])
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the least and largest transformed coordinates."""
+        free = self.identification.free.values()
+        limits = [(one.to_fitted(one.low), one.to_fitted(one.high)) for one in free]
+        both = np.array(limits, float).reshape(-1, 2)
+        return both[:, 0], both[:, 1]
+
+    def parameters(self, x: FloatArray) -> dict[str, float | str]:
+        """Return the arguments of the effect.
+
+        Raises
+        ------
+        ValueError
+            If the effect cannot take these numbers.
+        """
+        return dict(self.identification.numbers({**self.fixed, **self.values(x)}))
+
+    def element(self, x: FloatArray) -> Element:
+        """Return the element with these numbers.
+
+        Raises
+        ------
+        ValueError
+            If the effect cannot take them.
+        """
+        return Element(EFFECTS[self.kind](**self.parameters(x)), self.between)  # type: ignore[arg-type]
+
+
+def addition(
+    kind: str, between: tuple[str, str], identification: Identification, start: Coordinates
+) -> Addition:
+    """Return an effect that may be missing, with what is fixed taken from where it starts."""
+    fixed = {name: value for name, value in start.items() if name not in identification.free}
+    return Addition(kind, between, identification, fixed)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """The model with free numbers and added effects.
+
+    The vector x holds the logarithms of the model's own numbers over those of the file, then
+    the transformed coordinates of each added effect.
+
+    Attributes
+    ----------
+    model : Model
+        The model that is fitted.
+    own : tuple of OwnNumber
+        Its free numbers.
+    added : tuple of Addition
+        Effects on top.
+    """
+
+    model: Model
+    own: tuple[OwnNumber, ...]
+    added: tuple[Addition, ...] = ()
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of the added effects."""
+        return tuple(one.kind for one in self.added)
+
+    @property
+    def size(self) -> int:
+        """Free numbers."""
+        return len(self.own) + sum(len(one.names) for one in self.added)
+
+    def parts(self, x: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the own part of x, and that of each added effect."""
+        edges = np.cumsum([len(self.own), *(len(one.names) for one in self.added)])
+        return tuple(np.split(x, edges[:-1]))
+
+    def model_at(self, x: FloatArray) -> Model:
+        """Return the model with these numbers.
+
+        Raises
+        ------
+        ModelError
+            If no model can have them.
+        """
+        own, *added = self.parts(x)
+        elements = list(self.model.elements)
+        try:
+            for number, factor in zip(self.own, np.exp(own), strict=True):
+                element = elements[number.element]
+                value = float(getattr(element.effect, number.name) * factor)
+                effect = replace(element.effect, **{number.name: value})  # type: ignore[type-var]
+                elements[number.element] = replace(element, effect=effect)
+            elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]
+            return replace(self.model, elements=tuple(elements))
+        except ValueError as error:
+            raise ModelError(f"{self.model.title}: {error}") from error
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the largest x."""
+        reach = np.full(len(self.own), OWN_REACH)
+        each = [one.bounds() for one in self.added]
+        low = np.concatenate([-reach, *(one[0] for one in each)])
+        return low, np.concatenate([reach, *(one[1] for one in each)])
+
+    def prior_spread(self) -> FloatArray:
+        """Return the standard deviations that x is known to beforehand; infinite for effects."""
+        free = np.full(self.size - len(self.own), np.inf)
+        return np.concatenate([np.full(len(self.own), OWN_SPREAD), free])
+
+    def with_added(self, one: Addition) -> "Hypothesis":
+        """Return the hypothesis with one more effect, whose coordinates come last in x."""
+        return replace(self, added=(*self.added, one))
+
+
+def hypothesis_of(model: Model) -> Hypothesis:
+    """Return the hypothesis that nothing is missing: every number of the model is free."""
+    own = [
+        OwnNumber(i, name)
+        for i, element in enumerate(model.elements)
+        for name, parameter in element.effect.parameters.items()
+        if not parameter.choices and getattr(element.effect, name) not in {None, 0.0}
+    ]
+    return Hypothesis(model, tuple(own))
+
