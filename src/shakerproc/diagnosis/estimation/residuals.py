@@ -21,8 +21,18 @@ from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
 
-MODEL_SHARE: Final = 2e-3
-"""Share of a response below which no model is held to: calibration, interpolation [-]."""
+MODEL_SHARE: Final = 5e-3
+"""Share of a response below which no model is held to: calibration, noise of the controls [-]."""
+
+ENVELOPE_S: Final = 0.05
+"""Length over which the size of a response is taken: some periods of most resonances [s]."""
+
+TAPS: Final = 21
+"""Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""
+
+HIGHEST_SHARE: Final = 0.3
+"""Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
+alias, and the filters of recorders differ [-]."""
 
 TOLERANCE: Final = 1e-6
 """Truncation of a simulation that is compared with a measurement [-]."""
@@ -83,17 +93,27 @@ class DataSet:
 
     @cached_property
     def noise(self) -> tuple[FloatArray, ...]:
-        """Standard deviation of each response, (n_sensors,) [unit of the sensor]."""
-        found = []
-        for test in self.tests:
-            rms = np.sqrt(np.mean(test.responses[:, test.start : test.stop] ** 2, axis=1))
-            found.append(np.maximum(np.hypot(test.noise, MODEL_SHARE * rms), 1e-300))
-        return tuple(found)
+        """Standard deviation of each sample, (n_sensors, n) arrays [unit of the sensor].
+
+        Beside the noise of the sensor a share of the response as it is just then: calibration,
+        and what the noise of the controls becomes in a resonance.
+        """
+        return tuple(_uncertainty(test) for test in self.tests)
 
     @cached_property
-    def filters(self) -> tuple[FloatArray, ...]:
-        """Band-pass of each test, as second-order sections."""
-        return tuple(_band_pass(test) for test in self.tests)
+    def low_pass(self) -> tuple[FloatArray, ...]:
+        """Coefficients that keep the compared band of each test, (TAPS,) arrays [-]."""
+        return tuple(_low_pass(test) for test in self.tests)
+
+    @cached_property
+    def high_pass(self) -> tuple[FloatArray, ...]:
+        """High-pass of each test, as second-order sections."""
+        return tuple(
+            np.asarray(
+                scipy.signal.butter(2, test.band[0], "high", output="sos", fs=test.sample_rate)
+            )
+            for test in self.tests
+        )
 
 
 def data_set(model: Model, tests: Sequence[Test]) -> DataSet:
@@ -116,14 +136,17 @@ def _averaged(test: Test, accelerations: NDArray[np.bool_]) -> FloatArray:
     return np.where(accelerations[:, None], averaged, test.responses)
 
 
-def _band_pass(test: Test) -> FloatArray:
-    low, high = test.band
-    nyquist = 0.5 * test.sample_rate
-    if high < 0.9 * nyquist:
-        return np.asarray(
-            scipy.signal.butter(2, (low / nyquist, high / nyquist), "band", output="sos")
-        )
-    return np.asarray(scipy.signal.butter(2, low / nyquist, "high", output="sos"))
+def _uncertainty(test: Test) -> FloatArray:
+    size = max(8, round(ENVELOPE_S * test.sample_rate))
+    squared = scipy.ndimage.uniform_filter1d(test.responses**2, size, axis=1)
+    local = MODEL_SHARE * np.sqrt(np.maximum(squared, 0.0))
+    found: FloatArray = np.hypot(np.maximum(test.noise, 1e-300)[:, None], local)
+    return found
+
+
+def _low_pass(test: Test) -> FloatArray:
+    edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
+    return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))
 
 
 @final
@@ -192,13 +215,17 @@ def weighted(
 ) -> FloatArray:
     """Return what counts of a window's rows, over the noise, as one vector.
 
-    Whole tests pass the band of the test; windows with starts of their own are too short.
+    All pass the low-pass of the data; whole tests a high-pass too, for which windows with
+    starts of their own are too short. The first samples, in which the filter fills, never count.
     """
     test = int(windows.table[index, 0])
+    rows = scipy.signal.lfilter(data.low_pass[test], 1.0, rows)
     if windows.starts is None:
-        rows = scipy.signal.sosfilt(data.filters[test], rows)
-    scaled = rows / data.noise[test][:, None]
-    kept: FloatArray = scaled[:, windows.counted[index]].ravel()
+        rows = scipy.signal.sosfilt(data.high_pass[test], rows)
+    first = int(windows.table[index, 1])
+    scaled = rows / data.noise[test][:, first : first + rows.shape[1]]
+    counted = windows.counted[index]
+    kept: FloatArray = scaled[:, TAPS:][:, counted[TAPS:]].ravel()
     return kept
 
 
@@ -218,7 +245,7 @@ def starts_of(model: Model, data: DataSet, table: NDArray[np.int64]) -> tuple[Fl
     return starts, np.sqrt(np.mean([np.mean(m**2, axis=1) for m in motions], axis=0))
 
 
-__all__ = [
+__all__ = [ "TAPS",
     "DataSet", "ModelError", "Predicted", "Windows", "data_set", "difference", "predict",
     "starts_of", "weighted",
 ]  # fmt: skip

@@ -84,7 +84,7 @@ def windows_of(
     """
     found = []
     for i, (test, kept) in enumerate(zip(data.tests, kept_samples(data.tests), strict=True)):
-        rows = np.abs(test.responses / data.noise[i][:, None]).max(axis=0)
+        rows = np.abs(test.responses / data.noise[i]).max(axis=0)
         places = [
             (float(np.mean(rows[a : a + length])), i, a)
             for a in range(test.start, test.stop - length - 1, length)
