@@ -25,6 +25,7 @@ from shakerproc.diagnosis.estimation.residuals import (
     predict,
     weighted,
 )
+from shakerproc.diagnosis.estimation.windows import BLOCK_S
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
@@ -43,6 +44,9 @@ LONGEST_STEP: Final = 0.7
 SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
 then moves by less than a third of its standard error [-]."""
+
+START_ROUNDS: Final = 3
+"""Steps in which starts are fitted: they are measured already, and nearly linear [-]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
@@ -210,6 +214,8 @@ class _Search:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
+        rate = data.tests[0].sample_rate
+        self.block = BLOCK_S * rate if windows.starts is None else np.inf
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
             np.full(data.accelerations.size, GAIN_SPREAD),
@@ -243,13 +249,30 @@ class _Search:
     def cost(self, rows: list[FloatArray], at: Point) -> float:
         """Return twice the negative logarithm of likelihood and prior, but for a constant.
 
-        What a model leaves is larger than noise and correlated as long as physics is missing:
-        n residuals are worth as many as are independent, of the size that they have.
+        What a model leaves is larger than noise, and not of one size, as long as physics is
+        missing: every block has a scale of its own, which is estimated with it, so that one
+        that cannot be predicted does not rule the sum. n residuals are worth as many as are
+        independent.
         """
-        square, count = sum(float(np.sum(r**2)) for r in rows), sum(r.size for r in rows)
-        worth = count / self.correlation
-        prior = float(np.sum((self.values(at) / self.spread) ** 2))
-        return worth * float(np.log1p(square / count)) + prior
+        each = sum(float(np.sum(np.log1p(self.scales(r)) * self.sizes(r))) for r in rows)
+        return each / self.correlation + float(np.sum((self.values(at) / self.spread) ** 2))
+
+    def sizes(self, row: FloatArray) -> FloatArray:
+        """Return the number of residuals in each block of a window."""
+        count = max(1, round(row.size / self.block))
+        edges = np.linspace(0, row.size, count + 1).astype(int)
+        return np.diff(edges).astype(float)
+
+    def scales(self, row: FloatArray) -> FloatArray:
+        """Return the mean square of each block of a window [-]."""
+        sizes = self.sizes(row)
+        first = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
+        return np.add.reduceat(row**2, first) / sizes
+
+    def weights(self, row: FloatArray) -> FloatArray:
+        """Return the root of the weight of every residual: the slope of its block's cost."""
+        root = 1.0 / np.sqrt(1.0 + self.scales(row))
+        return np.repeat(root, self.sizes(row).astype(int))
 
     def values(self, at: Point) -> FloatArray:
         """Return x, gains and delays, each less what is expected of it."""
@@ -260,19 +283,21 @@ class _Search:
         rate: FloatArray = np.gradient(outputs, axis=1) * self.data.tests[test].sample_rate
         return rate
 
-    def linearise(self, at: Point, residual: list[FloatArray], predicted: Predicted) -> Linearised:
-        """Return the slopes of the residual."""
+    def linearise(
+        self, at: Point, residual: list[FloatArray], predicted: Predicted, *, physics: bool = True
+    ) -> Linearised:
+        """Return the slopes of the residual; without `physics`, by the starts alone."""
         n, n_sensors = len(self.windows), at.gain.size
         columns: list[list[FloatArray]] = [[] for _ in range(n)]
         own: list[list[FloatArray]] = [[] for _ in range(n)]
-        for k in range(at.x.size):
+        for k in range(at.x.size if physics else 0):
             step = STEP if at.x[k] + STEP <= self.high[k] else -STEP
             moved = at.x.copy()
             moved[k] += step
             there = self.predict(moved, at.starts)
             for i in range(n):
                 columns[i].append(self._slope(at, predicted, there, step, i, residual[i].size))
-        for i, outputs in enumerate(predicted.outputs):
+        for i, outputs in enumerate(predicted.outputs if physics else ()):
             rate = self._rate(i, outputs)
             for rows in (-outputs, at.gain[:, None] * rate):
                 for s in range(n_sensors):
@@ -288,7 +313,8 @@ class _Search:
                     own[i].append(self._slope(at, predicted, there, STEP, i, residual[i].size))
         return Linearised(
             residual,
-            [np.array(c).T for c in columns],
+            [np.array(c).T if c else np.zeros((r.size, self.spread.size))
+             for c, r in zip(columns, residual, strict=True)],
             [np.array(o).T if o else np.zeros((r.size, 0)) for o, r in zip(own, residual, strict=True)],
             predicted.failed,
         )
@@ -309,11 +335,7 @@ class _Step:
         self.search, self.at = search, at
         n = search.spread.size
         finite = np.isfinite(search.spread)
-        square = sum(float(np.sum(r**2)) for r in slopes.residual)
-        count = sum(r.size for r in slopes.residual)
-        # of n log(1 + square / n) the derivative by the square
-        inflation = search.correlation * (1.0 + square / count)
-        prior = np.where(finite, inflation / search.spread**2, 0.0)
+        prior = np.where(finite, search.correlation / search.spread**2, 0.0)
         self.normal = np.diag(prior)
         self.score = prior * search.values(at)
         self.eliminated = np.zeros((n, n))
@@ -325,6 +347,8 @@ class _Step:
             if failed:
                 self.kept.append((np.zeros((0, 0)), np.zeros((0, n)), np.zeros(0)))
                 continue
+            root = search.weights(r)
+            r, p, s = root * r, root[:, None] * p, root[:, None] * s  # noqa: PLW2901
             self.normal += p.T @ p
             self.score += p.T @ r
             own, mixed, left = s.T @ s, s.T @ p, s.T @ r
@@ -358,6 +382,13 @@ class _Step:
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], 0.2, 5.0)
         return Point(x, gain, self.at.delay + moved[n_x + n_s :], self._starts(moved, inverses))
 
+    def starts_alone(self) -> Point:
+        """Return where an undamped step of the starts leads, all else standing."""
+        inverses = [np.linalg.pinv(own, hermitian=True) if own.size else own
+                    for own, _, _ in self.kept]
+        still = np.zeros(self.normal.shape[0])
+        return replace(self.at, starts=self._starts(still, inverses))
+
     def _solved(self, normal: FloatArray, score: FloatArray, damping: float) -> FloatArray:
         """Return the damped step; what stands at a bound and is pushed out stays."""
         n_x = self.at.x.size
@@ -384,12 +415,37 @@ class _Step:
         return starts
 
 
-def refined(data: DataSet, found: Fit, windows: Windows, *, rounds: int) -> Fit | None:
-    """Return a fit carried over to other windows."""
-    return fit(
-        data, found.hypothesis, found.x, windows, rounds=rounds,
-        channels=(found.gain, found.delay),
-    )  # fmt: skip
+def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | None:
+    """Return a fit whose numbers stand, with the starts of these windows fitted.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        Its coordinates and channels are kept as they are.
+    windows : Windows
+        Those of `windows.run_ins`: only what the starts are fitted to counts. Where all begin
+        at rest there is nothing to fit.
+    """
+    if windows.starts is None or windows.run_in is None:
+        return replace(found, windows=windows, starts=None)
+    short = windows.run_in
+    search = _Search(data, found.hypothesis, short)
+    here = Point(found.x, found.gain, found.delay, short.starts)
+    for _ in range(START_ROUNDS):
+        state = search.residual(here)
+        if state is None:
+            return None
+        step = _Step(search, here, search.linearise(here, state[0], state[1], physics=False))
+        here = step.starts_alone()
+    return replace(found, windows=windows, starts=here.starts)
 
 
-__all__ = ["Fit", "fit", "refined", "replace"]
+def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
+    """Return the mean square of the residual over the noise in every block [-]."""
+    search = _Search(data, found.hypothesis, windows)
+    state = search.residual(Point(found.x, found.gain, found.delay, found.starts))
+    if state is None:
+        return None
+    return np.concatenate([search.scales(row) for row in state[0]])

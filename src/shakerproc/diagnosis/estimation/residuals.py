@@ -21,7 +21,7 @@ from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
 
-MODEL_SHARE: Final = 5e-3
+MODEL_SHARE: Final = 1e-3
 """Share of a response below which no model is held to: calibration, noise of the controls [-]."""
 
 ENVELOPE_S: Final = 0.05
@@ -54,12 +54,15 @@ class Windows:
         all begin at rest.
     scales : (2 n_masses,) array or None
         Rms of these over all tests, what a change of a start is held against.
+    run_in : Windows, optional
+        The same windows, of which only what starts are fitted to counts.
     """
 
     table: NDArray[np.int64]
     counted: tuple[NDArray[np.bool_], ...]
     starts: FloatArray | None = None
     scales: FloatArray | None = None
+    run_in: "Windows | None" = None
 
     def __len__(self) -> int:
         return len(self.table)

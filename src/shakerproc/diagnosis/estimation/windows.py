@@ -1,6 +1,7 @@
 """Which parts of the tests are simulated: whole tests from rest, or windows with own starts."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -63,7 +64,7 @@ def windows_of(
     *,
     held_out: bool,
     most: int,
-    skip: int = 0,
+    run_in: int = 0,
 ) -> Windows:
     """Return windows of one length that begin with a start of their own.
 
@@ -79,8 +80,8 @@ def windows_of(
         Whether to take what is held out, or what is fitted to.
     most : int
         Windows at most; those with the largest responses are taken, spread over all tests.
-    skip : int
-        Samples at the beginning of a window that do not count.
+    run_in : int
+        Samples at the beginning of a window that tell its start and do not count.
     """
     found = []
     for i, (test, kept) in enumerate(zip(data.tests, kept_samples(data.tests), strict=True)):
@@ -94,6 +95,11 @@ def windows_of(
     share = max(1, most // max(1, sum(bool(places) for places in found)))
     chosen = sorted((i, a) for places in found for _, i, a in places[:share])
     table = np.array([(i, a, length) for i, a in chosen], np.int64).reshape(-1, 3)
-    mask = np.arange(length) >= skip
     starts, scales = starts_of(model, data, table)
-    return Windows(table, (mask,) * len(table), starts, scales)
+    whole = Windows(table, (np.arange(length) >= run_in,) * len(table), starts, scales)
+    if not run_in:
+        return whole
+    short = table.copy()
+    short[:, 2] = run_in
+    own = Windows(short, (np.ones(run_in, bool),) * len(table), starts, scales)
+    return replace(whole, run_in=own)

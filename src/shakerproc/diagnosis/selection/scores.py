@@ -1,0 +1,91 @@
+"""How well hypotheses predict what they were not fitted to, window by window."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows, with_starts_fitted
+from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+
+ALIKE: Final = 2.0
+"""Standard errors within which two predictions are equally good: 95 % of a normal law [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """Held-out prediction of one hypothesis.
+
+    Attributes
+    ----------
+    fit : Fit
+        The hypothesis and its numbers.
+    logs : (n_blocks,) array
+        Logarithm of 1 + mean square of the residual over the noise in each block: half of it
+        is how many times the residual is larger than the noise, as a logarithm [-].
+    """
+
+    fit: Fit
+    logs: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """Mean over the blocks [-]."""
+        return float(np.mean(self.logs))
+
+
+def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
+    """Return the score of a fit on windows that took no part in it.
+
+    Starts of windows are fitted on their first two periods, which do not count.
+    """
+    settled = with_starts_fitted(data, found, windows)
+    rows = predicted_rows(data, settled, windows) if settled is not None else None
+    if rows is None:
+        return None
+    return Score(found, np.log1p(rows))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """By how much one hypothesis predicts better than another.
+
+    Attributes
+    ----------
+    mean : float
+        Mean difference of the logarithms; above 0 where the first is better [-].
+    error : float
+        Its standard error [-].
+    """
+
+    mean: float
+    error: float
+
+    @property
+    def t(self) -> float:
+        """Mean over standard error [-]."""
+        return self.mean / self.error if self.error > 0.0 else float(np.sign(self.mean) * np.inf)
+
+
+def gain(better: Score, other: Score) -> Gain:
+    """Return by how much the first predicts better than the other."""
+    apart = other.logs - better.logs
+    count = apart.size
+    error = float(np.std(apart, ddof=1) / np.sqrt(count)) if count > 1 else np.inf
+    return Gain(float(np.mean(apart)), error)
+
+
+def ranked(scores: Sequence[Score]) -> list[Score]:
+    """Return scores, the best first."""
+    return sorted(scores, key=lambda score: score.mean)
+
+
+def simplest_alike(scores: Sequence[Score]) -> list[Score]:
+    """Return those that predict as well as the best, the one with fewest numbers first."""
+    best = min(scores, key=lambda score: score.mean)
+    alike = [s for s in scores if s is best or gain(best, s).t < ALIKE]
+    return sorted(alike, key=lambda s: (s.fit.hypothesis.size, s.mean))
