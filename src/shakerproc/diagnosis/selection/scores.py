@@ -68,7 +68,7 @@ class Gain:
     @property
     def t(self) -> float:
         """Mean over standard error [-]."""
-        return self.mean / self.error if self.error > 0.0 else float(np.sign(self.mean) * np.inf)
+        return self.mean / self.error if self.error > 0.0 else 0.0
 
 
 def gain(better: Score, other: Score) -> Gain:

@@ -1,0 +1,65 @@
+"""The joints of a model, how they move, and what each effect says of its own identification."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.models import BASE, Model
+from shakerproc.models.effects import EFFECTS, Spring
+from shakerproc.models.identification import Identification, JointScales
+
+Joint: TypeAlias = tuple[str, str]
+
+
+def joints_of(model: Model) -> tuple[Joint, ...]:
+    """Return the pairs of places between which the model has elements, each once."""
+    found: dict[frozenset[str], Joint] = {}
+    for element in model.elements:
+        found.setdefault(frozenset(element.between), (element.between[0], element.between[1]))
+    return tuple(found.values())
+
+
+def scales_of(
+    model: Model, tests: Sequence[Test], joint: Joint, motions: Sequence[JointMotion]
+) -> JointScales:
+    """Return how a joint moves in the tests, and the force that it carries."""
+    springs = [
+        e.effect.stiffness for e in model.elements
+        if isinstance(e.effect, Spring) and set(e.between) == set(joint)
+    ]  # fmt: skip
+    inverse = sum(1.0 / model.masses[place] for place in joint if place != BASE)
+    mass = 1.0 / inverse if inverse else max(model.masses.values())
+    displacement = max(_peak(motion.displacement) for motion in motions)
+    stiffness = max(sum(springs), 0.0)
+    return JointScales(
+        displacement=displacement,
+        velocity=max(_peak(motion.velocity) for motion in motions),
+        force=max(_carried(model, tests, joint), stiffness * displacement, 1e-12),
+        stiffness=stiffness,
+        mass=mass,
+        duration=max(test.n_samples / test.sample_rate for test in tests),
+    )
+
+
+def _peak(samples: FloatArray) -> float:
+    return max(float(np.max(np.abs(samples))), 1e-15)
+
+
+def _carried(model: Model, tests: Sequence[Test], joint: Joint) -> float:
+    """Return mass times acceleration of the mass that hangs on a joint, its largest [N]."""
+    mass = next((model.masses[place] for place in reversed(joint) if place != BASE), 0.0)
+    found = [0.0]
+    for test in tests:
+        for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
+            if sensor.measures == "acceleration" and sensor.at in joint:
+                found.append(mass * _peak(row))
+    return max(found)
+
+
+def identifications(at: JointScales) -> Mapping[str, Identification]:
+    """Return what each effect says of a joint that moves like this, by kind."""
+    known = {kind: effect.identification(at) for kind, effect in EFFECTS.items()}
+    return {kind: one for kind, one in known.items() if one is not None}
