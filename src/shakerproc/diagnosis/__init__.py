@@ -1,1 +1,15 @@
 """Which effect would explain the departure, how surely, and which test would settle it."""
+
+from shakerproc.diagnosis.api import diagnose, diagnose_arrays, diagnose_tests
+from shakerproc.diagnosis.data import TestArrays
+from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+
+__all__ = [
+    "Diagnosis",
+    "Estimate",
+    "Finding",
+    "TestArrays",
+    "diagnose",
+    "diagnose_arrays",
+    "diagnose_tests",
+]

@@ -28,6 +28,10 @@ TRIED: Final = 7
 KEPT: Final = 5
 """Hypotheses that are fitted at the horizon [-]."""
 
+FAR: Final = 6.0
+"""Standard errors by which a hypothesis may predict worse than the best on short windows and is
+still fitted at the horizon: once in 10^9 by chance [-]."""
+
 HORIZONS: Final = (15.0, 50.0)
 """Horizons in periods of the joint's motion, beside the whole test."""
 
@@ -47,12 +51,13 @@ class Form:
     ----------
     horizon : float or None
         Length of the windows [s]; None where whole tests are predicted.
-    fitted, held_out : Windows
-        What is fitted to, and what is scored.
+    fitted, scored_fitted, held_out : Windows
+        What is fitted to, the same as it is scored, and what was held out.
     """
 
     horizon: float | None
     fitted: Windows
+    scored_fitted: Windows
     held_out: Windows
 
 
@@ -67,6 +72,8 @@ class Found:
         The tests.
     form : Form
         In which hypotheses are compared.
+    before : Fit
+        The model as it is, nothing fitted.
     linear : Score
         Nothing is missing.
     effects : tuple of Score
@@ -79,6 +86,7 @@ class Found:
 
     data: DataSet
     form: Form
+    before: Fit
     linear: Score
     effects: tuple[Score, ...]
     ruled_out: tuple[Start, ...]
@@ -118,7 +126,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     form = _form(data, model, frequency, linear, singles)
     say("at the horizon")
     scores = []
-    for one in singles[:KEPT]:
+    for one in _comparable(data, singles):
         refitted = at_horizon(data, one, form)
         score = refitted and scored(data, refitted, form.held_out)
         if score:
@@ -129,7 +137,19 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         base = Score(refitted, np.full(1, np.inf))
     tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
     others = tuple(s for s in _best_each(starts) if (s.kind, s.between) not in tried)
-    return Found(data, form, base, tuple(ranked(scores)), others, failed)
+    before = replace(
+        base.fit, x=np.zeros(none.size), gain=np.ones_like(base.fit.gain),
+        delay=np.zeros_like(base.fit.delay),
+    )  # fmt: skip
+    return Found(data, form, before, base, tuple(ranked(scores)), others, failed)
+
+
+def _comparable(data: DataSet, singles: Sequence[Fit]) -> list[Fit]:
+    """Return the fits that do not predict far worse than the best on the longest windows."""
+    scores = [scored(data, one, one.windows) for one in singles]
+    known = [score for score in scores if score is not None]
+    best = min(known, key=lambda score: score.mean, default=None)
+    return [s.fit for s in known if best is not None and (s is best or gain(best, s).t < FAR)]
 
 
 def _best_each(starts: Sequence[Start]) -> list[Start]:
@@ -224,14 +244,13 @@ def forms_of(data: DataSet, model: Model, frequency: float) -> list[Form]:
         run_in = TAPS + int(RUN_IN * rate / frequency)
         length = run_in + int(periods * rate / frequency)
         parts = [
-            windows_of(data, model, length, held_out=kept, most=most, run_in=run_in if kept else 0)
-            for kept, most in ((False, 40), (True, 80))
+            windows_of(data, model, length, held_out=kept, most=most, run_in=own)
+            for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
         ]
         found.append(Form(length / rate, *parts))
     if all(test.at_rest for test in data.tests):
-        found.append(
-            Form(None, whole_tests(data, held_out=False), whole_tests(data, held_out=True))
-        )
+        whole = whole_tests(data, held_out=False)
+        found.append(Form(None, whole, whole, whole_tests(data, held_out=True)))
     return found
 
 

@@ -18,8 +18,8 @@ NYQUIST_SHARE: Final = 0.45
 LOW_SHARE: Final = 0.7
 """Lowest compared frequency over the lowest excited one [-]."""
 
-FLOOR_SHARE: Final = 1e-3
-"""Least uncertainty of a response: what sensors are calibrated and sampled to [-]."""
+FLOOR_SHARE: Final = 2e-4
+"""Least uncertainty of a response over its rms: what sensors are linear to [-]."""
 
 
 @final
@@ -121,10 +121,16 @@ class Test:
 
 def prepared(tests: Sequence[TestArrays]) -> tuple[Test, ...]:
     """Return tests as the estimation needs them."""
-    return tuple(_prepared(test) for test in tests)
+    channels = [
+        Channels(test.controls, test.responses, test.sample_rate, test.band) for test in tests
+    ]
+    return tuple(
+        _prepared(test, noise_of(own, [other for other in channels if other is not own]))
+        for test, own in zip(tests, channels, strict=True)
+    )
 
 
-def _prepared(arrays: TestArrays) -> Test:
+def _prepared(arrays: TestArrays, noise: Noise) -> Test:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
     responses = arrays.responses - arrays.responses.mean(axis=1, keepdims=True)
     rate = arrays.sample_rate
@@ -137,8 +143,8 @@ def _prepared(arrays: TestArrays) -> Test:
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
     start = quiet.stop if quiet is not None else min(round(rate), responses.shape[1] // 10)
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
-    noise = noise_of(Channels(controls, responses, rate, arrays.band))
-    own = np.sqrt(noise.responses.sum(axis=1) * noise.frequency[0])
+    inside = noise.frequency <= highest
+    own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))
     return Test(
         arrays=arrays,
         input=controls.mean(axis=0),

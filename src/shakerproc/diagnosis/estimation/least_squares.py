@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.residuals import (
+    TAPS,
     DataSet,
     Predicted,
     Windows,
@@ -77,6 +78,8 @@ class Fit:
         Residuals [-].
     information : (n, n) array
         Of x, gains and delays, starts eliminated [-].
+    scores : (n, n) array
+        Covariance of the slopes of the cost, summed over blocks [-].
     converged : bool
         Whether the last step changed the cost by next to nothing.
     failed : int
@@ -93,6 +96,7 @@ class Fit:
     chi_square: float
     count: int
     information: FloatArray
+    scores: FloatArray
     converged: bool
     failed: int
 
@@ -179,13 +183,13 @@ def fit(
             converged = True
             break
     if slopes is None:
-        slopes = search.linearise(here, residual, predicted)
-    information = _Step(search, here, slopes).information
+        slopes = search.linearise(here, residual, predicted, physics=rounds > 0)
+    last = _Step(search, here, slopes)
     count = sum(r.size for r in residual)
     square = sum(float(np.sum(r**2)) for r in residual) / count
     return Fit(
         hypothesis, here.x, here.gain, here.delay, windows, here.starts, cost, square, count,
-        information, converged, int(predicted.failed.sum()),
+        last.information, last.scores(slopes), converged, int(predicted.failed.sum()),
     )  # fmt: skip
 
 
@@ -215,6 +219,7 @@ class _Search:
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
         rate = data.tests[0].sample_rate
+        self.cluster = BLOCK_S * rate * data.accelerations.size
         self.block = BLOCK_S * rate if windows.starts is None else np.inf
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
@@ -238,7 +243,7 @@ class _Search:
         rows = []
         for i, outputs in enumerate(predicted.outputs):
             if predicted.failed[i]:
-                count = int(self.windows.counted[i].sum()) * len(outputs)
+                count = int(self.windows.counted[i][TAPS:].sum()) * len(outputs)
                 rows.append(np.full(count, RUNAWAY))
                 continue
             recorded = at.gain[:, None] * (outputs - at.delay[:, None] * self._rate(i, outputs))
@@ -381,6 +386,23 @@ class _Step:
         moved = np.concatenate([x - self.at.x, step[n_x:]])
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], 0.2, 5.0)
         return Point(x, gain, self.at.delay + moved[n_x + n_s :], self._starts(moved, inverses))
+
+    def scores(self, slopes: Linearised) -> FloatArray:
+        """Return the covariance of the slopes of the cost, from their scatter over blocks."""
+        out = np.zeros_like(self.information)
+        each = zip(slopes.residual, slopes.slopes, self.kept, slopes.own, strict=True)
+        for r, p, (own, mixed, _), s in each:
+            if not mixed.size and own.size == 0 and mixed.shape[0] == 0 and not s.size and not r.size:
+                continue
+            root = self.search.weights(r)
+            left, columns = root * r, root[:, None] * p
+            if own.size:
+                columns = columns - (root[:, None] * s) @ np.linalg.pinv(own, hermitian=True) @ mixed
+            parts = max(1, round(r.size / min(self.search.cluster, r.size)))
+            first = np.linspace(0, r.size, parts + 1).astype(int)[:-1]
+            summed = np.add.reduceat(columns * left[:, None], first, axis=0)
+            out += summed.T @ summed
+        return out
 
     def starts_alone(self) -> Point:
         """Return where an undamped step of the starts leads, all else standing."""

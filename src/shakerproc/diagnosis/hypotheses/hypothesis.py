@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
-from shakerproc.models.effects import EFFECTS
+from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.identification import Identification
 
 Coordinates = Mapping[str, float | str]
@@ -62,6 +62,11 @@ class Addition:
     fixed: Coordinates
 
     @property
+    def effect(self) -> type[AbstractEffect]:
+        """The effect."""
+        return EFFECTS[self.kind]
+
+    @property
     def names(self) -> tuple[str, ...]:
         """The free coordinates, in order."""
         return tuple(self.identification.free)
@@ -101,7 +106,7 @@ class Addition:
         ValueError
             If the effect cannot take them.
         """
-        return Element(EFFECTS[self.kind](**self.parameters(x)), self.between)  # type: ignore[arg-type]
+        return Element(self.effect.of_numbers(self.parameters(x)), self.between)
 
 
 def addition(

@@ -1,0 +1,141 @@
+"""From a model and its tests to a diagnosis."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from shakerproc.compare.measured import Measured, Usable
+from shakerproc.diagnosis.data import TestArrays, prepared
+from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.diagnosis.search import search
+from shakerproc.diagnosis.selection.verdict import judged
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import Model
+from shakerproc.testlog import Shaker, TestLog
+
+SHORTEST_S = 1.0
+"""Shortest test that tells an effect from another [s]."""
+
+
+def diagnose(
+    model: Model,
+    log: TestLog,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Return which effect a model lacks, judged from the tests of a log.
+
+    Parameters
+    ----------
+    model : Model
+        The model as it is.
+    log : TestLog
+        The tests; those with ``hold_out: true`` are only scored.
+    seed : int
+        Returned with the result; nothing is drawn.
+    progress : callable, optional
+        Called with what is being done.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests and the model do not fit together.
+    ShakerprocError
+        If a recording cannot be used.
+    """
+    return diagnose_tests(model, log, tests_of(log, model), seed=seed, progress=progress)
+
+
+def diagnose_tests(
+    model: Model,
+    log: TestLog,
+    usable: Usable,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Return which effect a model lacks, judged from tests that were read from a log."""
+    measured: Sequence[Measured] = usable.tests
+    clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
+    found = diagnose_arrays(
+        model,
+        [arrays(m) for m in measured],
+        sensors=measured[0].sensors,
+        clearances=[c for c in clearances if c > 0.0],
+        shaker=log.shaker,
+        seed=seed,
+        progress=progress,
+    )
+    return replace(found, notes=(*usable.left_out, *found.notes))
+
+
+def diagnose_arrays(
+    model: Model,
+    tests: Sequence[TestArrays],
+    *,
+    sensors: Sequence[str] | None = None,
+    clearances: Sequence[float] = (),
+    shaker: Shaker = Shaker(),  # noqa: B008
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Return which effect a model lacks, judged from samples in memory.
+
+    Parameters
+    ----------
+    model : Model
+        The model as it is.
+    tests : sequence of TestArrays
+        Tests whose responses stand in the order of `sensors`.
+    sensors : sequence of str, optional
+        Names of the responses; by default all sensors of the model.
+    clearances : sequence of float, optional
+        Free play that the log says the specimens have [m].
+    shaker : Shaker, optional
+        Limits for the test that is proposed.
+    seed : int
+        Returned with the result; nothing is drawn.
+    progress : callable, optional
+        Called with what is being done.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests do not fit the model, or are too short.
+    """
+    names = tuple(model.sensors if sensors is None else sensors)
+    if not tests:
+        raise DiagnosisError(
+            f"{model.title}: no test to judge by; the log has none that was run."
+        )
+    for test in tests:
+        _check(test, len(names))
+    say = progress or (lambda _text: None)
+    known = replace(model, sensors={name: model.sensors[name] for name in names})
+    found = search(known, prepared(tests), say)
+    say("the verdict")
+    return judged(known, found, clearances=clearances, shaker=shaker, seed=seed)
+
+
+def _check(test: TestArrays, n_sensors: int) -> None:
+    """Pass a test that can be judged.
+
+    Raises
+    ------
+    DiagnosisError
+        If it does not fit the sensors, is too short, or lacks samples.
+    """
+    if test.responses.shape[0] != n_sensors:
+        raise DiagnosisError(
+            f"{test.name}: {test.responses.shape[0]} responses for {n_sensors} sensors."
+        )
+    if test.responses.shape[1] < SHORTEST_S * test.sample_rate:
+        raise DiagnosisError(
+            f"{test.name}: {test.responses.shape[1]} samples are too few; a diagnosis needs a "
+            "second at least. Leave the test out with discarded: true."
+        )
+    if not (np.all(np.isfinite(test.responses)) and np.all(np.isfinite(test.controls))):
+        raise DiagnosisError(f"{test.name}: samples are missing (NaN); crop the test.")

@@ -1,0 +1,107 @@
+"""Intervals of 95 % from the scatter between blocks, model error included.
+
+References
+----------
+.. [1] A. C. Cameron and D. L. Miller, "A practitioner's guide to cluster-robust inference",
+   Journal of Human Resources 50, 317-372, 2015.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.hypotheses.hypothesis import Addition
+from shakerproc.diagnosis.result import Estimate
+
+WIDTH: Final = 1.96
+"""Half width of a 95 % interval in standard errors [-]."""
+
+DIFFERENCE: Final = 1e-5
+"""Change of a coordinate for the slopes of the printed numbers [-]."""
+
+UNTOLD: Final = 2.0
+"""Standard error of a logarithm from which a bound is no bound: a factor of seven [-]."""
+
+
+def covariance(fit: Fit) -> FloatArray:
+    """Return the covariance of x, gains and delays: sandwich over the blocks, (n, n) array."""
+    inverse = np.linalg.pinv(fit.information, hermitian=True)
+    found: FloatArray = inverse @ fit.scores @ inverse
+    return found
+
+
+def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
+    """Return the numbers of an added effect with their intervals."""
+    own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
+    rows = added[index].astype(int)
+    part = covariance(fit)[np.ix_(rows, rows)]
+    return _numbers(fit.hypothesis.added[index], fit.x[rows], part)
+
+
+def _numbers(one: Addition, x: FloatArray, part: FloatArray) -> dict[str, Estimate]:
+    """Return what the effect is called with: spread through logarithms of what is positive."""
+    values = one.parameters(x)
+    units = {name: p.unit for name, p in one.effect.estimated().items()}
+    low, high = one.bounds()
+    out = {}
+    for name, value in values.items():
+        if isinstance(value, str):
+            out[name] = Estimate(value, None, None, "")
+            continue
+        slopes = np.array([
+            (float(_moved(one, x, k)[name]) - float(value)) / DIFFERENCE for k in range(x.size)
+        ])
+        spread = float(np.sqrt(max(slopes @ part @ slopes, 0.0)))
+        out[name] = _estimate(float(value), spread, units[name])
+        if not np.any(slopes):
+            out[name] = Estimate(float(value), float(value), float(value), units[name])
+    return _unexercised(out, one, x, low, high)
+
+
+def _moved(one: Addition, x: FloatArray, k: int) -> Mapping[str, float | str]:
+    there = x.copy()
+    there[k] += DIFFERENCE
+    return one.parameters(there)
+
+
+def _estimate(value: float, spread: float, unit: str) -> Estimate:
+    if value != 0.0 and spread < UNTOLD * abs(value):
+        share = spread / abs(value)
+        if value > 0.0:
+            return Estimate(
+                value, value * float(np.exp(-WIDTH * share)), value * float(np.exp(WIDTH * share)),
+                unit,
+            )  # fmt: skip
+        return Estimate(value, value - WIDTH * spread, value + WIDTH * spread, unit)
+    return Estimate(value, None, None, unit)
+
+
+def _unexercised(
+    numbers: dict[str, Estimate], one: Addition, x: FloatArray, low: FloatArray, high: FloatArray
+) -> dict[str, Estimate]:
+    """Return numbers of which those that stand at a bound have no interval on that side."""
+    for i, name in enumerate(one.names):
+        if name not in numbers or not isinstance(numbers[name].value, float):
+            continue
+        found = numbers[name]
+        if x[i] >= high[i] - 1e-6:
+            numbers[name] = Estimate(found.value, found.low, None, found.unit)
+        elif x[i] <= low[i] + 1e-6:
+            numbers[name] = Estimate(found.value, None, found.high, found.unit)
+    return numbers
+
+
+def linear_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Return the model's own numbers with their intervals, by kind and joint."""
+    spread = np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
+    out = {}
+    for i, number in enumerate(fit.hypothesis.own):
+        element = fit.hypothesis.model.elements[number.element]
+        value = float(getattr(element.effect, number.name) * np.exp(fit.x[i]))
+        unit = element.effect.parameters[number.name].unit
+        name = f"{number.name} {element.between[0]}-{element.between[1]}"
+        out[name] = _estimate(value, float(spread[i]) * abs(value), unit)
+    return out

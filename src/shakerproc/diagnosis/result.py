@@ -1,0 +1,320 @@
+"""What a diagnosis says: typed, and as the JSON document that other programs read."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, TypeAlias, final
+
+SCHEMA: Final = "shakerproc-diagnosis/1"
+
+Verdict: TypeAlias = Literal[
+    "effect found", "nothing missing", "measurement fault", "outside library", "cannot tell"
+]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A parameter with its 95 % interval, in an SI unit; a word has no interval.
+
+    A bound that the motion did not exercise is None: not below, or not above, the other.
+    """
+
+    value: float | str
+    low: float | None
+    high: float | None
+    unit: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        if isinstance(self.value, str):
+            return {"value": self.value, "unit": self.unit}
+        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An effect or a fault that was found.
+
+    Attributes
+    ----------
+    kind : str
+        Key of `EFFECTS` or `FAULTS`.
+    between : tuple of str
+        The two places of an effect; the channel of a fault.
+    confidence : float
+        From 0 to 1 [-].
+    parameters : mapping of str to Estimate
+        Fitted numbers.
+    """
+
+    kind: str
+    between: tuple[str, ...]
+    confidence: float
+    parameters: Mapping[str, Estimate]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "kind": self.kind,
+            "between": list(self.between),
+            "confidence": self.confidence,
+            "parameters": {name: p.as_json() for name, p in self.parameters.items()},
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """An error before and after, as a share of the response [-]."""
+
+    before: float
+    after: float
+
+    def as_json(self) -> dict[str, float]:
+        """Return the part of the document."""
+        return {"before": self.before, "after": self.after}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """The free-run error, on fitted and on held-out tests [-].
+
+    Attributes
+    ----------
+    fitted, held_out : Pair
+        Before and after.
+    noise_floor : float
+        What even the true model would leave [-].
+    horizon_s : mapping of str to float or None
+        For each test the length of the windows in which its motion was predicted; None where
+        it was predicted as a whole [s].
+    """
+
+    fitted: Pair
+    held_out: Pair
+    noise_floor: float
+    horizon_s: Mapping[str, float | None] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "fitted": self.fitted.as_json(),
+            "held_out": self.held_out.as_json(),
+            "noise_floor": self.noise_floor,
+            "horizon_s": dict(self.horizon_s),
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """One hypothesis that was tried; without errors, where the screening ruled it out."""
+
+    kind: str
+    between: tuple[str, ...]
+    fitted_error: float | None
+    held_out_error: float | None
+    parameters: Mapping[str, Estimate]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "kind": self.kind,
+            "between": list(self.between),
+            "fitted_error": self.fitted_error,
+            "held_out_error": self.held_out_error,
+            "parameters": {name: p.as_json() for name, p in self.parameters.items()},
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Where:
+    """Where the model as it was fails most."""
+
+    bands_hz: tuple[tuple[float, float], ...] = ()
+    displacement_m: tuple[float, float] | tuple[()] = ()
+    velocity_m_per_s: tuple[float, float] | tuple[()] = ()
+    tests: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "bands_hz": [list(band) for band in self.bands_hz],
+            "displacement_m": list(self.displacement_m),
+            "velocity_m_per_s": list(self.velocity_m_per_s),
+            "tests": list(self.tests),
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class NextTest:
+    """A test that would settle what is open.
+
+    Attributes
+    ----------
+    excitation, level : str
+        As a test log says them.
+    separates : tuple of str
+        Kinds that it tells apart.
+    reason : str
+        Why this one.
+    band_hz : (float, float)
+        What it excites [Hz].
+    like : str
+        The test of the log that lends the rest; empty where it is like none.
+    """
+
+    excitation: str
+    level: str
+    separates: tuple[str, ...]
+    reason: str
+    band_hz: tuple[float, float] = (5.0, 1000.0)
+    like: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "excitation": self.excitation,
+            "level": self.level,
+            "separates": list(self.separates),
+            "reason": self.reason,
+            "band_hz": list(self.band_hz),
+            "like": self.like,
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Locked:
+    """A joint that never slipped.
+
+    Attributes
+    ----------
+    between : (str, str)
+        The joint.
+    holds : float
+        The largest force that it carried without slipping [N].
+    """
+
+    between: tuple[str, str]
+    holds: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "between": list(self.between),
+            "holds_at_least": {"value": self.holds, "unit": "N"},
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Outside:
+    """The force that no effect of the library has, as a curve.
+
+    Attributes
+    ----------
+    between : (str, str)
+        The joint.
+    displacement, velocity : tuple of float
+        Nodes [m], [m/s].
+    force, band : tuple of tuple of float
+        Missing force and its standard error at each displacement and velocity [N].
+    """
+
+    between: tuple[str, str]
+    displacement: tuple[float, ...]
+    velocity: tuple[float, ...]
+    force: tuple[tuple[float, ...], ...]
+    band: tuple[tuple[float, ...], ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "between": list(self.between),
+            "displacement_m": list(self.displacement),
+            "velocity_m_per_s": list(self.velocity),
+            "force_n": [list(row) for row in self.force],
+            "band_n": [list(row) for row in self.band],
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """The verdict and all that stands behind it.
+
+    Attributes
+    ----------
+    verdict : str
+        One of the five verdicts.
+    sentence : str
+        The verdict in one sentence.
+    effects : tuple of Finding
+        Effects and faults found, the most certain first.
+    indistinguishable : tuple of str
+        Kinds that explain these data as well.
+    errors : Errors
+        Before and after.
+    candidates : tuple of Tried
+        Everything that was tried, best first.
+    where : Where
+        Where the model failed.
+    next_test : tuple of NextTest
+        What would settle it.
+    confidence : float, optional
+        Calibrated probability that verdict, kinds and joints are exactly right [-].
+    scores : mapping of str to float
+        What the probability is made of.
+    locked : tuple of Locked
+        Joints that never slipped.
+    outside : Outside, optional
+        The missing force, where the verdict is "outside library".
+    linear : mapping of str to Estimate
+        Stiffness and damping of the linear joints, fitted with the effects.
+    notes : tuple of str
+        What the reader must know besides, a sentence each.
+    seed : int
+        Seed of everything that was drawn.
+    """
+
+    verdict: Verdict
+    sentence: str
+    effects: tuple[Finding, ...]
+    indistinguishable: tuple[str, ...]
+    errors: Errors
+    candidates: tuple[Tried, ...]
+    where: Where
+    next_test: tuple[NextTest, ...]
+    confidence: float | None = None
+    scores: Mapping[str, float] = field(default_factory=dict)
+    locked: tuple[Locked, ...] = ()
+    outside: Outside | None = None
+    linear: Mapping[str, Estimate] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    seed: int = 0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the document that DESIGN.md fixes."""
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "confidence": self.confidence,
+            "effects": [effect.as_json() for effect in self.effects],
+            "indistinguishable": list(self.indistinguishable),
+            "errors": self.errors.as_json(),
+            "candidates": [candidate.as_json() for candidate in self.candidates],
+            "where": self.where.as_json(),
+            "next_test": [test.as_json() for test in self.next_test],
+            "locked": [joint.as_json() for joint in self.locked],
+            "outside": self.outside.as_json() if self.outside else None,
+            "scores": dict(self.scores),
+            "linear": {name: p.as_json() for name, p in self.linear.items()},
+            "notes": list(self.notes),
+            "seed": self.seed,
+        }

@@ -1,0 +1,89 @@
+"""The free-run error of a model in the form in which the tests can be predicted."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.compare.floor import floor_shares
+from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
+from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows, predict
+from shakerproc.errors import ModelError
+
+
+def scored_tests(data: DataSet, found: Fit, windows: Windows) -> tuple[Scored, ...] | None:
+    """Return measured and simulated responses of what counts; None where it runs away."""
+    settled = with_starts_fitted(data, found, windows)
+    predicted = None if settled is None else _predicted(data, settled, windows)
+    if settled is None or predicted is None:
+        return None
+    out = []
+    for i, test in enumerate(data.tests):
+        simulated, counted = _gathered(data, windows, predicted, i)
+        if not counted.any():
+            continue
+        simulated = found.gain[:, None] * (
+            simulated
+            - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
+        )
+        measured = data.measured[i]
+        out.append(Scored(measured, simulated, test.sample_rate, test.arrays.band, counted))
+    return tuple(out)
+
+
+def _predicted(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
+    try:
+        model = found.hypothesis.model_at(found.x)
+        return predict(data, model, windows, found.starts)
+    except ModelError:
+        return None
+
+
+def _gathered(
+    data: DataSet, windows: Windows, predicted: Predicted, test: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return what was simulated of a test, and which samples count."""
+    simulated = np.zeros_like(data.measured[test])
+    counted = np.zeros(simulated.shape[1], bool)
+    for (where, first, size), outputs, mask in zip(
+        windows.table, predicted.outputs, windows.counted, strict=True
+    ):
+        if where == test:
+            simulated[:, first : first + size] = outputs
+            counted[first : first + size] |= mask
+    return simulated, counted
+
+
+def error_of(data: DataSet, found: Fit, windows: Windows) -> float:
+    """Return the free-run error (see `compare.free_run_error`); infinite where it runs away."""
+    tests = scored_tests(data, found, windows)
+    return float("inf") if not tests else free_run_error(tests)
+
+
+def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
+    """Return the error that even the true model would have: noise, and noise sent through it."""
+    settled = with_starts_fitted(data, found, windows)
+    still = None if settled is None else _predicted(data, settled, windows)
+    if settled is None or still is None:
+        return float("nan")
+    generator = np.random.default_rng(0)
+    shaken = tuple(
+        replace(test, input=test.input + test.densities.drawn(
+            test.n_samples, test.sample_rate, generator))
+        for test in data.tests
+    )  # fmt: skip
+    noisy = _predicted(replace(data, tests=shaken), settled, windows)
+    if noisy is None:
+        return float("nan")
+    shares = []
+    for i, test in enumerate(data.tests):
+        simulated, counted = _gathered(data, windows, still, i)
+        if counted.any():
+            moved = _gathered(data, windows, noisy, i)[0] - simulated
+            one = Scored(
+                data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
+            )
+            shares.append(floor_shares(one, test.densities, moved))
+    return pooled(shares)
