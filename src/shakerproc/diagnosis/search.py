@@ -2,14 +2,16 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test, joint_motions
+from shakerproc.diagnosis.estimation.correction import corrected
 from shakerproc.diagnosis.estimation.growth import LENGTHS, Stages, dominant_frequency, grown, stages_of
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows, data_set
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
@@ -17,16 +19,16 @@ from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, joint
 from shakerproc.diagnosis.screening import Start, screen
 from shakerproc.diagnosis.selection.scores import Score, gain, ranked, scored
 from shakerproc.models import Model
-from shakerproc.models.identification import Identification
+from shakerproc.models.identification import Contained, Identification
 
-STARTS: Final = 2
-"""Starts from which each effect in each joint is fitted [-]."""
+STARTS: Final = 6
+"""Starts from which each effect in each joint is fitted to the shortest windows [-]."""
 
-TRIED: Final = 7
-"""Effects and joints that the screening passes on [-]."""
+FIRST_ROUNDS: Final = 2
+"""Steps of each of these fits: what they are worth shows by then [-]."""
 
-KEPT: Final = 5
-"""Hypotheses that are fitted at the horizon [-]."""
+KEPT: Final = 6
+"""Hypotheses that are fitted to longer windows and at the horizon [-]."""
 
 FAR: Final = 6.0
 """Standard errors by which a hypothesis may predict worse than the best on short windows and is
@@ -40,6 +42,12 @@ RUN_IN: Final = 2.0
 
 ROUNDS: Final = 10
 """Steps of the search at the horizon [-]."""
+
+
+Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
+"""Kind, joint, and the words of the variant."""
+
+Known: TypeAlias = Mapping[Joint, Mapping[str, Identification]]
 
 
 @final
@@ -68,8 +76,10 @@ class Found:
 
     Attributes
     ----------
-    data : DataSet
-        The tests.
+    data, raw : DataSet
+        The tests, corrected by what is unusual of the chain of measurement, and as recorded.
+    linear_model : LinearModel
+        What effects are judged on top of.
     form : Form
         In which hypotheses are compared.
     before : Fit
@@ -85,6 +95,8 @@ class Found:
     """
 
     data: DataSet
+    raw: DataSet
+    linear_model: LinearModel
     form: Form
     before: Fit
     linear: Score
@@ -105,6 +117,10 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     say : callable
         Called with what is being tried.
     """
+    say("linear model")
+    linear_model = fit_linear(model, tests)
+    raw, tests = data_set(model, tests), corrected(tests, linear_model)
+    model, original = linear_model.model, model
     data = data_set(model, tests)
     joints = joints_of(model)
     motions = {joint: [] for joint in joints}
@@ -122,7 +138,8 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     say("screening")
     fitted = [test for test in tests if not test.arrays.hold_out]
     starts = screen(model, fitted, joints, known)
-    singles, failed = _singles(data, none, starts, known, stages, say)
+    singles_search = Singles(data, linear, known, stages, say)
+    singles = singles_search.found(starts)
     form = _form(data, model, frequency, linear, singles)
     say("at the horizon")
     scores = []
@@ -138,10 +155,12 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
     others = tuple(s for s in _best_each(starts) if (s.kind, s.between) not in tried)
     before = replace(
-        base.fit, x=np.zeros(none.size), gain=np.ones_like(base.fit.gain),
+        base.fit, hypothesis=hypothesis_of(original), x=np.zeros(none.size), gain=np.ones_like(base.fit.gain),
         delay=np.zeros_like(base.fit.delay),
     )  # fmt: skip
-    return Found(data, form, before, base, tuple(ranked(scores)), others, failed)
+    return Found(
+        data, raw, linear_model, form, before, base, tuple(ranked(scores)), others, singles_search.failed
+    )
 
 
 def _comparable(data: DataSet, singles: Sequence[Fit]) -> list[Fit]:
@@ -153,45 +172,94 @@ def _comparable(data: DataSet, singles: Sequence[Fit]) -> list[Fit]:
 
 
 def _best_each(starts: Sequence[Start]) -> list[Start]:
-    found: dict[tuple[str, Joint, tuple[str, ...]], Start] = {}
-    for start in starts:
-        found.setdefault((start.kind, start.between, start.words), start)
-    return list(found.values())
+    return [own[0] for own in grouped(starts).values()]
 
 
-def _singles(
-    data: DataSet,
-    none: Hypothesis,
-    starts: Sequence[Start],
-    known: Mapping[Joint, Mapping[str, Identification]],
-    stages: Stages,
-    say: Callable[[str], None],
-) -> tuple[list[Fit], dict[str, str]]:
-    """Return each effect in each joint that may be, fitted to windows that grew, best first."""
-    groups: dict[tuple[str, Joint, tuple[str, ...]], list[Start]] = {}
+def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
+    """Return starts by effect, joint and variant, each group in the order of the starts."""
+    groups: dict[Group, list[Start]] = {}
     for start in starts:
         groups.setdefault((start.kind, start.between, start.words), []).append(start)
-    found, failed = [], {}
-    for (kind, joint, words), own in list(groups.items())[:TRIED]:
-        say(f"{kind} between {' and '.join(joint)}")
-        fits = [started(data, none, s, known[joint][kind], stages) for s in own[:STARTS]]
+    return groups
+
+
+@final
+class Singles:
+    """The search for one effect on top of a hypothesis."""
+
+    def __init__(
+        self, data: DataSet, on: Fit, known: Known, stages: Stages, say: Callable[[str], None]
+    ) -> None:
+        self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
+        self.failed: dict[str, str] = {}
+
+    def found(self, starts: Sequence[Start]) -> list[Fit]:
+        """Return the effects that may be missing, fitted to windows that grew, best first.
+
+        Every effect is first fitted to the shortest windows, the simple ones before those
+        that contain them and then begin where they ended; the best go on.
+        """
+        groups = grouped([start for start in starts if start.kept])
+        order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
+        first: dict[Group, Fit] = {}
+        for group in order:
+            self.say(f"{group[0]} between {' and '.join(group[1])}")
+            best = self._first(group, groups[group], first)
+            if best is None:
+                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
+            else:
+                first[group] = best
+        promising = sorted(first.values(), key=lambda one: one.cost)[:KEPT]
+        self.say("longer windows")
+        rest = replace(self.stages, windows=self.stages.windows[1:], rounds=self.stages.rounds[1:])
+        grew = [
+            grown(self.data, one.hypothesis, one.x, rest, (one.gain, one.delay))
+            for one in promising
+        ]
+        return sorted([one for one in grew if one is not None], key=lambda one: one.cost)
+
+    def _size(self, kind: str, joint: Joint) -> int:
+        return len(self.known[joint][kind].free)
+
+    def _first(
+        self, group: Group, starts: Sequence[Start], simpler: Mapping[Group, Fit]
+    ) -> Fit | None:
+        """Return the best fit to the shortest windows from all starts."""
+        kind, joint, _ = group
+        identification = self.known[joint][kind]
+        tried: list[tuple[Hypothesis, FloatArray]] = []
+        none = self.on.hypothesis
+        for start in starts[:STARTS]:
+            one = addition(kind, joint, identification, start.values)
+            own = self.on.x.copy()
+            own[: len(none.own)] = own_start(none, start)
+            tried.append((none.with_added(one), np.concatenate([own, one.transformed(start.values)])))
+        for contained in identification.contains:
+            for (other, place, _words), fitted in simpler.items():
+                if other == contained.kind and place == joint:
+                    tried += self._extended(group, contained, fitted)
+        fits = [
+            fit(self.data, hypothesis, x, self.stages.windows[0], rounds=FIRST_ROUNDS,
+                channels=(self.on.gain, self.on.delay))
+            for hypothesis, x in tried
+        ]  # fmt: skip
         good = [one for one in fits if one is not None]
-        if good:
-            found.append(min(good, key=lambda one: one.cost))
-        else:
-            failed[f"{kind} {' '.join(words)}".strip()] = "its motion runs away"
-    return sorted(found, key=lambda one: one.cost), failed
+        return min(good, key=lambda one: one.cost) if good else None
 
-
-def started(
-    data: DataSet, none: Hypothesis, start: Start, identification: Identification, stages: Stages
-) -> Fit | None:
-    """Return the fit of an effect from one start of the screening."""
-    hypothesis = none.with_added(
-        addition(start.kind, start.between, identification, start.values)
-    )
-    x = np.concatenate([own_start(none, start), hypothesis.added[-1].transformed(start.values)])
-    return grown(data, hypothesis, x, stages)
+    def _extended(
+        self, group: Group, contained: Contained, fitted: Fit
+    ) -> list[tuple[Hypothesis, FloatArray]]:
+        """Return where a richer effect may start from where one that it contains ended."""
+        kind, joint, words = group
+        last = fitted.hypothesis.added[-1]
+        *before, own = fitted.hypothesis.parts(fitted.x)
+        out = []
+        for values in contained.extend({**last.fixed, **last.values(own)}):
+            if tuple(v for v in values.values() if isinstance(v, str)) == words:
+                one = addition(kind, joint, self.known[joint][kind], values)
+                x = np.concatenate([*before, one.transformed(values)])
+                out.append((self.on.hypothesis.with_added(one), x))
+        return out[:STARTS]
 
 
 def own_start(none: Hypothesis, start: Start) -> FloatArray:
@@ -199,8 +267,11 @@ def own_start(none: Hypothesis, start: Start) -> FloatArray:
     joints = joints_of(none.model)
     out = []
     for number in none.own:
-        element = none.model.elements[number.element]
         change = 0.0
+        if number.element is None:
+            out.append(0.0)
+            continue
+        element = none.model.elements[number.element]
         if number.name in {"stiffness", "damping"} and tuple(element.between) in joints:
             changes = start.stiffness if number.name == "stiffness" else start.damping
             change = changes[joints.index(tuple(element.between))]
@@ -254,4 +325,4 @@ def forms_of(data: DataSet, model: Model, frequency: float) -> list[Form]:
     return found
 
 
-__all__ = ["LENGTHS", "Form", "Found", "at_horizon", "forms_of", "replace", "search", "started"]
+__all__ = ["LENGTHS", "Form", "Found", "at_horizon", "forms_of", "search"]

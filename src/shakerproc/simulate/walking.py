@@ -23,7 +23,7 @@ from shakerproc.simulate.window_sensing import Motion, base_motion, sense
 ROWS: Final = 2**15
 """Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""
 
-MOST_STEPS: Final = 20.0
+MOST_STEPS: Final = 4.0
 """Steps around switchings over samples, past which a motion counts as failed: ordinary laws take
 less than two, and numbers that take more are far from any that a measurement supports [-]."""
 
@@ -150,7 +150,7 @@ class Walk:
         done, seen, total = 0, 0, int(np.sum(placed.rows))
         steps = 0.0
         while done < total:
-            if steps > MOST_STEPS * total + PATIENCE:
+            if steps > MOST_STEPS * total + 1e3:
                 failed[cursor[0] :] = True
                 break
             kept = min(seen, 1)

@@ -99,9 +99,12 @@ def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     spread = np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
     out = {}
     for i, number in enumerate(fit.hypothesis.own):
-        element = fit.hypothesis.model.elements[number.element]
-        value = float(getattr(element.effect, number.name) * np.exp(fit.x[i]))
-        unit = element.effect.parameters[number.name].unit
-        name = f"{number.name} {element.between[0]}-{element.between[1]}"
+        value = number.value(fit.hypothesis.model) * float(np.exp(fit.x[i]))
+        if number.element is None:
+            name, unit = f"mass {number.name}", "kg"
+        else:
+            element = fit.hypothesis.model.elements[number.element]
+            unit = element.effect.parameters[number.name].unit
+            name = f"{number.name} {element.between[0]}-{element.between[1]}"
         out[name] = _estimate(value, float(spread[i]) * abs(value), unit)
     return out

@@ -29,14 +29,20 @@ class OwnNumber:
 
     Attributes
     ----------
-    element : int
-        Index among the elements of the model.
+    element : int or None
+        Index among the elements of the model; None for a mass.
     name : str
-        Parameter of its effect.
+        Parameter of its effect, or the name of the mass.
     """
 
-    element: int
+    element: int | None
     name: str
+
+    def value(self, model: Model) -> float:
+        """Return the number in a model [SI]."""
+        if self.element is None:
+            return float(model.masses[self.name])
+        return float(getattr(model.elements[self.element].effect, self.name))
 
 
 @final
@@ -163,15 +169,18 @@ class Hypothesis:
             If no model can have them.
         """
         own, *added = self.parts(x)
-        elements = list(self.model.elements)
+        elements, masses = list(self.model.elements), dict(self.model.masses)
         try:
             for number, factor in zip(self.own, np.exp(own), strict=True):
+                if number.element is None:
+                    masses[number.name] *= float(factor)
+                    continue
                 element = elements[number.element]
                 value = float(getattr(element.effect, number.name) * factor)
                 effect = replace(element.effect, **{number.name: value})  # type: ignore[type-var]
                 elements[number.element] = replace(element, effect=effect)
             elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]
-            return replace(self.model, elements=tuple(elements))
+            return replace(self.model, masses=masses, elements=tuple(elements))
         except ValueError as error:
             raise ModelError(f"{self.model.title}: {error}") from error
 
@@ -193,12 +202,21 @@ class Hypothesis:
 
 
 def hypothesis_of(model: Model) -> Hypothesis:
-    """Return the hypothesis that nothing is missing: every number of the model is free."""
+    """Return the hypothesis that nothing is missing: every number of the model is free.
+
+    Masses are free where a force drives, which tells them; a moving base tells only their
+    ratios to the stiffnesses.
+    """
     own = [
         OwnNumber(i, name)
         for i, element in enumerate(model.elements)
         for name, parameter in element.effect.parameters.items()
-        if not parameter.choices and getattr(element.effect, name) not in {None, 0.0}
+        if not parameter.choices and _is_free(getattr(element.effect, name))
     ]
+    if model.excitation.kind == "force":
+        own += [OwnNumber(None, name) for name in model.masses]
     return Hypothesis(model, tuple(own))
 
+
+def _is_free(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and value != 0.0

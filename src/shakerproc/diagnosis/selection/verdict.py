@@ -6,6 +6,8 @@ import numpy as np
 
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
+from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.result import (
     Diagnosis,
     Errors,
@@ -43,7 +45,7 @@ def judged(
     chosen = standing[0] if standing else found.linear
     fit = chosen.fit
     errors = _errors(found, fit)
-    faults = _faults(model, fit)
+    faults = _faults(model, fit, found.linear_model)
     alike = _indistinguishable(standing)
     effects = [
         Finding(one.kind, one.between, 0.99, estimates(fit, i))
@@ -65,6 +67,7 @@ def judged(
         where=Where(),
         next_test=(),
         linear=linear_estimates(fit),
+        notes=found.linear_model.notes,
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -93,19 +96,20 @@ def _errors(found: Found, fit: Fit) -> Errors:
     start = found.before
     fitted, held = form.scored_fitted, form.held_out
     return Errors(
-        Pair(error_of(data, start, fitted), error_of(data, fit, fitted)),
-        Pair(error_of(data, start, held), error_of(data, fit, held)),
+        Pair(error_of(found.raw, start, fitted), error_of(data, fit, fitted)),
+        Pair(error_of(found.raw, start, held), error_of(data, fit, held)),
         floor_of(data, fit, held),
         {test.name: form.horizon for test in data.tests},
     )
 
 
-def _faults(model: Model, fit: Fit) -> list[Finding]:
+def _faults(model: Model, fit: Fit, linear: LinearModel) -> list[Finding]:
     n, n_sensors = fit.hypothesis.size, fit.gain.size
     spread = 1.96 * np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
     out = []
     for i, name in enumerate(model.sensors):
-        gain_, delay = float(fit.gain[i]), float(fit.delay[i])
+        gain_ = float(fit.gain[i] * applied_gain(linear)[i])
+        delay = float(fit.delay[i] + applied_delay(linear)[i])
         own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
         if gain_ < 0.0:
             out.append(Finding("sensor_polarity", (name,), 0.99, {}))

@@ -1,0 +1,50 @@
+"""Tests corrected by what is unusual of the chain of measurement: gains, delays, weights."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.least_squares import DELAY_SPREAD, GAIN_SPREAD
+from shakerproc.diagnosis.estimation.linear import UNUSUAL, LinearModel
+
+
+def applied_gain(linear: LinearModel) -> FloatArray:
+    """Return the gain by which each response was divided, (n_sensors,) array [-]."""
+    gains = linear.chain.gains
+    return np.where(np.abs(gains - 1.0) > UNUSUAL * GAIN_SPREAD, gains, 1.0)
+
+
+def applied_delay(linear: LinearModel) -> FloatArray:
+    """Return the delay by which each response was advanced, (n_sensors,) array [s]."""
+    delays = linear.chain.delays
+    return np.where(np.abs(delays) > UNUSUAL * DELAY_SPREAD, delays, 0.0)
+
+
+def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
+    """Return tests as they would be without what is unusual of their chain of measurement.
+
+    What is usual stays, to be estimated with the physics: a strong effect passes for a small
+    gain or delay as long as it is not known.
+    """
+    gain, delay = applied_gain(linear), applied_delay(linear)
+    out = []
+    for test in tests:
+        responses = test.responses / gain[:, None]
+        if np.any(delay):
+            responses = advanced(responses, delay, test.sample_rate)
+        out.append(replace(test, input=linear.input_of(test), responses=responses))
+    return tuple(out)
+
+
+def advanced(rows: FloatArray, delay: FloatArray, sample_rate: float) -> FloatArray:
+    """Return rows moved to earlier times, each by its own delay [s], by their spectra."""
+    n = rows.shape[1]
+    length = scipy.fft.next_fast_len(2 * n, real=True)
+    frequency = scipy.fft.rfftfreq(length, 1.0 / sample_rate)
+    turn = np.exp(2j * np.pi * frequency * delay[:, None])
+    moved: FloatArray = scipy.fft.irfft(scipy.fft.rfft(rows, length) * turn, length)[:, :n]
+    return moved
