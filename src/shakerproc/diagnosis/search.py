@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, joints_of, scales_of
 from shakerproc.diagnosis.screening import Start, screen
-from shakerproc.diagnosis.selection.scores import Score, gain, ranked, scored
+from shakerproc.diagnosis.selection.scores import Score, as_fitted, gain, ranked, scored
 from shakerproc.models import Model
 from shakerproc.models.identification import Contained, Identification
 
@@ -26,6 +26,9 @@ STARTS: Final = 6
 
 FIRST_ROUNDS: Final = 2
 """Steps of each of these fits: what they are worth shows by then [-]."""
+
+FITTED: Final = 2
+"""Of these starts those that are fitted, the best as they are [-]."""
 
 KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
@@ -36,6 +39,10 @@ still fitted at the horizon: once in 10^9 by chance [-]."""
 
 HORIZONS: Final = (15.0, 50.0)
 """Horizons in periods of the joint's motion, beside the whole test."""
+
+LONGER: Final = 0.2
+"""Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
+numbers add up over it by as much, unpredictable motion by far more [-]."""
 
 RUN_IN: Final = 2.0
 """Periods that tell the start of a window (DESIGN.md)."""
@@ -165,7 +172,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
 
 def _comparable(data: DataSet, singles: Sequence[Fit]) -> list[Fit]:
     """Return the fits that do not predict far worse than the best on the longest windows."""
-    scores = [scored(data, one, one.windows) for one in singles]
+    scores = [as_fitted(data, one) for one in singles]
     known = [score for score in scores if score is not None]
     best = min(known, key=lambda score: score.mean, default=None)
     return [s.fit for s in known if best is not None and (s is best or gain(best, s).t < FAR)]
@@ -231,20 +238,28 @@ class Singles:
         none = self.on.hypothesis
         for start in starts[:STARTS]:
             one = addition(kind, joint, identification, start.values)
-            own = self.on.x.copy()
-            own[: len(none.own)] = own_start(none, start)
-            tried.append((none.with_added(one), np.concatenate([own, one.transformed(start.values)])))
+            for own in (own_start(none, start), np.zeros(len(none.own))):
+                x = np.concatenate([
+                    own, self.on.x[len(none.own) :], one.transformed(start.values)
+                ])
+                tried.append((none.with_added(one), x))
         for contained in identification.contains:
             for (other, place, _words), fitted in simpler.items():
                 if other == contained.kind and place == joint:
                     tried += self._extended(group, contained, fitted)
-        fits = [
-            fit(self.data, hypothesis, x, self.stages.windows[0], rounds=FIRST_ROUNDS,
-                channels=(self.on.gain, self.on.delay))
-            for hypothesis, x in tried
-        ]  # fmt: skip
-        good = [one for one in fits if one is not None]
+        rough = self._fits(tried, 0)
+        best = sorted(rough, key=lambda one: one.cost)[:FITTED]
+        good = self._fits([(one.hypothesis, one.x) for one in best], FIRST_ROUNDS)
         return min(good, key=lambda one: one.cost) if good else None
+
+    def _fits(self, tried: Sequence[tuple[Hypothesis, FloatArray]], rounds: int) -> list[Fit]:
+        """Return fits to the shortest windows, those that run away left out."""
+        channels, windows = (self.on.gain, self.on.delay), self.stages.windows[0]
+        fits = [
+            fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
+            for hypothesis, x in tried
+        ]
+        return [one for one in fits if one is not None]
 
     def _extended(
         self, group: Group, contained: Contained, fitted: Fit
@@ -290,20 +305,17 @@ def at_horizon(data: DataSet, found: Fit, form: Form) -> Fit | None:
 def _form(
     data: DataSet, model: Model, frequency: float, linear: Fit, singles: Sequence[Fit]
 ) -> Form:
-    """Return the horizon at which the gain over the linear model is surest."""
+    """Return the longest horizon at which the best is predicted as well as at shorter ones."""
     forms = forms_of(data, model, frequency)
     best: tuple[float, Form] | None = None
     for form in forms:
         if not singles or not len(form.held_out) or not len(form.fitted):
             continue
-        one = fit(data, singles[0].hypothesis, singles[0].x, form.fitted, rounds=3,
-                  channels=(singles[0].gain, singles[0].delay))  # fmt: skip
-        scores = [scored(data, f, form.held_out) if f else None for f in (one, linear)]
-        if scores[0] is None or scores[1] is None:
-            continue
-        t = gain(scores[0], scores[1]).t
-        if best is None or t > best[0]:
-            best = t, form
+        tried = [at_horizon(data, one, form) for one in (singles[0], linear)]
+        scores = [scored(data, one, form.held_out) for one in tried if one is not None]
+        least = min((score.mean for score in scores if score is not None), default=np.inf)
+        if best is None or least < best[0] + LONGER:
+            best = min(least, np.inf if best is None else best[0]), form
     return best[1] if best is not None else forms[-1]
 
 

@@ -178,6 +178,8 @@ def fit(
             break
         fall = cost - tried[2]
         here, (residual, predicted, cost) = there, tried
+        search.correlation = _correlation(residual)
+        cost = search.cost(residual, here)
         damping = max(damping / 10.0, 1e-9)
         if fall < SETTLED:
             converged = True

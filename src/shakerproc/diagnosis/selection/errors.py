@@ -70,7 +70,7 @@ def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
         return float("nan")
     generator = np.random.default_rng(0)
     shaken = tuple(
-        replace(test, input=test.input + test.densities.drawn(
+        replace(test, input=test.input + test.noise_density.drawn(
             test.n_samples, test.sample_rate, generator))
         for test in data.tests
     )  # fmt: skip
@@ -85,5 +85,5 @@ def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
             one = Scored(
                 data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
             )
-            shares.append(floor_shares(one, test.densities, moved))
+            shares.append(floor_shares(one, test.noise_density, moved))
     return pooled(shares)

@@ -49,6 +49,12 @@ def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
     return Score(found, np.log1p(rows))
 
 
+def as_fitted(data: DataSet, found: Fit) -> Score | None:
+    """Return the score of a fit on the windows that it was fitted to, starts included."""
+    rows = predicted_rows(data, found, found.windows)
+    return None if rows is None else Score(found, np.log1p(rows))
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Gain:
