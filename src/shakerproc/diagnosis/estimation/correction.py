@@ -24,6 +24,11 @@ def applied_delay(linear: LinearModel) -> FloatArray:
     return np.where(np.abs(delays) > UNUSUAL * DELAY_SPREAD, delays, 0.0)
 
 
+def is_unusual(linear: LinearModel) -> bool:
+    """Return whether a number of the chain of measurement is not what its prior expects."""
+    return bool(linear.unusual)
+
+
 def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
     """Return tests as they would be without what is unusual of their chain of measurement.
 

@@ -35,7 +35,7 @@ def covariance(fit: Fit) -> FloatArray:
 
 def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect with their intervals."""
-    own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
+    _own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
     rows = added[index].astype(int)
     part = covariance(fit)[np.ix_(rows, rows)]
     return _numbers(fit.hypothesis.added[index], fit.x[rows], part)
@@ -80,7 +80,11 @@ def _estimate(value: float, spread: float, unit: str) -> Estimate:
 
 
 def _unexercised(
-    numbers: dict[str, Estimate], one: Addition, x: FloatArray, low: FloatArray, high: FloatArray
+    numbers: dict[str, Estimate],
+    one: Addition,
+    x: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
 ) -> dict[str, Estimate]:
     """Return numbers of which those that stand at a bound have no interval on that side."""
     for i, name in enumerate(one.names):

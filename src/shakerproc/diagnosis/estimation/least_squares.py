@@ -72,6 +72,9 @@ class Fit:
         Motion where windows begin.
     cost : float
         Twice the negative logarithm of likelihood and prior [-].
+    level : float
+        Mean logarithm of 1 + mean square of the residual over the noise, block by block: what
+        fits of different hypotheses to the same windows are compared by [-].
     chi_square : float
         Mean square of the residual over the noise [-].
     count : int
@@ -93,6 +96,7 @@ class Fit:
     windows: Windows
     starts: FloatArray | None
     cost: float
+    level: float
     chi_square: float
     count: int
     information: FloatArray
@@ -190,7 +194,7 @@ def fit(
     count = sum(r.size for r in residual)
     square = sum(float(np.sum(r**2)) for r in residual) / count
     return Fit(
-        hypothesis, here.x, here.gain, here.delay, windows, here.starts, cost, square, count,
+        hypothesis, here.x, here.gain, here.delay, windows, here.starts, cost, search.level(residual), square, count,
         last.information, last.scores(slopes), converged, int(predicted.failed.sum()),
     )  # fmt: skip
 
@@ -264,6 +268,10 @@ class _Search:
         each = sum(float(np.sum(np.log1p(self.scales(r)) * self.sizes(r))) for r in rows)
         return each / self.correlation + float(np.sum((self.values(at) / self.spread) ** 2))
 
+    def level(self, rows: list[FloatArray]) -> float:
+        """Return the mean logarithm of 1 + mean square, block by block [-]."""
+        return float(np.mean(np.concatenate([np.log1p(self.scales(row)) for row in rows])))
+
     def sizes(self, row: FloatArray) -> FloatArray:
         """Return the number of residuals in each block of a window."""
         count = max(1, round(row.size / self.block))
@@ -291,7 +299,12 @@ class _Search:
         return rate
 
     def linearise(
-        self, at: Point, residual: list[FloatArray], predicted: Predicted, *, physics: bool = True
+        self,
+        at: Point,
+        residual: list[FloatArray],
+        predicted: Predicted,
+        *,
+        physics: bool = True,
     ) -> Linearised:
         """Return the slopes of the residual; without `physics`, by the starts alone."""
         n, n_sensors = len(self.windows), at.gain.size
@@ -320,14 +333,25 @@ class _Search:
                     own[i].append(self._slope(at, predicted, there, STEP, i, residual[i].size))
         return Linearised(
             residual,
-            [np.array(c).T if c else np.zeros((r.size, self.spread.size))
-             for c, r in zip(columns, residual, strict=True)],
-            [np.array(o).T if o else np.zeros((r.size, 0)) for o, r in zip(own, residual, strict=True)],
+            [
+                np.array(c).T if c else np.zeros((r.size, self.spread.size))
+                for c, r in zip(columns, residual, strict=True)
+            ],
+            [
+                np.array(o).T if o else np.zeros((r.size, 0))
+                for o, r in zip(own, residual, strict=True)
+            ],
             predicted.failed,
         )
 
     def _slope(
-        self, at: Point, here: Predicted, there: Predicted | None, step: float, i: int, size: int
+        self,
+        at: Point,
+        here: Predicted,
+        there: Predicted | None,
+        step: float,
+        i: int,
+        size: int,
     ) -> FloatArray:
         if there is None or here.failed[i] or there.failed[i]:
             return np.zeros(size)
@@ -394,12 +418,20 @@ class _Step:
         out = np.zeros_like(self.information)
         each = zip(slopes.residual, slopes.slopes, self.kept, slopes.own, strict=True)
         for r, p, (own, mixed, _), s in each:
-            if not mixed.size and own.size == 0 and mixed.shape[0] == 0 and not s.size and not r.size:
+            if (
+                not mixed.size
+                and own.size == 0
+                and mixed.shape[0] == 0
+                and not s.size
+                and not r.size
+            ):
                 continue
             root = self.search.weights(r)
             left, columns = root * r, root[:, None] * p
             if own.size:
-                columns = columns - (root[:, None] * s) @ np.linalg.pinv(own, hermitian=True) @ mixed
+                columns = (
+                    columns - (root[:, None] * s) @ np.linalg.pinv(own, hermitian=True) @ mixed
+                )
             parts = max(1, round(r.size / min(self.search.cluster, r.size)))
             first = np.linspace(0, r.size, parts + 1).astype(int)[:-1]
             summed = np.add.reduceat(columns * left[:, None], first, axis=0)
@@ -408,8 +440,9 @@ class _Step:
 
     def starts_alone(self) -> Point:
         """Return where an undamped step of the starts leads, all else standing."""
-        inverses = [np.linalg.pinv(own, hermitian=True) if own.size else own
-                    for own, _, _ in self.kept]
+        inverses = [
+            np.linalg.pinv(own, hermitian=True) if own.size else own for own, _, _ in self.kept
+        ]
         still = np.zeros(self.normal.shape[0])
         return replace(self.at, starts=self._starts(still, inverses))
 
@@ -433,7 +466,9 @@ class _Step:
         if self.at.starts is None or scales is None:
             return None
         starts = self.at.starts.copy()
-        for i, (inverse, (own, mixed, left)) in enumerate(zip(inverses, self.kept, strict=True)):
+        for i, (inverse, (own, mixed, left)) in enumerate(
+            zip(inverses, self.kept, strict=True)
+        ):
             if own.size:
                 starts[i] += scales * np.clip(-inverse @ (left + mixed @ moved), -1.0, 1.0)
         return starts

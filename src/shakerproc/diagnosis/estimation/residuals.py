@@ -169,7 +169,9 @@ class Predicted:
     failed: NDArray[np.bool_]
 
 
-def predict(data: DataSet, model: Model, windows: Windows, starts: FloatArray | None) -> Predicted:
+def predict(
+    data: DataSet, model: Model, windows: Windows, starts: FloatArray | None
+) -> Predicted:
     """Return what the free-running model says.
 
     Parameters
@@ -213,9 +215,7 @@ def _of_all_motions(model: Model, starts: FloatArray | None) -> FloatArray | Non
     return whole
 
 
-def weighted(
-    data: DataSet, windows: Windows, index: int, rows: FloatArray
-) -> FloatArray:
+def weighted(data: DataSet, windows: Windows, index: int, rows: FloatArray) -> FloatArray:
     """Return what counts of a window's rows, over the noise, as one vector.
 
     All pass the low-pass of the data; whole tests a high-pass too, for which windows with
@@ -238,7 +238,9 @@ def difference(data: DataSet, windows: Windows, index: int, outputs: FloatArray)
     return data.measured[test][:, first : first + size] - outputs
 
 
-def starts_of(model: Model, data: DataSet, table: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+def starts_of(
+    model: Model, data: DataSet, table: NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray]:
     """Return the measured motion where windows begin, and its rms (see `Windows`)."""
     motions = []
     for test in data.tests:

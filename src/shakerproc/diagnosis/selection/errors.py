@@ -25,8 +25,7 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> tuple[Scored, .
         if not counted.any():
             continue
         simulated = found.gain[:, None] * (
-            simulated
-            - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
+            simulated - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
         )
         measured = data.measured[i]
         out.append(Scored(measured, simulated, test.sample_rate, test.arrays.band, counted))

@@ -7,7 +7,11 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows, with_starts_fitted
+from shakerproc.diagnosis.estimation.least_squares import (
+    Fit,
+    predicted_rows,
+    with_starts_fitted,
+)
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 
 ALIKE: Final = 2.0

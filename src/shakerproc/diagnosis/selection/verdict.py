@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.result import (
     Diagnosis,
@@ -96,8 +96,8 @@ def _errors(found: Found, fit: Fit) -> Errors:
     start = found.before
     fitted, held = form.scored_fitted, form.held_out
     return Errors(
-        Pair(error_of(found.raw, start, fitted), error_of(data, fit, fitted)),
-        Pair(error_of(found.raw, start, held), error_of(data, fit, held)),
+        Pair(error_of(found.data, start, fitted), error_of(data, fit, fitted)),
+        Pair(error_of(found.data, start, held), error_of(data, fit, held)),
         floor_of(data, fit, held),
         {test.name: form.horizon for test in data.tests},
     )
@@ -122,7 +122,9 @@ def _faults(model: Model, fit: Fit, linear: LinearModel) -> list[Finding]:
     return out
 
 
-def _verdict(effects: Sequence[Finding], faults: Sequence[Finding], *, outside: bool) -> Verdict:
+def _verdict(
+    effects: Sequence[Finding], faults: Sequence[Finding], *, outside: bool
+) -> Verdict:
     if outside:
         return "outside library"
     if effects:
@@ -168,8 +170,12 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
             np.clip(min([gain(best, s).t for s in rest], default=50.0), -50.0, 50.0)
         ),
         "alike": float(len(standing)),
-        "excess": float(np.log(max(errors.held_out.after, 1e-9) / max(errors.noise_floor, 1e-9))),
-        "left": float(np.log(max(errors.held_out.after, 1e-9) / max(errors.held_out.before, 1e-9))),
+        "excess": float(
+            np.log(max(errors.held_out.after, 1e-9) / max(errors.noise_floor, 1e-9))
+        ),
+        "left": float(
+            np.log(max(errors.held_out.after, 1e-9) / max(errors.held_out.before, 1e-9))
+        ),
     }
 
 

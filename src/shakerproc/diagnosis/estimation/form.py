@@ -1,0 +1,63 @@
+"""The form of the residual in which hypotheses are compared: whole tests, or windows."""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows
+from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
+from shakerproc.models import Model
+
+HORIZONS: Final = (15.0, 50.0)
+"""Horizons in periods of the joint's motion, beside the whole test."""
+
+RUN_IN: Final = 2.0
+"""Periods that tell the start of a window (DESIGN.md)."""
+
+ROUNDS: Final = 10
+"""Steps of the search at the horizon [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Form:
+    """The form of the residual in which hypotheses are compared.
+
+    Attributes
+    ----------
+    horizon : float or None
+        Length of the windows [s]; None where whole tests are predicted.
+    fitted, scored_fitted, held_out : Windows
+        What is fitted to, the same as it is scored, and what was held out.
+    """
+
+    horizon: float | None
+    fitted: Windows
+    scored_fitted: Windows
+    held_out: Windows
+
+
+def at_horizon(data: DataSet, found: Fit, form: Form) -> Fit | None:
+    """Return a fit carried over to the windows of the horizon."""
+    return fit(
+        data, found.hypothesis, found.x, form.fitted, rounds=ROUNDS,
+        channels=(found.gain, found.delay),
+    )  # fmt: skip
+
+
+def forms_of(data: DataSet, model: Model, frequency: float) -> list[Form]:
+    """Return windows of every horizon, and whole tests where they begin at rest."""
+    rate = data.tests[0].sample_rate
+    found = []
+    for periods in HORIZONS:
+        run_in = TAPS + int(RUN_IN * rate / frequency)
+        length = run_in + int(periods * rate / frequency)
+        parts = [
+            windows_of(data, model, length, held_out=kept, most=most, run_in=own)
+            for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
+        ]
+        found.append(Form(length / rate, *parts))
+    if all(test.at_rest for test in data.tests):
+        whole = whole_tests(data, held_out=False)
+        found.append(Form(None, whole, whole, whole_tests(data, held_out=True)))
+    return found

@@ -1,0 +1,159 @@
+"""The search for one more effect on top of a hypothesis, over windows that grow."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final, TypeAlias, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.growth import Stages, grown
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
+from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
+from shakerproc.diagnosis.screening import Start
+from shakerproc.models import Model
+from shakerproc.models.identification import Contained, Identification
+
+STARTS: Final = 6
+"""Starts from which each effect in each joint is fitted to the shortest windows [-]."""
+
+FIRST_ROUNDS: Final = 2
+"""Steps of each of these fits: what they are worth shows by then [-]."""
+
+FITTED: Final = 2
+"""Of these starts those that are fitted, the best as they are [-]."""
+
+KEPT: Final = 6
+"""Hypotheses that are fitted to longer windows and at the horizon [-]."""
+
+Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
+"""Kind, joint, and the words of the variant."""
+
+Known: TypeAlias = Mapping[Joint, Mapping[str, Identification]]
+
+
+def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
+    """Return starts by effect, joint and variant, each group in the order of the starts."""
+    groups: dict[Group, list[Start]] = {}
+    for start in starts:
+        groups.setdefault((start.kind, start.between, start.words), []).append(start)
+    return groups
+
+
+@final
+class OneMore:
+    """The search for one effect on top of a hypothesis."""
+
+    def __init__(
+        self, data: DataSet, on: Fit, known: Known, stages: Stages, linear: FloatArray,
+        say: Callable[[str], None],
+    ) -> None:  # fmt: skip
+        self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
+        self.linear = linear
+        self.failed: dict[str, str] = {}
+
+    def found(self, starts: Sequence[Start]) -> list[Fit]:
+        """Return the effects that may be missing, fitted to windows that grew, best first.
+
+        Every effect is first fitted to the shortest windows, the simple ones before those
+        that contain them and then begin where they ended; the best go on.
+        """
+        groups = grouped([start for start in starts if start.kept])
+        order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
+        first: dict[Group, Fit] = {}
+        for group in order:
+            self.say(f"{group[0]} between {' and '.join(group[1])}")
+            best = self._first(group, groups[group], first)
+            if best is None:
+                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
+            else:
+                first[group] = best
+        promising = sorted(first.values(), key=lambda one: one.level)[:KEPT]
+        self.say("longer windows")
+        rest = replace(
+            self.stages, windows=self.stages.windows[1:], rounds=self.stages.rounds[1:]
+        )
+        grew = [
+            grown(self.data, one.hypothesis, one.x, rest, (one.gain, one.delay))
+            for one in promising
+        ]
+        return sorted([one for one in grew if one is not None], key=lambda one: one.level)
+
+    def _size(self, kind: str, joint: Joint) -> int:
+        return len(self.known[joint][kind].free)
+
+    def _first(
+        self, group: Group, starts: Sequence[Start], simpler: Mapping[Group, Fit]
+    ) -> Fit | None:
+        """Return the best fit to the shortest windows from all starts."""
+        kind, joint, _ = group
+        identification = self.known[joint][kind]
+        tried: list[tuple[Hypothesis, FloatArray]] = []
+        none = self.on.hypothesis
+        for start in starts[:STARTS]:
+            one = addition(kind, joint, identification, start.values)
+            for own in (own_start(none, start), np.zeros(len(none.own)), self.linear):
+                x = np.concatenate([
+                    own,
+                    self.on.x[len(none.own) :],
+                    one.transformed(start.values),
+                ])
+                tried.append((none.with_added(one), x))
+        for contained in identification.contains:
+            for (other, place, _words), fitted in simpler.items():
+                if other == contained.kind and place == joint:
+                    tried += self._extended(group, contained, fitted)
+        rough = self._fits(tried, 0)
+        best = sorted(rough, key=lambda one: one.level)[:FITTED]
+        good = self._fits([(one.hypothesis, one.x) for one in best], FIRST_ROUNDS)
+        return min(good, key=lambda one: one.level) if good else None
+
+    def _fits(self, tried: Sequence[tuple[Hypothesis, FloatArray]], rounds: int) -> list[Fit]:
+        """Return fits to the shortest windows, those that run away left out."""
+        channels, windows = (self.on.gain, self.on.delay), self.stages.windows[0]
+        fits = [
+            fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
+            for hypothesis, x in tried
+        ]
+        return [one for one in fits if one is not None]
+
+    def _extended(
+        self, group: Group, contained: Contained, fitted: Fit
+    ) -> list[tuple[Hypothesis, FloatArray]]:
+        """Return where a richer effect may start from where one that it contains ended."""
+        kind, joint, words = group
+        last = fitted.hypothesis.added[-1]
+        *before, own = fitted.hypothesis.parts(fitted.x)
+        out = []
+        for values in contained.extend({**last.fixed, **last.values(own)}):
+            if tuple(v for v in values.values() if isinstance(v, str)) == words:
+                one = addition(kind, joint, self.known[joint][kind], values)
+                x = np.concatenate([*before, one.transformed(values)])
+                out.append((self.on.hypothesis.with_added(one), x))
+        return out[:STARTS]
+
+
+def as_in(none: Hypothesis, other: Model) -> FloatArray:
+    """Return the coordinates of the own numbers as another model has them."""
+    return np.array([
+        float(np.log(number.value(other) / number.value(none.model))) for number in none.own
+    ])
+
+
+def own_start(none: Hypothesis, start: Start) -> FloatArray:
+    """Return the logarithms of the model's own numbers that go with a start."""
+    joints = joints_of(none.model)
+    out = []
+    for number in none.own:
+        change = 0.0
+        if number.element is None:
+            out.append(0.0)
+            continue
+        element = none.model.elements[number.element]
+        if number.name in {"stiffness", "damping"} and tuple(element.between) in joints:
+            changes = start.stiffness if number.name == "stiffness" else start.damping
+            change = changes[joints.index(tuple(element.between))]
+        out.append(float(np.log(np.clip(1.0 + change, 0.05, 20.0))))
+    return np.array(out)
