@@ -1,4 +1,4 @@
-"""Windows that grow: short ones widen the basin of attraction, long ones sharpen the minimum."""
+"""Windows that grow: short ones widen the basin of attraction, long ones sharpen it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Stages:
 
 
 def dominant_frequency(motions: Sequence[JointMotion]) -> float:
-    """Return the frequency of a harmonic motion with the same velocity and displacement [Hz]."""
+    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
     velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
     displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
     return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))

@@ -71,10 +71,8 @@ def _estimate(value: float, spread: float, unit: str) -> Estimate:
     if value != 0.0 and spread < UNTOLD * abs(value):
         share = spread / abs(value)
         if value > 0.0:
-            return Estimate(
-                value, value * float(np.exp(-WIDTH * share)), value * float(np.exp(WIDTH * share)),
-                unit,
-            )  # fmt: skip
+            factor = float(np.exp(WIDTH * share))
+            return Estimate(value, value / factor, value * factor, unit)
         return Estimate(value, value - WIDTH * spread, value + WIDTH * spread, unit)
     return Estimate(value, None, None, unit)
 

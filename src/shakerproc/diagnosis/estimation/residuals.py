@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.motion import mass_displacements, slope
-from shakerproc.errors import ModelError
 from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
 
 MODEL_SHARE: Final = 1e-3
-"""Share of a response below which no model is held to: calibration, noise of the controls [-]."""
+"""Share of a response to which no model is held: calibration, noise of the controls [-]."""
 
 ENVELOPE_S: Final = 0.05
 """Length over which the size of a response is taken: some periods of most resonances [s]."""
@@ -219,10 +218,11 @@ def weighted(data: DataSet, windows: Windows, index: int, rows: FloatArray) -> F
     """Return what counts of a window's rows, over the noise, as one vector.
 
     All pass the low-pass of the data; whole tests a high-pass too, for which windows with
-    starts of their own are too short. The first samples, in which the filter fills, never count.
+    starts of their own are too short. The first samples, in which the filter fills, never
+    count.
     """
     test = int(windows.table[index, 0])
-    rows = scipy.signal.lfilter(data.low_pass[test], 1.0, rows)
+    rows = np.asarray(scipy.signal.lfilter(data.low_pass[test], np.ones(1), rows))
     if windows.starts is None:
         rows = scipy.signal.sosfilt(data.high_pass[test], rows)
     first = int(windows.table[index, 1])
@@ -235,7 +235,8 @@ def weighted(data: DataSet, windows: Windows, index: int, rows: FloatArray) -> F
 def difference(data: DataSet, windows: Windows, index: int, outputs: FloatArray) -> FloatArray:
     """Return measured less predicted in a window, (n_sensors, n_samples) array."""
     test, first, size = windows.table[index]
-    return data.measured[test][:, first : first + size] - outputs
+    left: FloatArray = data.measured[test][:, first : first + size] - outputs
+    return left
 
 
 def starts_of(
@@ -248,9 +249,3 @@ def starts_of(
         motions.append(np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]]))
     starts = np.array([motions[test][:, first] for test, first, _ in table])
     return starts, np.sqrt(np.mean([np.mean(m**2, axis=1) for m in motions], axis=0))
-
-
-__all__ = [ "TAPS",
-    "DataSet", "ModelError", "Predicted", "Windows", "data_set", "difference", "predict",
-    "starts_of", "weighted",
-]  # fmt: skip

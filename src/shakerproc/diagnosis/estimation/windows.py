@@ -12,7 +12,7 @@ from shakerproc.diagnosis.estimation.residuals import DataSet, Windows, starts_o
 from shakerproc.models import Model
 
 BLOCK_S: Final = 0.5
-"""Length of the blocks of which every third is kept for the score where no test is marked [s]."""
+"""Length of blocks of which every third is kept for the score where no test is marked [s]."""
 
 Mask = NDArray[np.bool_]
 

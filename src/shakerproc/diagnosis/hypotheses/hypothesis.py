@@ -192,7 +192,7 @@ class Hypothesis:
         return low, np.concatenate([reach, *(one[1] for one in each)])
 
     def prior_spread(self) -> FloatArray:
-        """Return the standard deviations that x is known to beforehand; infinite for effects."""
+        """Return the standard deviations of x known beforehand; infinite for effects."""
         free = np.full(self.size - len(self.own), np.inf)
         return np.concatenate([np.full(len(self.own), OWN_SPREAD), free])
 

@@ -62,7 +62,7 @@ def error_of(data: DataSet, found: Fit, windows: Windows) -> float:
 
 
 def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
-    """Return the error that even the true model would have: noise, and noise sent through it."""
+    """Return the error that even the true model has: noise, and noise sent through it."""
     settled = with_starts_fitted(data, found, windows)
     still = None if settled is None else _predicted(data, settled, windows)
     if settled is None or still is None:
