@@ -8,8 +8,8 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.least_squares import DELAY_SPREAD, GAIN_SPREAD
 from shakerproc.diagnosis.estimation.linear import UNUSUAL, LinearModel
+from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
 
 
 def applied_gain(linear: LinearModel) -> FloatArray:
