@@ -16,6 +16,8 @@ BAND: Final = (20.0, 800.0)
 QUIET: Final = 0.5
 RAMP: Final = 0.1
 NOISE_G: Final = 0.01
+OVERSAMPLED: Final = 4
+"""Samples that the converter takes for each one that it stores, past its filter [-]."""
 
 MASS: Final = 28.6e-3
 SUPPORT: Final = 3.6e4
@@ -167,6 +169,18 @@ def _base_motion(test: ExampleTest) -> "FloatArray":
     )
 
 
+def _resampled(samples: "FloatArray", count: int) -> "FloatArray":
+    """Return the same signal in so many samples, without what they cannot hold, (count,) array.
+
+    A contact bends the acceleration, which holds frequencies without end; a recorder's filter
+    keeps them from folding into the band.
+    """
+    import numpy as np
+
+    spectrum = np.fft.rfft(samples)[: count // 2 + 1]
+    return np.asarray(np.fft.irfft(spectrum, count) * (count / samples.size), dtype=float)
+
+
 def _recorded(test: ExampleTest) -> "Recording":
     """Return what the logger would have stored of a test."""
     import numpy as np
@@ -175,7 +189,9 @@ def _recorded(test: ExampleTest) -> "Recording":
     from shakerproc.simulate import simulate
 
     base = _base_motion(test)
-    response = simulate(_truth(), base, RATE, upsample=2, growth=False).outputs["ch3"]
+    finer = _resampled(base, OVERSAMPLED * base.size)
+    response = simulate(_truth(), finer, OVERSAMPLED * RATE, growth=False).outputs["ch3"]
+    response = _resampled(response, base.size)
     rng = np.random.default_rng(test.number)
     rows = np.array([base, base, response])
     rows += NOISE_G * STANDARD_GRAVITY * rng.standard_normal(rows.shape)

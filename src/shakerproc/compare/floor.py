@@ -64,7 +64,7 @@ def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
         A test, measured and simulated.
     noise : Noise
         Of the test.
-    moved : (n_sensors, n) array
+    moved : (n_draws, n_sensors, n) array
         By how much the simulated response moves under `noise.drawn` on the input [unit].
 
     Returns
@@ -72,7 +72,8 @@ def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
     (n_sensors,) array
         Share of the response; not a number where the noise is unknown [-].
     """
-    passed = relative_errors(replace(test, simulated=test.measured - moved))
+    draws = [relative_errors(replace(test, simulated=test.measured - one)) for one in moved]
+    passed = np.sqrt(np.mean(np.square(draws), axis=0))
     shares: FloatArray = np.hypot(sensor_shares(test, noise), passed)
     return shares
 
@@ -91,15 +92,20 @@ def sensor_shares(test: Scored, noise: Noise) -> FloatArray:
 def floor_of(prediction: Prediction, pair: Pair, refuted: tuple[str, ...] = ()) -> Floor:
     """Return the noise floor of a test under a model."""
     noise, measured = prediction.measured.noise, prediction.measured
-    moved = prediction.moved[:, prediction.scored.counted]
-    cross = cross_spectra(moved, measured.sample_rate, segment=min(_SEGMENT, moved.shape[1]))
-    passed = [np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)]
+    moved = prediction.moved[:, :, prediction.scored.counted]
+    passed = np.mean([_density(one, measured.sample_rate, pair) for one in moved], axis=0)
     return Floor(
         share=floor_shares(prediction.scored, noise, prediction.moved),
-        density=noise.responses_at(pair.frequency) + np.array(passed),
+        density=noise.responses_at(pair.frequency) + passed,
         source=noise.source,
         refuted=refuted,
     )
+
+
+def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
+    """Return smoothed densities at the bins of a pair, (n_rows, n_frequencies) array."""
+    cross = cross_spectra(rows, sample_rate, segment=min(_SEGMENT, rows.shape[1]))
+    return np.array([np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)])
 
 
 def is_refuted(test: Scored, noise: Noise) -> bool:
