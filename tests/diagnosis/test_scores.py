@@ -1,0 +1,56 @@
+"""Scores of hypotheses, on logarithms made up."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from shakerproc.diagnosis.selection.scores import Score, gain, ranked, simplest_alike
+
+
+def score(logs, size=2):
+    return Score(SimpleNamespace(hypothesis=SimpleNamespace(size=size)), np.array(logs, float))
+
+
+def test_a_gain_is_the_mean_difference_with_its_standard_error():
+    found = gain(score([1, 2, 3, 4]), score([2, 4, 4, 8]))  # differences 1, 2, 1, 4
+    assert found.mean == pytest.approx(2.0)
+    assert found.error == pytest.approx(np.sqrt(2.0) / 2.0)  # variance 2 of four
+    assert found.t == pytest.approx(2.0 * np.sqrt(2.0))
+
+
+def test_a_gain_has_the_opposite_sign_the_other_way_round():
+    one, other = score([1, 2, 3, 4]), score([2, 4, 4, 8])
+    assert gain(other, one).mean == -gain(one, other).mean
+
+
+def test_one_block_tells_no_gain():
+    assert gain(score([1]), score([2])).t == 0.0
+
+
+def test_the_same_prediction_is_no_gain():
+    assert gain(score([1, 2, 3]), score([1, 2, 3])).t == 0.0
+
+
+def test_the_best_comes_first():
+    best, worst = score([1, 1]), score([5, 5])
+    assert ranked([worst, best]) == [best, worst]
+
+
+def scatter(seed, n=50):
+    """Return draws whose mean is exactly 0."""
+    drawn = np.random.default_rng(seed).standard_normal(n)
+    return drawn - drawn.mean()
+
+
+def test_a_simpler_one_that_predicts_alike_stands_before_the_best():
+    rich = score(scatter(1), size=5)
+    simple = score(rich.logs + 0.01 + scatter(2), size=3)
+    poor = score(rich.logs + 2.0 + 0.1 * scatter(3), size=2)
+    assert simplest_alike([poor, rich, simple]) == [simple, rich]
+
+
+def test_of_equally_many_numbers_the_better_stands_first():
+    best = score(scatter(4))
+    other = score(best.logs + 0.01 + scatter(5))
+    assert simplest_alike([other, best]) == [best, other]
