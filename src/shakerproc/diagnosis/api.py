@@ -13,7 +13,7 @@ from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
-from shakerproc.testlog import Shaker, TestLog
+from shakerproc.testlog import TestLog
 
 SHORTEST_S = 1.0
 """Shortest test that tells an effect from another [s]."""
@@ -46,12 +46,11 @@ def diagnose(
     ShakerprocError
         If a recording cannot be used.
     """
-    return diagnose_tests(model, log, tests_of(log, model), seed=seed, progress=progress)
+    return diagnose_tests(model, tests_of(log, model), seed=seed, progress=progress)
 
 
 def diagnose_tests(
     model: Model,
-    log: TestLog,
     usable: Usable,
     *,
     seed: int = 0,
@@ -65,7 +64,6 @@ def diagnose_tests(
         [arrays(m) for m in measured],
         sensors=measured[0].sensors,
         clearances=[c for c in clearances if c > 0.0],
-        shaker=log.shaker,
         seed=seed,
         progress=progress,
     )
@@ -78,7 +76,6 @@ def diagnose_arrays(
     *,
     sensors: Sequence[str] | None = None,
     clearances: Sequence[float] = (),
-    shaker: Shaker = Shaker(),  # noqa: B008
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -94,8 +91,6 @@ def diagnose_arrays(
         Names of the responses; by default all sensors of the model.
     clearances : sequence of float, optional
         Free play that the log says the specimens have [m].
-    shaker : Shaker, optional
-        Limits for the test that is proposed.
     seed : int
         Returned with the result; nothing is drawn.
     progress : callable, optional
@@ -117,7 +112,7 @@ def diagnose_arrays(
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     found = search(known, prepared(tests), say)
     say("the verdict")
-    return judged(known, found, clearances=clearances, shaker=shaker, seed=seed)
+    return judged(found, clearances=clearances, seed=seed)
 
 
 def _check(test: TestArrays, n_sensors: int) -> None:

@@ -8,18 +8,20 @@ import numpy as np
 
 from shakerproc.diagnosis.data import Test, joint_motions
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
-from shakerproc.diagnosis.estimation.form import Form, at_horizon, forms_of
-from shakerproc.diagnosis.estimation.growth import dominant_frequency, grown, stages_of
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, at_horizon, forms_of
+from shakerproc.diagnosis.estimation.growth import Stages, dominant_frequency, grown, stages_of
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
-from shakerproc.diagnosis.estimation.one_more import Known, OneMore, as_in, grouped
+from shakerproc.diagnosis.estimation.one_more import Known, OneMore, as_in, grouped, own_start
 from shakerproc.diagnosis.estimation.residuals import DataSet, data_set
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import identifications, joints_of, scales_of
-from shakerproc.diagnosis.screening import Start, screen
+from shakerproc.diagnosis.screening import Start, free_laws, screen
+from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.selection.scores import Score, as_fitted, gain, ranked, scored
-from shakerproc.models import Model
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import Element, Model
 
 FAR: Final = 6.0
 """Standard errors by which a hypothesis may predict worse than the best on short windows and is
@@ -28,6 +30,12 @@ still fitted at the horizon: once in 10^9 by chance [-]."""
 LONGER: Final = 0.2
 """Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
 numbers add up over it by as much, unpredictable motion by far more [-]."""
+
+FIRSTS: Final = 2
+"""Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
+
+SECONDS: Final = 24
+"""Starts of a second effect that are looked at [-]."""
 
 EXPLAINED: Final = 1.1
 """Logarithm of 1 + mean square of the residual over the noise, up to which it is noise: twice
@@ -53,10 +61,14 @@ class Found:
         Nothing is missing.
     effects : tuple of Score
         Hypotheses with effects, the best first.
+    free : Score, optional
+        A force without a name: a smooth table of displacement and velocity.
     ruled_out : tuple of Start
         The best start of each effect and joint that the screening ruled out.
     failed : mapping of str to str
         Hypotheses that could not be simulated, with the reason.
+    corrected : bool
+        Whether the tests are corrected.
     """
 
     data: DataSet
@@ -65,8 +77,10 @@ class Found:
     before: Fit
     linear: Score
     effects: tuple[Score, ...]
+    free: Score | None
     ruled_out: tuple[Start, ...]
     failed: Mapping[str, str]
+    corrected: bool = False
 
     @property
     def best(self) -> Score:
@@ -98,7 +112,8 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         return found
     say("the chain of measurement corrected")
     other = _searched(model, linear, corrected(tests, linear), say)
-    return other if gain(other.best, found.best).t > 0.0 else found
+    better = gain(other.best, found.best).t > 0.0
+    return replace(other, corrected=True) if better else found
 
 
 def _searched(
@@ -107,50 +122,164 @@ def _searched(
     tests: Sequence[Test],
     say: Callable[[str], None],
 ) -> Found:
-    """Return what explains tests on top of a linear model."""
+    """Return what explains tests on top of a linear model.
+
+    Raises
+    ------
+    DiagnosisError
+        If the model runs away in every test.
+    """
     model = replace(original, modes=linear_model.model.modes)
-    data = data_set(model, tests)
-    joints = joints_of(model)
-    motions = {joint: [] for joint in joints}
-    for test in tests:
-        for joint, motion in zip(joints, joint_motions(model, test, joints), strict=True):
-            motions[joint].append(motion)
-    frequency = max(dominant_frequency(own) for own in motions.values())
-    known = {j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()}
-    stages = stages_of(data, model, frequency)
+    campaign = _campaign(model, tests)
+    data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
     none = hypothesis_of(model)
-    linear = grown(data, none, np.zeros(none.size), stages)
+    nothing = np.zeros(none.size)
+    linear = grown(data, none, nothing, stages)
     if linear is None:
-        linear = fit(
-            data, none, np.zeros(none.size), whole_tests(data, held_out=False), rounds=4
+        whole = whole_tests(data, held_out=False)
+        linear = fit(data, none, nothing, whole, rounds=ROUNDS)
+    if linear is None:
+        raise DiagnosisError(
+            f"{model.title}: its motion runs away in every test; check stiffness, damping and "
+            "masses of the model."
         )
     say("screening")
-    fitted = [test for test in tests if not test.arrays.hold_out]
-    starts = screen(model, fitted, joints, known)
-    one_more = OneMore(data, linear, known, stages, as_in(none, linear_model.model), say)
+    starts = screen(model, campaign.fitted, tuple(campaign.known), campaign.known)
+    other = as_in(none, linear_model.model)
+    one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
-    form = _form(data, model, frequency, linear, singles)
+    form = _form(data, model, campaign.frequency, linear, singles)
     say("at the horizon")
-    scores = []
-    for one in _comparable(data, singles, known):
-        refitted = at_horizon(data, one, form)
-        score = refitted and scored(data, refitted, form.held_out)
-        if score:
-            scores.append(score)
-    refitted = at_horizon(data, linear, form) or linear
-    base = scored(data, refitted, form.held_out)
-    if base is None:
-        base = Score(refitted, np.full(1, np.inf))
+    base = _at_horizon(data, [linear], form)
+    effects = ranked(_at_horizon(data, _comparable(data, singles, campaign.known), form))
     tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
-    others = tuple(s for s in _best_each(starts) if (s.kind, s.between) not in tried)
-    before = replace(
-        base.fit, hypothesis=hypothesis_of(original), x=np.zeros(none.size), gain=np.ones_like(base.fit.gain),
-        delay=np.zeros_like(base.fit.delay),
-    )  # fmt: skip
-    return Found(
-        data, linear_model, form, before, base, tuple(ranked(scores)), others, one_more.failed
+    found = Found(
+        data=data,
+        linear_model=linear_model,
+        form=form,
+        before=_as_it_is(original, linear),
+        linear=base[0] if base else Score(linear, np.full(1, np.inf)),
+        effects=tuple(effects),
+        free=None,
+        ruled_out=tuple(s for s in _best_each(starts) if (s.kind, s.between) not in tried),
+        failed=one_more.failed,
     )
+    return found if found.explained else _with_more(found, campaign, singles, say)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Campaign:
+    """What all hypotheses share.
+
+    Attributes
+    ----------
+    model : Model
+        The model, further modes included.
+    data : DataSet
+        The tests.
+    fitted : tuple of Test
+        Those that may be fitted to.
+    known : mapping of joint to mapping of str to Identification
+        What each effect says of each joint.
+    frequency : float
+        Of the fastest joint's motion [Hz].
+    stages : Stages
+        Windows that grow.
+    """
+
+    model: Model
+    data: DataSet
+    fitted: tuple[Test, ...]
+    known: Known
+    frequency: float
+    stages: Stages
+
+
+def _campaign(model: Model, tests: Sequence[Test]) -> Campaign:
+    joints = joints_of(model)
+    each = [joint_motions(model, test, joints) for test in tests]
+    motions = {joint: [own[i] for own in each] for i, joint in enumerate(joints)}
+    frequency = max(dominant_frequency(own) for own in motions.values())
+    data = data_set(model, tests)
+    return Campaign(
+        model=model,
+        data=data,
+        fitted=tuple(test for test in tests if not test.arrays.hold_out),
+        known={
+            j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()
+        },
+        frequency=frequency,
+        stages=stages_of(data, model, frequency),
+    )
+
+
+def _as_it_is(original: Model, linear: Fit) -> Fit:
+    """Return the fit that is none: the numbers of the model file, perfect sensors."""
+    none = hypothesis_of(original)
+    return replace(
+        linear, hypothesis=none, x=np.zeros(none.size), gain=np.ones_like(linear.gain),
+        delay=np.zeros_like(linear.delay),
+    )  # fmt: skip
+
+
+def _at_horizon(data: DataSet, fits: Sequence[Fit], form: Form) -> list[Score]:
+    """Return fits carried over to the horizon and scored there; those that fail left out."""
+    scores = []
+    for one in fits:
+        refitted = at_horizon(data, one, form)
+        score = None if refitted is None else scored(data, refitted, form.held_out)
+        if score is not None:
+            scores.append(score)
+    return scores
+
+
+def _with_more(
+    found: Found, campaign: Campaign, singles: Sequence[Fit], say: Callable[[str], None]
+) -> Found:
+    """Return what pairs of effects, and a force without a name, explain beyond singles."""
+    data, form = found.data, found.form
+    pairs: list[Fit] = []
+    failed = dict(found.failed)
+    for first in singles[:FIRSTS]:
+        say(f"a second effect beside {first.hypothesis.kinds[0]}")
+        one = first.hypothesis.added[0]
+        values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
+        starts = screen_pairs(
+            campaign.model, campaign.fitted, campaign.known, (one.kind, one.between, values)
+        )
+        second = OneMore(
+            data, first, campaign.known, campaign.stages,
+            linear=first.hypothesis.parts(first.x)[0], say=lambda _: None,
+        )  # fmt: skip
+        pairs += second.found(starts[:SECONDS])
+        failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
+    pairs.sort(key=lambda pair: pair.level)
+    scores = _at_horizon(data, pairs[:FIRSTS], form)
+    say("a force without a name")
+    free = _at_horizon(data, _free(campaign, found.linear.fit), form)
+    return replace(
+        found,
+        effects=tuple(ranked([*found.effects, *scores])),
+        free=free[0] if free else None,
+        failed=failed,
+    )
+
+
+def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
+    """Return the missing force as a smooth table in the joint that it explains most of."""
+    laws = free_laws(campaign.model, campaign.fitted, tuple(campaign.known))
+    if not laws:
+        return []
+    element = Element(laws[0].effect, laws[0].between)
+    model = replace(campaign.model, elements=(*campaign.model.elements, element))
+    hypothesis = hypothesis_of(model)
+    start = Start(
+        "table", laws[0].between, {}, laws[0].stiffness, laws[0].damping, laws[0].explained,
+        laws[0].predicted, laws[0].t, laws[0].left,
+    )  # fmt: skip
+    return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
 
 
 def _comparable(data: DataSet, singles: Sequence[Fit], known: Known) -> list[Fit]:

@@ -22,14 +22,21 @@ WIDTH: Final = 1.96
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""
 
+LEAST: Final = 1e-6
+"""Information below which nothing is known of a coordinate [-]."""
+
 UNTOLD: Final = 2.0
 """Standard error of a logarithm from which a bound is no bound: a factor of seven [-]."""
 
 
 def covariance(fit: Fit) -> FloatArray:
     """Return the covariance of x, gains and delays: sandwich over the blocks, (n, n) array."""
-    inverse = np.linalg.pinv(fit.information, hermitian=True)
+    size = np.sqrt(np.maximum(np.diag(fit.information), LEAST))
+    scaled = fit.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
+    inverse = np.linalg.inv(scaled) / np.outer(size, size)
     found: FloatArray = inverse @ fit.scores @ inverse
+    untold = np.diag(inverse) > UNTOLD**2
+    found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
     return found
 
 

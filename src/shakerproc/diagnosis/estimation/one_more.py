@@ -47,7 +47,7 @@ class OneMore:
     """The search for one effect on top of a hypothesis."""
 
     def __init__(
-        self, data: DataSet, on: Fit, known: Known, stages: Stages, linear: FloatArray,
+        self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
         say: Callable[[str], None],
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say

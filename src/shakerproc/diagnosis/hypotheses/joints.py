@@ -37,7 +37,7 @@ def scales_of(
     return JointScales(
         displacement=displacement,
         velocity=max(_peak(motion.velocity) for motion in motions),
-        force=max(_carried(model, tests, joint), stiffness * displacement, 1e-12),
+        force=max(carried_force(model, tests, joint), stiffness * displacement, 1e-12),
         stiffness=stiffness,
         mass=mass,
         duration=max(test.n_samples / test.sample_rate for test in tests),
@@ -48,7 +48,7 @@ def _peak(samples: FloatArray) -> float:
     return max(float(np.max(np.abs(samples))), 1e-15)
 
 
-def _carried(model: Model, tests: Sequence[Test], joint: Joint) -> float:
+def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
     """Return mass times acceleration of the mass that hangs on a joint, its largest [N]."""
     mass = next((model.masses[place] for place in reversed(joint) if place != BASE), 0.0)
     found = [0.0]

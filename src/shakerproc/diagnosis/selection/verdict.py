@@ -1,73 +1,102 @@
 """The verdict: which hypothesis stands, which stand beside it, and what is said of the rest."""
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
+from shakerproc.diagnosis import wording
+from shakerproc.diagnosis.data.motion import joint_motions
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.hypotheses.joints import carried_force, joints_of
 from shakerproc.diagnosis.result import (
     Diagnosis,
     Errors,
     Estimate,
     Finding,
+    Locked,
+    Outside,
     Pair,
     Tried,
-    Verdict,
     Where,
 )
 from shakerproc.diagnosis.search import Found
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
-from shakerproc.diagnosis.selection.scores import ALIKE, Score, gain, simplest_alike
-from shakerproc.models import Model
-from shakerproc.testlog import Shaker
+from shakerproc.diagnosis.selection.scores import Score, gain, simplest_alike
+from shakerproc.models.effects import Table
+from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 
-SURE = 3.0
-"""Standard errors by which an effect must predict better than none: once in 700 by chance [-]."""
+SURE: Final = 3.0
+"""Standard errors by which an effect must predict better than none: by chance 1 in 700 [-]."""
 
-GAIN_TOLERANCE = 0.03
+GAIN_TOLERANCE: Final = 0.03
 """Gain error of a sensor from which it is a fault: three times its spread [-]."""
 
-DELAY_TOLERANCE = 40e-6
+DELAY_TOLERANCE: Final = 40e-6
 """Delay of a channel from which it is a fault: twice its spread [s]."""
 
-EXCESS = 1.5
-"""Error over the noise floor up to which nothing more is to be found [-]."""
+NEGLIGIBLE: Final = 0.01
+"""Error up to which a response is explained: what sensors are calibrated to [-]."""
+
+SHARE: Final = 0.06
+"""Share of the error of the model as it is that an effect may leave; to be calibrated [-]."""
+
+EXCESS: Final = 1.5
+"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+
+LIMIT: Final = 50.0
+"""Largest t that is told apart in the scores [-]."""
 
 
-def judged(
-    model: Model, found: Found, *, clearances: Sequence[float], shaker: Shaker, seed: int
-) -> Diagnosis:
-    """Return the verdict on what the search found."""
+def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis:
+    """Return the verdict on what the search found.
+
+    Parameters
+    ----------
+    found : Found
+        All hypotheses, scored.
+    clearances : sequence of float
+        Free play that the log says the specimens have [m].
+    seed : int
+        Returned with the result; nothing is drawn.
+    """
     standing = _standing(found)
     chosen = standing[0] if standing else found.linear
     fit = chosen.fit
     errors = _errors(found, fit)
-    faults = _faults(model, fit, found.linear_model)
     alike = _indistinguishable(standing)
     effects = [
         Finding(one.kind, one.between, 0.99, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
-    outside = errors.held_out.after > max(EXCESS * errors.noise_floor, 0.01) and (
-        errors.held_out.after > 0.06 * errors.held_out.before
-    )
-    verdict = _verdict(effects, faults, outside=outside)
-    if verdict == "outside library":
-        effects = []
+    faults, locked, outside = _faults(found, fit), _locked(found, fit), None
+    if _is_outside(found, chosen, errors):
+        verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
+        outside = _curve(found)
+    elif locked:
+        verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
+    elif effects:
+        verdict = "effect found"
+        sentence = wording.found_sentence(effects, faults, errors, alike)
+    elif faults:
+        verdict, sentence = "measurement fault", wording.fault_sentence(faults, errors)
+    else:
+        verdict, sentence = _nothing(found, errors, clearances)
     return Diagnosis(
-        verdict=verdict,
-        sentence=_sentence(verdict, effects, faults, errors, alike),
+        verdict=verdict,  # type: ignore[arg-type]
+        sentence=sentence,
         effects=(*effects, *faults),
         indistinguishable=alike if effects else (),
         errors=errors,
         candidates=tuple(_tried(found, s) for s in found.effects),
         where=Where(),
         next_test=(),
+        locked=locked,
+        outside=outside,
         linear=linear_estimates(fit),
-        notes=found.linear_model.notes,
+        notes=_notes(found),
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -85,36 +114,42 @@ def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
         return ()
     first = standing[0].fit.hypothesis
     kinds = [
-        kind for s in standing[1:] if s.fit.hypothesis.size <= first.size
-        for kind in s.fit.hypothesis.kinds if kind not in first.kinds
-    ]  # fmt: skip
+        kind
+        for s in standing[1:]
+        if s.fit.hypothesis.size <= first.size
+        for kind in s.fit.hypothesis.kinds
+        if kind not in first.kinds
+    ]
     return tuple(dict.fromkeys(kinds))
 
 
 def _errors(found: Found, fit: Fit) -> Errors:
     form, data = found.form, found.data
-    start = found.before
     fitted, held = form.scored_fitted, form.held_out
     return Errors(
-        Pair(error_of(found.data, start, fitted), error_of(data, fit, fitted)),
-        Pair(error_of(found.data, start, held), error_of(data, fit, held)),
+        Pair(error_of(data, found.before, fitted), error_of(data, fit, fitted)),
+        Pair(error_of(data, found.before, held), error_of(data, fit, held)),
         floor_of(data, fit, held),
         {test.name: form.horizon for test in data.tests},
     )
 
 
-def _faults(model: Model, fit: Fit, linear: LinearModel) -> list[Finding]:
+def _faults(found: Found, fit: Fit) -> list[Finding]:
+    """Return gains and delays beyond what is usual, with their intervals."""
     n, n_sensors = fit.hypothesis.size, fit.gain.size
     spread = 1.96 * np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
+    gains, delays = fit.gain, fit.delay
+    if found.corrected:
+        gains = gains * applied_gain(found.linear_model)
+        delays = delays + applied_delay(found.linear_model)
     out = []
-    for i, name in enumerate(model.sensors):
-        gain_ = float(fit.gain[i] * applied_gain(linear)[i])
-        delay = float(fit.delay[i] + applied_delay(linear)[i])
+    for i, name in enumerate(fit.hypothesis.model.sensors):
+        size, delay = abs(float(gains[i])), float(delays[i])
         own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
-        if gain_ < 0.0:
+        if gains[i] < 0.0:
             out.append(Finding("sensor_polarity", (name,), 0.99, {}))
-        if abs(abs(gain_) - 1.0) > GAIN_TOLERANCE:
-            value = Estimate(abs(gain_), abs(gain_) - own, abs(gain_) + own, "1")
+        if abs(size - 1.0) > GAIN_TOLERANCE:
+            value = Estimate(size, size - own, size + own, "1")
             out.append(Finding("sensor_gain", (name,), 0.98, {"gain": value}))
         if abs(delay) > DELAY_TOLERANCE:
             value = Estimate(delay, delay - late, delay + late, "s")
@@ -122,60 +157,92 @@ def _faults(model: Model, fit: Fit, linear: LinearModel) -> list[Finding]:
     return out
 
 
-def _verdict(
-    effects: Sequence[Finding], faults: Sequence[Finding], *, outside: bool
-) -> Verdict:
-    if outside:
-        return "outside library"
-    if effects:
-        return "effect found"
-    return "measurement fault" if faults else "nothing missing"
+def _is_outside(found: Found, chosen: Score, errors: Errors) -> bool:
+    """Return whether something is missing that no effect of the library explains.
+
+    Either a force without a name predicts better than the chosen effect does, or the effect
+    leaves clearly more than the noise.
+    """
+    if found.free is not None and gain(found.free, chosen).t > SURE:
+        return True
+    left, floor = errors.held_out.after, errors.noise_floor
+    return left > max(EXCESS * floor, NEGLIGIBLE) and left > SHARE * errors.held_out.before
 
 
-def _sentence(
-    verdict: Verdict, effects: Sequence[Finding], faults: Sequence[Finding], errors: Errors,
-    alike: Sequence[str],
-) -> str:  # fmt: skip
-    held = errors.held_out
-    fall = f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
-    named = " and ".join(
-        f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}" for e in effects
+def _curve(found: Found) -> Outside | None:
+    """Return the force without a name as a curve."""
+    if found.free is None:
+        return None
+    element = found.free.fit.hypothesis.model.elements[-1]
+    table = element.effect
+    if not isinstance(table, Table):
+        return None
+    band = table.band or tuple(tuple(0.0 for _ in row) for row in table.force)
+    return Outside(element.between, table.displacement, table.velocity, table.force, band)
+
+
+def _locked(found: Found, fit: Fit) -> tuple[Locked, ...]:
+    """Return the joints with a dry friction that never slipped.
+
+    A force that is above what the joint carries has no upper bound in the tests.
+    """
+    out = []
+    _own, *parts = fit.hypothesis.parts(fit.x)
+    for i, (one, part) in enumerate(zip(fit.hypothesis.added, parts, strict=True)):
+        numbers = estimates(fit, i).values()
+        forces = [n for n in numbers if n.unit == "N" and isinstance(n.value, float)]
+        unbounded = forces and all(n.high is None for n in forces)
+        if unbounded and _is_dry(one.element(part).effect):
+            held = carried_force(fit.hypothesis.model, found.data.tests, one.between)
+            out.append(Locked(one.between, held))
+    return tuple(out)
+
+
+def _is_dry(effect: AbstractEffect) -> bool:
+    """Return whether a force jumps where the velocity turns."""
+    return isinstance(effect, AbstractMemorylessEffect) and any(
+        switch.variable == "velocity" for switch in effect.switches()
     )
-    wrong = " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
-    if verdict == "outside library":
-        return (
-            f"Something is missing that is not in the library: the best that was tried leaves "
-            f"{held.after:.3g} of the response where the noise is {errors.noise_floor:.3g}."
+
+
+def _nothing(found: Found, errors: Errors, clearances: Sequence[float]) -> tuple[str, str]:
+    """Return the verdict where nothing was found: a clearance may never have been closed."""
+    model = found.linear.fit.hypothesis.model
+    reach = max(
+        float(np.max(np.abs(motion.displacement)))
+        for test in found.data.tests
+        for motion in joint_motions(model, test, joints_of(model))
+    )
+    beyond = [clearance for clearance in clearances if clearance > reach]
+    if beyond:
+        return "cannot tell", wording.unexercised_sentence(min(beyond), reach)
+    return "nothing missing", wording.nothing_sentence(errors)
+
+
+def _notes(found: Found) -> tuple[str, ...]:
+    notes = list(found.linear_model.notes)
+    if not any(test.arrays.hold_out for test in found.data.tests):
+        notes.append(
+            "No test is marked hold_out: true; the held-out error is of every third block of "
+            "the tests, which took no part in the fit."
         )
-    if verdict == "effect found":
-        doubt = f"; {', '.join(alike)} predict these tests as well" if alike else ""
-        beside = f"; besides, the measurement has a {wrong}" if wrong else ""
-        return f"The model lacks {named}: {fall}{doubt}{beside}."
-    if verdict == "measurement fault":
-        return f"The measurement has a {wrong}; no physics is missing: {fall}."
-    return (
-        f"Nothing is missing: the fitted model leaves {held.after:.3g} of the response, the "
-        f"noise {errors.noise_floor:.3g}."
-    )
+    notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
+    return tuple(notes)
 
 
 def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[str, float]:
     """Return the numbers that the probability is made of."""
-    best = found.effects[0] if found.effects else found.linear
+    best = found.best
     rest = [s for s in found.effects if s not in standing]
+    nearest = min([gain(best, s).t for s in rest], default=LIMIT)
+    left, floor = max(errors.held_out.after, 1e-9), max(errors.noise_floor, 1e-9)
     return {
         "gain_over_linear": gain(best, found.linear).mean,
-        "t_over_linear": float(np.clip(gain(best, found.linear).t, -50.0, 50.0)),
-        "t_over_next": float(
-            np.clip(min([gain(best, s).t for s in rest], default=50.0), -50.0, 50.0)
-        ),
+        "t_over_linear": float(np.clip(gain(best, found.linear).t, -LIMIT, LIMIT)),
+        "t_over_next": float(np.clip(nearest, -LIMIT, LIMIT)),
         "alike": float(len(standing)),
-        "excess": float(
-            np.log(max(errors.held_out.after, 1e-9) / max(errors.noise_floor, 1e-9))
-        ),
-        "left": float(
-            np.log(max(errors.held_out.after, 1e-9) / max(errors.held_out.before, 1e-9))
-        ),
+        "excess": float(np.log(left / floor)),
+        "left": float(np.log(left / max(errors.held_out.before, 1e-9))),
     }
 
 
@@ -192,6 +259,3 @@ def _tried(found: Found, score: Score) -> Tried:
         error_of(found.data, fit, found.form.held_out),
         numbers,
     )
-
-
-__all__ = ["ALIKE", "judged"]

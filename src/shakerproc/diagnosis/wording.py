@@ -1,0 +1,72 @@
+"""The sentences of a diagnosis."""
+
+from collections.abc import Sequence
+
+from shakerproc.diagnosis.result import Errors, Finding, Locked
+
+
+def outside_sentence(errors: Errors) -> str:
+    """Return the verdict that no effect of the library will do."""
+    return (
+        f"Something is missing that is not in the library: the best that was tried leaves "
+        f"{errors.held_out.after:.3g} of the response where the noise is "
+        f"{errors.noise_floor:.3g}."
+    )
+
+
+def found_sentence(
+    effects: Sequence[Finding],
+    faults: Sequence[Finding],
+    errors: Errors,
+    alike: Sequence[str],
+) -> str:
+    """Return the verdict that effects were found."""
+    doubt = f"; {', '.join(alike)} would predict these tests as well" if alike else ""
+    beside = f"; besides, the measurement has a {_faults(faults)}" if faults else ""
+    return f"The model lacks {_effects(effects)}: {_fall(errors)}{doubt}{beside}."
+
+
+def fault_sentence(faults: Sequence[Finding], errors: Errors) -> str:
+    """Return the verdict that only the measurement is at fault."""
+    return f"The measurement has a {_faults(faults)}; no physics is missing: {_fall(errors)}."
+
+
+def nothing_sentence(errors: Errors) -> str:
+    """Return the verdict that nothing is missing."""
+    return (
+        f"Nothing is missing: the fitted model leaves {errors.held_out.after:.3g} of the "
+        f"response, the noise is {errors.noise_floor:.3g}."
+    )
+
+
+def locked_sentence(locked: Sequence[Locked]) -> str:
+    """Return the verdict that a joint never slipped."""
+    joints = " and ".join(
+        f"the joint between {' and '.join(joint.between)} never slipped and holds at least "
+        f"{joint.holds:.3g} N"
+        for joint in locked
+    )
+    return f"These tests cannot tell one law of friction from another: {joints}."
+
+
+def unexercised_sentence(clearance: float, reach: float) -> str:
+    """Return the verdict that a clearance of the log was never closed."""
+    return (
+        f"The joint has a clearance of {clearance:.3g} m but moved {reach:.3g} m at most: it "
+        f"never closed. {clearance / reach:.2g} times the level would close it."
+    )
+
+
+def _effects(effects: Sequence[Finding]) -> str:
+    return " and ".join(
+        f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}" for e in effects
+    )
+
+
+def _faults(faults: Sequence[Finding]) -> str:
+    return " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
+
+
+def _fall(errors: Errors) -> str:
+    held = errors.held_out
+    return f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
