@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from shakerproc.diagnosis.result import Errors, Finding, Locked
+from shakerproc.diagnosis.joint_outcomes import Locked
+from shakerproc.diagnosis.result import Errors, Finding
 
 
 def outside_sentence(errors: Errors) -> str:

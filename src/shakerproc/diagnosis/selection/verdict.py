@@ -11,13 +11,12 @@ from shakerproc.diagnosis.estimation.correction import applied_delay, applied_ga
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.joints import carried_force, joints_of
+from shakerproc.diagnosis.joint_outcomes import Locked, Outside
 from shakerproc.diagnosis.result import (
     Diagnosis,
     Errors,
     Estimate,
     Finding,
-    Locked,
-    Outside,
     Pair,
     Tried,
     Where,
