@@ -77,7 +77,7 @@ def test_the_sample_data_are_found_beside_the_checkout():
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
     # the whole library takes a minute, which `make demo` spends and this test does not
     monkeypatch.setattr(sheet, "library", few_candidates)
-    monkeypatch.setattr(example, "TESTS", short(example.TESTS[1:], 2.0))
+    monkeypatch.setattr(example, "TESTS", short(example.TESTS, 4.0))
     module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
     monkeypatch.setattr(module, "_sample_log", lambda: None)
     target = tmp_path / "demo.json"
