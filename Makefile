@@ -19,10 +19,10 @@ demo: $(READY)  ## the main job on sample_data, then the hidden gap
 	$(BIN)/shakerproc demo demo_output
 
 # one file is one process's, in the order of their names: no fixture is made twice, and what takes
-# long does not come last
+# long does not come last; linear algebra of two processes on two cores takes one thread each
 test: $(READY)  ## everything that CI runs; the manual is built by a test
 	$(MAKE) --no-print-directory --jobs 2 lint types kernels
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"
