@@ -1,0 +1,33 @@
+"""The diagnosis as a whole, on simulated truths."""
+
+import json
+
+import pytest
+from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
+
+from shakerproc.diagnosis import diagnose_arrays
+from shakerproc.models import EFFECTS
+
+GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
+
+
+@pytest.mark.slow
+def test_a_gap_is_found_with_its_numbers():
+    truth = one_mass(effect=EFFECTS["gap"](**GAP))
+    found = diagnose_arrays(one_mass(), arrays_of(truth, levels=(6.0,), seconds=4.0))
+    assert found.verdict == "effect found"
+    (effect,) = found.effects
+    assert (effect.kind, set(effect.between)) == ("gap", set(JOINT))
+    for name, value in GAP.items():
+        assert effect.parameters[name].value == pytest.approx(value, rel=0.02)
+    assert found.errors.held_out.after < 0.05 * found.errors.held_out.before
+    assert json.loads(json.dumps(found.as_json()))["verdict"] == "effect found"
+
+
+@pytest.mark.slow
+def test_where_nothing_is_missing_no_effect_is_named():
+    found = diagnose_arrays(one_mass(), arrays_of(one_mass(), levels=(4.0,), seconds=1.5))
+    assert found.verdict == "nothing missing"
+    assert found.effects == ()
+    assert found.linear["stiffness base-mass"].value == pytest.approx(1e5, rel=5e-3)
+    assert found.errors.held_out.after < 3.0 * found.errors.noise_floor
