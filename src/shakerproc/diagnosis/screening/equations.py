@@ -176,13 +176,18 @@ def _weights(
     power = np.abs(measured) ** 2
     kernel = np.ones(_SMOOTHED) / _SMOOTHED
     power = scipy.ndimage.convolve1d(power, kernel, axis=-1, mode="nearest")
-    noise = np.array([test.noise[list(linear.sensors)] for test in tests])[..., None]
+    noise = np.array([_noise(test)[list(linear.sensors)] for test in tests])[..., None]
     driven = np.array([_control_noise(test) for test in tests])[:, None, None]
     whole = block * (noise**2 + driven**2 * passed) + FLOOR_SHARE**2 * power
     variance = 0.5 * whole  # of the real part, and of the imaginary
     low, high = (np.array([test.band[i] for test in tests])[:, None, None] for i in range(2))
     inside = (frequency >= low) & (frequency <= high)
     return np.asarray(np.where(inside, 1.0 / np.sqrt(variance), 0.0))
+
+
+def _noise(test: Test) -> FloatArray:
+    """Return the noise of a sample of each sensor, were it the same up to half the rate."""
+    return np.asarray(test.noise * np.sqrt(0.5 * test.sample_rate / test.band[1]))
 
 
 def _control_noise(test: Test) -> float:
