@@ -1,6 +1,6 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -15,6 +15,7 @@ from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import Known, OneMore, as_in, grouped, own_start
 from shakerproc.diagnosis.estimation.residuals import DataSet, data_set
 from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import identifications, joints_of, scales_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
@@ -36,61 +37,6 @@ FIRSTS: Final = 2
 
 SECONDS: Final = 24
 """Starts of a second effect that are looked at [-]."""
-
-EXPLAINED: Final = 1.1
-"""Logarithm of 1 + mean square of the residual over the noise, up to which it is noise: twice
-the noise, which is known to some 3 dB [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Found:
-    """All that the search found.
-
-    Attributes
-    ----------
-    data : DataSet
-        The tests, as recorded or corrected by what is unusual of the chain of measurement.
-    linear_model : LinearModel
-        What effects are judged on top of.
-    form : Form
-        In which hypotheses are compared.
-    before : Fit
-        The model as it is, nothing fitted.
-    linear : Score
-        Nothing is missing.
-    effects : tuple of Score
-        Hypotheses with effects, the best first.
-    free : Score, optional
-        A force without a name: a smooth table of displacement and velocity.
-    ruled_out : tuple of Start
-        The best start of each effect and joint that the screening ruled out.
-    failed : mapping of str to str
-        Hypotheses that could not be simulated, with the reason.
-    corrected : bool
-        Whether the tests are corrected.
-    """
-
-    data: DataSet
-    linear_model: LinearModel
-    form: Form
-    before: Fit
-    linear: Score
-    effects: tuple[Score, ...]
-    free: Score | None
-    ruled_out: tuple[Start, ...]
-    failed: Mapping[str, str]
-    corrected: bool = False
-
-    @property
-    def best(self) -> Score:
-        """The hypothesis that predicts best."""
-        return min((self.linear, *self.effects), key=lambda score: score.mean)
-
-    @property
-    def explained(self) -> bool:
-        """Whether the best leaves no more than noise: quiet blocks alone tell nothing."""
-        return self.best.mean < EXPLAINED
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:

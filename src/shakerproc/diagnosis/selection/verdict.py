@@ -10,6 +10,7 @@ from shakerproc.diagnosis.data.motion import joint_motions
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import Locked, Outside
 from shakerproc.diagnosis.result import (
@@ -21,7 +22,6 @@ from shakerproc.diagnosis.result import (
     Tried,
     Where,
 )
-from shakerproc.diagnosis.search import Found
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
 from shakerproc.diagnosis.selection.scores import Score, gain, simplest_alike
 from shakerproc.models.effects import Table

@@ -1,0 +1,67 @@
+"""What the search found: every hypothesis with its held-out score."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, final
+
+from shakerproc.diagnosis.estimation.form import Form
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.scores import Score
+
+EXPLAINED: Final = 1.1
+"""Logarithm of 1 + mean square of the residual over the noise, up to which it is noise: twice
+the noise, which is known to some 3 dB [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """All that the search found.
+
+    Attributes
+    ----------
+    data : DataSet
+        The tests, as recorded or corrected by what is unusual of the chain of measurement.
+    linear_model : LinearModel
+        What effects are judged on top of.
+    form : Form
+        In which hypotheses are compared.
+    before : Fit
+        The model as it is, nothing fitted.
+    linear : Score
+        Nothing is missing.
+    effects : tuple of Score
+        Hypotheses with effects, the best first.
+    free : Score, optional
+        A force without a name: a smooth table of displacement and velocity.
+    ruled_out : tuple of Start
+        The best start of each effect and joint that the screening ruled out.
+    failed : mapping of str to str
+        Hypotheses that could not be simulated, with the reason.
+    corrected : bool
+        Whether the tests are corrected.
+    """
+
+    data: DataSet
+    linear_model: LinearModel
+    form: Form
+    before: Fit
+    linear: Score
+    effects: tuple[Score, ...]
+    free: Score | None
+    ruled_out: tuple[Start, ...]
+    failed: Mapping[str, str]
+    corrected: bool = False
+
+    @property
+    def best(self) -> Score:
+        """The hypothesis that predicts best."""
+        return min((self.linear, *self.effects), key=lambda score: score.mean)
+
+    @property
+    def explained(self) -> bool:
+        """Whether the best leaves no more than noise: quiet blocks alone tell nothing."""
+        return self.best.mean < EXPLAINED
