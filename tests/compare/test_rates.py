@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from shakerproc.compare.measured import Measured
-from shakerproc.diagnose.from_files import at_one_rate
+from shakerproc.diagnosis.data.from_files import at_one_rate
 from shakerproc.errors import DiagnosisError
 from shakerproc.recordings import open_recording
 

@@ -14,7 +14,6 @@ from shakerproc.diagnose.candidates import COULOMB
 from shakerproc.diagnose.fit import Priors
 from shakerproc.diagnose.free_run import friction_fits
 from shakerproc.diagnose.pipeline import fit_base, screened
-from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import (
     Hypothesis,
     Parameters,
@@ -27,6 +26,7 @@ from shakerproc.diagnose.problem import (
 from shakerproc.diagnose.search import make_bench
 from shakerproc.diagnose.structure import Joint, Sensing, Structure
 from shakerproc.diagnose.translate import skeleton, start_parameters
+from shakerproc.diagnosis.data import TestArrays
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.simulate import simulate

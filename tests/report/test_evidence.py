@@ -17,7 +17,8 @@ from shakerproc.cli import build_app
 from shakerproc.cli.evidence import Evidence, inputs_of, methods_of, name_of_new, write_evidence
 from shakerproc.diagnose import Diagnosis, Estimate, Finding
 from shakerproc.diagnose.mended import mended
-from shakerproc.diagnose.result import Errors, NextTest, Pair, Tried, Where
+from shakerproc.diagnose.result import Errors
+from shakerproc.diagnosis.result import NextTest, Pair, Tried, Where
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256

@@ -198,7 +198,8 @@ def held_against(
 
     Its recordings are those of which the runs were made.
     """
-    from shakerproc.diagnose.from_files import diagnose_tests, tests_of
+    from shakerproc.diagnose.from_files import diagnose_tests
+    from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
 

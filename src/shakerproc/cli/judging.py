@@ -11,7 +11,8 @@ from shakerproc.batch.elsewhere import at_hand
 from shakerproc.cli.machines import Machines
 from shakerproc.compare import Usable
 from shakerproc.diagnose import Diagnosis
-from shakerproc.diagnose.from_files import diagnose_tests, tests_of
+from shakerproc.diagnose.from_files import diagnose_tests
+from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model

@@ -2,7 +2,8 @@
 
 from shakerproc.diagnose.diagnosing import diagnose_arrays
 from shakerproc.diagnose.from_files import diagnose
-from shakerproc.diagnose.prepare import TestArrays
-from shakerproc.diagnose.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnose.result import Diagnosis
+from shakerproc.diagnosis.data import TestArrays
+from shakerproc.diagnosis.result import Estimate, Finding
 
 __all__ = ["Diagnosis", "Estimate", "Finding", "TestArrays", "diagnose", "diagnose_arrays"]

@@ -10,12 +10,12 @@ from shakerproc.diagnose.arrays import no_correction
 from shakerproc.diagnose.decide import error_of, estimates, kinds, linear_estimates
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.free_run import friction_fits
-from shakerproc.diagnose.from_files import arrays, tests_of
 from shakerproc.diagnose.pipeline import Stage, screened
 from shakerproc.diagnose.problem import Parameters
-from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import DRY, Context, annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
+from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.result import Estimate
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import BASE, EFFECTS, Element, Model

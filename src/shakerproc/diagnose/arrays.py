@@ -6,14 +6,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.faults import clipped
-from shakerproc.diagnose.prepare import (
-    Prepared,
-    TestArrays,
-    shifted,
-    signal_slope,
-    upsample,
-    white_level,
-)
+from shakerproc.diagnose.prepare import Prepared, shifted, signal_slope, upsample, white_level
+from shakerproc.diagnosis.data import TestArrays
 
 LEAD_SECONDS = 0.3
 

@@ -7,8 +7,8 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.problem import Hypothesis, Parameters, Segment, Term
-from shakerproc.diagnose.result import Estimate
 from shakerproc.diagnose.search import DRY, Bench, Context, deviance
+from shakerproc.diagnosis.result import Estimate
 
 EXPONENT = 3.0
 """Exponent at which a power law is a cubic spring [-]."""

@@ -24,7 +24,6 @@ from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.imposed import diagnose_imposed
 from shakerproc.diagnose.next_test import loudest, settle, times_level
 from shakerproc.diagnose.pipeline import MATTERS, Findings, investigate
-from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import (
     Hypothesis,
     Parameters,
@@ -33,20 +32,12 @@ from shakerproc.diagnose.problem import (
     law_table,
     run,
 )
-from shakerproc.diagnose.result import (
-    Diagnosis,
-    Errors,
-    Estimate,
-    Finding,
-    NextTest,
-    Pair,
-    Tried,
-    Verdict,
-    Where,
-)
+from shakerproc.diagnose.result import Diagnosis, Errors
 from shakerproc.diagnose.search import DRY, deviance
 from shakerproc.diagnose.structure import angular_frequencies, pattern
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
+from shakerproc.diagnosis.data import TestArrays, check
+from shakerproc.diagnosis.result import Estimate, Finding, NextTest, Pair, Tried, Verdict, Where
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import Shaker
@@ -100,7 +91,9 @@ def diagnose_arrays(
     """
     names = tuple(model.sensors if sensors is None else sensors)
     known = skeleton(model, names)
-    used = tuple(_checked(test, len(names)) for test in tests)
+    for test in tests:
+        check(test, len(names))
+    used = tuple(tests)
     if not used:
         raise DiagnosisError(
             f"{model.title}: no test to judge by; the log has none that was run."
@@ -118,21 +111,6 @@ def diagnose_arrays(
         ) from error
     say("the verdict")
     return _worded(known, found, used, base, start, clearances, shaker, seed)
-
-
-def _checked(test: TestArrays, n_sensors: int) -> TestArrays:
-    if test.responses.shape[0] != n_sensors:
-        raise DiagnosisError(
-            f"{test.name}: {test.responses.shape[0]} responses for {n_sensors} sensors."
-        )
-    if test.responses.shape[1] < 2.0 * test.sample_rate / 2.0:
-        raise DiagnosisError(
-            f"{test.name}: {test.responses.shape[1]} samples are too few; a diagnosis needs a "
-            "second at least. Leave the test out with discarded: true."
-        )
-    if not (np.all(np.isfinite(test.responses)) and np.all(np.isfinite(test.controls))):
-        raise DiagnosisError(f"{test.name}: samples are missing (NaN); crop the test.")
-    return test
 
 
 def _worded(

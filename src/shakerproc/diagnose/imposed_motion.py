@@ -14,8 +14,9 @@ import scipy
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose.prepare import TestArrays, signal_slope, white_level
+from shakerproc.diagnose.prepare import signal_slope, white_level
 from shakerproc.diagnose.structure import Sensing, Structure
+from shakerproc.diagnosis.data import TestArrays
 
 INERTIA = 0.1
 """Share of the force that inertia may have for the motion to count as imposed [-]: with a mass

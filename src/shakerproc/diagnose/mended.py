@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from shakerproc.diagnose.adding import effect_of
-from shakerproc.diagnose.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnose.result import Diagnosis
+from shakerproc.diagnosis.result import Estimate, Finding
 from shakerproc.models import EFFECTS, Element, Model
 
 

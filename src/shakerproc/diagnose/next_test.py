@@ -8,10 +8,11 @@ from scipy.fft import irfft, rfft, rfftfreq
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.diagnose.fit import Fit
-from shakerproc.diagnose.prepare import TestArrays, upsample
+from shakerproc.diagnose.prepare import upsample
 from shakerproc.diagnose.problem import Segment, assemble, law_table, run
-from shakerproc.diagnose.result import NextTest
 from shakerproc.diagnose.search import Context
+from shakerproc.diagnosis.data import TestArrays
+from shakerproc.diagnosis.result import NextTest
 from shakerproc.simulate.excitations import logarithmic_sweep, sampled
 from shakerproc.simulate.noise import flat_profile, random_noise
 from shakerproc.testlog import Shaker

@@ -12,7 +12,6 @@ from shakerproc.diagnose.decide import error_of, kinds, noise_floor, rank
 from shakerproc.diagnose.fit import Fit, Priors
 from shakerproc.diagnose.free_pairs import friction_pairs
 from shakerproc.diagnose.free_run import friction_fits, least_floor
-from shakerproc.diagnose.prepare import TestArrays
 from shakerproc.diagnose.problem import Hypothesis, Parameters
 from shakerproc.diagnose.screen import Regression, Start
 from shakerproc.diagnose.search import (
@@ -33,6 +32,7 @@ from shakerproc.diagnose.search import (
 )
 from shakerproc.diagnose.sheet import Sheet, make_sheet, pairs, singles
 from shakerproc.diagnose.structure import Structure
+from shakerproc.diagnosis.data import TestArrays
 
 Progress = Callable[[str], None]
 LOOSE = 0.3

@@ -1,50 +1,12 @@
 """Measured samples made ready for the observer: noise, fine input, slopes, weights."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import scipy  # its parts load when they are first used
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from shakerproc.data import FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TestArrays:
-    """One test as arrays, in SI units.
-
-    Attributes
-    ----------
-    name : str
-        Name of the test.
-    sample_rate : float
-        Samples per second [Hz].
-    controls : (n_controls, n) array
-        Base accelerations [m/s²], or one force [N].
-    responses : (n_sensors, n) array
-        Responses, in the order of the model's sensors.
-    hold_out : bool
-        Whether the test is kept out of every fit.
-    excitation : str
-        Kind of excitation, as the log says it.
-    level, level_unit : float and str, optional
-        Level of the excitation [SI] and its unit.
-    band : (float, float)
-        What is excited [Hz].
-    """
-
-    __test__: ClassVar[bool] = False  # not a test of pytest's
-
-    name: str
-    sample_rate: float
-    controls: FloatArray
-    responses: FloatArray
-    hold_out: bool = False
-    excitation: str = ""
-    level: float | None = None
-    level_unit: str = ""
-    band: tuple[float, float] = (5.0, 1000.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

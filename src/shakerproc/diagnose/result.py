@@ -1,76 +1,19 @@
-"""What a diagnosis says: typed, and as the JSON document that other programs read."""
+"""What a diagnosis says, as far as it differs from that of the new room."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal, TypeAlias, final
+from typing import Any, final
 
-SCHEMA: Final = "shakerproc-diagnosis/1"
-
-Verdict: TypeAlias = Literal[
-    "effect found", "nothing missing", "measurement fault", "outside library", "cannot tell"
-]
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A parameter with its 95 % interval, in an SI unit; a word has no interval."""
-
-    value: float | str
-    low: float | None
-    high: float | None
-    unit: str
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the part of the document."""
-        if isinstance(self.value, str):
-            return {"value": self.value, "unit": self.unit}
-        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """An effect or a fault that was found.
-
-    Attributes
-    ----------
-    kind : str
-        Key of `EFFECTS` or `FAULTS`.
-    between : tuple of str
-        The two places of an effect; the channel of a fault.
-    confidence : float
-        From 0 to 1 [-].
-    parameters : mapping of str to Estimate
-        Fitted numbers.
-    """
-
-    kind: str
-    between: tuple[str, ...]
-    confidence: float
-    parameters: Mapping[str, Estimate]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the part of the document."""
-        return {
-            "kind": self.kind,
-            "between": list(self.between),
-            "confidence": self.confidence,
-            "parameters": {name: p.as_json() for name, p in self.parameters.items()},
-        }
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """An error before and after, as a share of the response [-]."""
-
-    before: float
-    after: float
-
-    def as_json(self) -> dict[str, float]:
-        """Return the part of the document."""
-        return {"before": self.before, "after": self.after}
+from shakerproc.diagnosis.result import (
+    SCHEMA,
+    Estimate,
+    Finding,
+    NextTest,
+    Pair,
+    Tried,
+    Verdict,
+    Where,
+)
 
 
 @final
@@ -88,86 +31,6 @@ class Errors:
             "fitted": self.fitted.as_json(),
             "held_out": self.held_out.as_json(),
             "noise_floor": self.noise_floor,
-        }
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Tried:
-    """One hypothesis that was tried; without errors, where the screening ruled it out."""
-
-    kind: str
-    between: tuple[str, ...]
-    fitted_error: float | None
-    held_out_error: float | None
-    parameters: Mapping[str, Estimate]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the part of the document."""
-        return {
-            "kind": self.kind,
-            "between": list(self.between),
-            "fitted_error": self.fitted_error,
-            "held_out_error": self.held_out_error,
-            "parameters": {name: p.as_json() for name, p in self.parameters.items()},
-        }
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Where:
-    """Where the model as it was fails most."""
-
-    bands_hz: tuple[tuple[float, float], ...] = ()
-    displacement_m: tuple[float, float] | tuple[()] = ()
-    velocity_m_per_s: tuple[float, float] | tuple[()] = ()
-    tests: tuple[str, ...] = ()
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the part of the document."""
-        return {
-            "bands_hz": [list(band) for band in self.bands_hz],
-            "displacement_m": list(self.displacement_m),
-            "velocity_m_per_s": list(self.velocity_m_per_s),
-            "tests": list(self.tests),
-        }
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class NextTest:
-    """A test that would settle what is open.
-
-    Attributes
-    ----------
-    excitation, level : str
-        As a test log says them.
-    separates : tuple of str
-        Kinds that it tells apart.
-    reason : str
-        Why this one.
-    band_hz : (float, float)
-        What it excites [Hz].
-    like : str
-        The test of the log that lends the rest; empty where it is like none.
-    """
-
-    excitation: str
-    level: str
-    separates: tuple[str, ...]
-    reason: str
-    band_hz: tuple[float, float] = (5.0, 1000.0)
-    like: str = ""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the part of the document."""
-        return {
-            "excitation": self.excitation,
-            "level": self.level,
-            "separates": list(self.separates),
-            "reason": self.reason,
-            "band_hz": list(self.band_hz),
-            "like": self.like,
         }
 
 

@@ -3,10 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from shakerproc.compare.measured import Measured, Usable
-from shakerproc.diagnosis.data import TestArrays, prepared
+from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
@@ -14,9 +12,6 @@ from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-
-SHORTEST_S = 1.0
-"""Shortest test that tells an effect from another [s]."""
 
 
 def diagnose(
@@ -107,30 +102,9 @@ def diagnose_arrays(
             f"{model.title}: no test to judge by; the log has none that was run."
         )
     for test in tests:
-        _check(test, len(names))
+        check(test, len(names))
     say = progress or (lambda _text: None)
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     found = search(known, prepared(tests), say)
     say("the verdict")
     return judged(found, clearances=clearances, seed=seed)
-
-
-def _check(test: TestArrays, n_sensors: int) -> None:
-    """Pass a test that can be judged.
-
-    Raises
-    ------
-    DiagnosisError
-        If it does not fit the sensors, is too short, or lacks samples.
-    """
-    if test.responses.shape[0] != n_sensors:
-        raise DiagnosisError(
-            f"{test.name}: {test.responses.shape[0]} responses for {n_sensors} sensors."
-        )
-    if test.responses.shape[1] < SHORTEST_S * test.sample_rate:
-        raise DiagnosisError(
-            f"{test.name}: {test.responses.shape[1]} samples are too few; a diagnosis needs a "
-            "second at least. Leave the test out with discarded: true."
-        )
-    if not (np.all(np.isfinite(test.responses)) and np.all(np.isfinite(test.controls))):
-        raise DiagnosisError(f"{test.name}: samples are missing (NaN); crop the test.")

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnose import Diagnosis
-from shakerproc.diagnose.result import Tried
+from shakerproc.diagnosis.result import Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.report import svg

@@ -9,7 +9,7 @@ from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from shakerproc.diagnose import Diagnosis
-    from shakerproc.diagnose.result import Tried
+    from shakerproc.diagnosis.result import Tried
 
 
 def diagnose(
@@ -32,7 +32,7 @@ def diagnose(
     from shakerproc.cli.compiling import announce
     from shakerproc.cli.judging import judged
     from shakerproc.cli.machines import LONG, MUCH, Machines
-    from shakerproc.diagnose.from_files import tests_of
+    from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.runs.remarks import by_tests

@@ -11,12 +11,16 @@ from shakerproc.compare.noise import Noise, noise_of
 from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import FloatArray
+from shakerproc.errors import DiagnosisError
 
 NYQUIST_SHARE: Final = 0.45
 """Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
 
 LOW_SHARE: Final = 0.7
 """Lowest compared frequency over the lowest excited one [-]."""
+
+SHORTEST_S: Final = 1.0
+"""Shortest test that tells an effect from another [s]."""
 
 FLOOR_SHARE: Final = 2e-4
 """Least uncertainty of a response over its rms: what sensors are linear to [-]."""
@@ -156,3 +160,24 @@ def _prepared(arrays: TestArrays, noise: Noise) -> Test:
         noise_density=noise,
         noise=np.hypot(own, FLOOR_SHARE * rms),
     )
+
+
+def check(test: TestArrays, n_sensors: int) -> None:
+    """Pass a test that can be judged.
+
+    Raises
+    ------
+    DiagnosisError
+        If it does not fit the sensors, is too short, or lacks samples.
+    """
+    if test.responses.shape[0] != n_sensors:
+        raise DiagnosisError(
+            f"{test.name}: {test.responses.shape[0]} responses for {n_sensors} sensors."
+        )
+    if test.responses.shape[1] < SHORTEST_S * test.sample_rate:
+        raise DiagnosisError(
+            f"{test.name}: {test.responses.shape[1]} samples are too few; a diagnosis needs a "
+            "second at least. Leave the test out with discarded: true."
+        )
+    if not (np.all(np.isfinite(test.responses)) and np.all(np.isfinite(test.controls))):
+        raise DiagnosisError(f"{test.name}: samples are missing (NaN); crop the test.")
