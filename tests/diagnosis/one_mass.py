@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from shakerproc.diagnosis.data import TestArrays, joint_motions, prepared
-from shakerproc.diagnosis.estimation.residuals import data_set
+from shakerproc.diagnosis.data import TestArrays, prepared
+from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import scales_of
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
@@ -50,14 +50,13 @@ def arrays_of(truth, *, levels=(2.0, 6.0), seconds=3.0, seed=3):
 
 def data_of(truth, **changed):
     """Return a truth's tests, ready for the residual."""
-    return data_set(one_mass(), prepared(arrays_of(truth, **changed)))
+    return DataSet(one_mass(), prepared(arrays_of(truth, **changed)))
 
 
 def added(data, kind, **values):
     """Return the hypothesis that an effect is missing, and x with the effect at values [SI]."""
     model = one_mass()
-    motions = [joint_motions(model, test, [JOINT])[0] for test in data.tests]
-    at = scales_of(model, data.tests, JOINT, motions)
+    at = scales_of(model, data.tests, JOINT, data.across(JOINT))
     one = addition(kind, JOINT, EFFECTS[kind].identification(at), values)
     hypothesis = hypothesis_of(model).with_added(one)
     return hypothesis, np.concatenate([np.zeros(2), one.transformed(values)])

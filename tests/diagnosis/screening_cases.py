@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from shakerproc.diagnosis.data import Test, TestArrays, joint_motions, prepared
+from shakerproc.diagnosis.data import Test, TestArrays, prepared
+from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Damper, Spring
 from shakerproc.models.identification import JointScales
@@ -62,7 +63,7 @@ def campaign(truth: Model, *, levels: Sequence[float] = (3.0, 10.0)) -> tuple[Te
 
 def scales(model: Model, tests: Sequence[Test], joint: tuple[str, str]) -> JointScales:
     """Return how a joint moves."""
-    moved = [joint_motions(model, test, [joint])[0] for test in tests]
+    moved = DataSet(model, tuple(tests)).across(joint)
     displacement = max(float(np.max(np.abs(m.displacement))) for m in moved)
     velocity = max(float(np.max(np.abs(m.velocity))) for m in moved)
     mass = 1.0 if joint[0] == "base" else 0.5

@@ -1,23 +1,23 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, final
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
-from shakerproc.diagnosis.data import Test, joint_motions
+from shakerproc.diagnosis.campaign import Campaign, campaign_of
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, at_horizon, forms_of
-from shakerproc.diagnosis.estimation.growth import Stages, dominant_frequency, grown, stages_of
+from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import Known, OneMore, as_in, grouped, own_start
-from shakerproc.diagnosis.estimation.residuals import DataSet, data_set
+from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import identifications, joints_of, scales_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.selection.scores import Score, as_fitted, gain, ranked, scored
@@ -76,7 +76,7 @@ def _searched(
         If the model runs away in every test.
     """
     model = replace(original, modes=linear_model.model.modes)
-    campaign = _campaign(model, tests)
+    campaign = campaign_of(model, tests)
     data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
     none = hypothesis_of(model)
@@ -95,11 +95,11 @@ def _searched(
     other = as_in(none, linear_model.model)
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
-    form = _form(data, model, campaign.frequency, linear, singles)
     say("at the horizon")
-    base = _at_horizon(data, [linear], form)
-    effects = ranked(_at_horizon(data, _comparable(data, singles, campaign.known), form))
-    tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
+    form, done = _form(campaign, singles, linear)
+    base = _at_horizon(data, [linear], form, done)
+    comparable = _comparable(data, singles, campaign.known)
+    effects = ranked(_at_horizon(data, comparable, form, done))
     found = Found(
         data=data,
         linear_model=linear_model,
@@ -108,57 +108,10 @@ def _searched(
         linear=base[0] if base else Score(linear, np.full(1, np.inf)),
         effects=tuple(effects),
         free=None,
-        ruled_out=tuple(s for s in _best_each(starts) if (s.kind, s.between) not in tried),
+        ruled_out=_ruled_out(starts, singles),
         failed=one_more.failed,
     )
     return found if found.explained else _with_more(found, campaign, singles, say)
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Campaign:
-    """What all hypotheses share.
-
-    Attributes
-    ----------
-    model : Model
-        The model, further modes included.
-    data : DataSet
-        The tests.
-    fitted : tuple of Test
-        Those that may be fitted to.
-    known : mapping of joint to mapping of str to Identification
-        What each effect says of each joint.
-    frequency : float
-        Of the fastest joint's motion [Hz].
-    stages : Stages
-        Windows that grow.
-    """
-
-    model: Model
-    data: DataSet
-    fitted: tuple[Test, ...]
-    known: Known
-    frequency: float
-    stages: Stages
-
-
-def _campaign(model: Model, tests: Sequence[Test]) -> Campaign:
-    joints = joints_of(model)
-    each = [joint_motions(model, test, joints) for test in tests]
-    motions = {joint: [own[i] for own in each] for i, joint in enumerate(joints)}
-    frequency = max(dominant_frequency(own) for own in motions.values())
-    data = data_set(model, tests)
-    return Campaign(
-        model=model,
-        data=data,
-        fitted=tuple(test for test in tests if not test.arrays.hold_out),
-        known={
-            j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()
-        },
-        frequency=frequency,
-        stages=stages_of(data, model, frequency),
-    )
 
 
 def _as_it_is(original: Model, linear: Fit) -> Fit:
@@ -170,10 +123,27 @@ def _as_it_is(original: Model, linear: Fit) -> Fit:
     )  # fmt: skip
 
 
-def _at_horizon(data: DataSet, fits: Sequence[Fit], form: Form) -> list[Score]:
-    """Return fits carried over to the horizon and scored there; those that fail left out."""
+def _at_horizon(
+    data: DataSet, fits: Sequence[Fit], form: Form, done: Mapping[Fit, Score]
+) -> list[Score]:
+    """Return fits carried over to the horizon and scored there; those that fail left out.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    fits : sequence of Fit
+        On shorter windows.
+    form : Form
+        What they are carried over to.
+    done : mapping of Fit to Score
+        Those that have been already.
+    """
     scores = []
     for one in fits:
+        if one in done:
+            scores.append(done[one])
+            continue
         refitted = at_horizon(data, one, form)
         score = None if refitted is None else scored(data, refitted, form.held_out)
         if score is not None:
@@ -193,7 +163,10 @@ def _with_more(
         one = first.hypothesis.added[0]
         values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
         starts = screen_pairs(
-            campaign.model, campaign.fitted, campaign.known, (one.kind, one.between, values)
+            campaign.data.model,
+            campaign.fitted,
+            campaign.known,
+            (one.kind, one.between, values),
         )
         second = OneMore(
             data, first, campaign.known, campaign.stages,
@@ -202,9 +175,9 @@ def _with_more(
         pairs += second.found(starts[:SECONDS])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
-    scores = _at_horizon(data, pairs[:FIRSTS], form)
+    scores = _at_horizon(data, pairs[:FIRSTS], form, {})
     say("a force without a name")
-    free = _at_horizon(data, _free(campaign, found.linear.fit), form)
+    free = _at_horizon(data, _free(campaign, found.linear.fit), form, {})
     return replace(
         found,
         effects=tuple(ranked([*found.effects, *scores])),
@@ -215,17 +188,24 @@ def _with_more(
 
 def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
     """Return the missing force as a smooth table in the joint that it explains most of."""
-    laws = free_laws(campaign.model, campaign.fitted, tuple(campaign.known))
+    laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
     if not laws:
         return []
     element = Element(laws[0].effect, laws[0].between)
-    model = replace(campaign.model, elements=(*campaign.model.elements, element))
+    model = replace(campaign.data.model, elements=(*campaign.data.model.elements, element))
     hypothesis = hypothesis_of(model)
     start = Start(
         "table", laws[0].between, {}, laws[0].stiffness, laws[0].damping, laws[0].explained,
         laws[0].predicted, laws[0].t, laws[0].left,
     )  # fmt: skip
     return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
+
+
+def _ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
+    """Return the best start of each effect and joint that was not fitted to longer windows."""
+    tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
+    first = [own[0] for own in grouped(starts).values()]
+    return tuple(start for start in first if (start.kind, start.between) not in tried)
 
 
 def _comparable(data: DataSet, singles: Sequence[Fit], known: Known) -> list[Fit]:
@@ -247,22 +227,36 @@ def _contains(richer: Score, simpler: Score, known: Known) -> bool:
     return nested and richer.mean >= simpler.mean
 
 
-def _best_each(starts: Sequence[Start]) -> list[Start]:
-    return [own[0] for own in grouped(starts).values()]
-
-
 def _form(
-    data: DataSet, model: Model, frequency: float, linear: Fit, singles: Sequence[Fit]
-) -> Form:
-    """Return the longest horizon at which the best is predicted as well as at shorter ones."""
-    forms = forms_of(data, model, frequency)
-    best: tuple[float, Form] | None = None
-    for form in forms:
-        if not singles or not len(form.held_out) or not len(form.fitted):
+    campaign: Campaign, singles: Sequence[Fit], linear: Fit
+) -> tuple[Form, dict[Fit, Score]]:
+    """Return the longest horizon at which the best is predicted as well as at shorter ones.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The tests.
+    singles : sequence of Fit
+        Single effects, the best first; without any the longest horizon will do.
+    linear : Fit
+        The model without any.
+
+    Returns
+    -------
+    Form, mapping of Fit to Score
+        The horizon, and how the best effect and the model without any are scored there.
+    """
+    forms = forms_of(campaign.data, campaign.frequency)
+    best: tuple[float, Form, dict[Fit, Score]] | None = None
+    for form in forms if singles else ():
+        if not len(form.held_out) or not len(form.fitted):
             continue
-        tried = [at_horizon(data, one, form) for one in (singles[0], linear)]
-        scores = [scored(data, one, form.held_out) for one in tried if one is not None]
-        least = min((score.mean for score in scores if score is not None), default=np.inf)
+        done = {
+            one: score
+            for one in (singles[0], linear)
+            for score in _at_horizon(campaign.data, [one], form, {})
+        }
+        least = min((score.mean for score in done.values()), default=np.inf)
         if best is None or least < best[0] + LONGER:
-            best = min(least, np.inf if best is None else best[0]), form
-    return best[1] if best is not None else forms[-1]
+            best = min(least, np.inf if best is None else best[0]), form, done
+    return best[1:] if best is not None else (forms[-1], {})

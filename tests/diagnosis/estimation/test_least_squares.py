@@ -43,7 +43,7 @@ def with_coulomb():
 def both(data):
     """Return whole tests, and windows of five periods with a start of their own."""
     whole = whole_tests(data, held_out=False)
-    return whole, windows_of(data, one_mass(), 220, held_out=False, most=16)
+    return whole, windows_of(data, 220, held_out=False, most=16)
 
 
 def errors_over_spread(found, truth):
@@ -134,7 +134,7 @@ def test_starts_are_fitted_where_the_numbers_stand(linear):
     true_numbers = fit(
         linear, hypothesis_of(one_mass()), np.log([1.1, 0.8]), both(linear)[0], rounds=0
     )
-    windows = windows_of(linear, one_mass(), 400, held_out=True, most=6, run_in=100)
+    windows = windows_of(linear, 400, held_out=True, most=6, run_in=100)
     as_measured = replace(true_numbers, starts=windows.starts)
     fitted = with_starts_fitted(linear, true_numbers, windows)
     assert np.array_equal(fitted.x, true_numbers.x)

@@ -1,6 +1,6 @@
 """Tests as arrays: what drives, what answers, what is held out, how noisy it is."""
 
-from shakerproc.diagnosis.data.motion import JointMotion, joint_motions
+from shakerproc.diagnosis.data.motion import JointMotion
 from shakerproc.diagnosis.data.tests import Test, TestArrays, check, prepared
 
-__all__ = ["JointMotion", "Test", "TestArrays", "check", "joint_motions", "prepared"]
+__all__ = ["JointMotion", "Test", "TestArrays", "check", "prepared"]

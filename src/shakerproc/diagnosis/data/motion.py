@@ -1,6 +1,5 @@
 """Relative motion of the two sides of a joint: measured where it can be, else the model's."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -35,8 +34,8 @@ class JointMotion:
     velocity: FloatArray
 
 
-def linear_response(system: System, frequency: FloatArray) -> ComplexArray:
-    """Return displacements relative to the base for a unit input, (n_frequencies, n) array.
+def compliance(system: System, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
+    """Return displacements by forces, (n_frequencies, n, n_forces) array [m/N].
 
     Laws that are not linear are left out.
 
@@ -46,13 +45,21 @@ def linear_response(system: System, frequency: FloatArray) -> ComplexArray:
         The model, assembled.
     frequency : (n_frequencies,) array
         Above 0 [Hz].
+    forces : (n, n_forces) array
+        Each column a set of forces on what moves [N].
     """
-    matrix = system.machine.matrix
-    n = matrix.shape[0]
+    matrix, mass = system.machine.matrix, system.machine.mass
+    n = mass.size
     omega = 2.0 * np.pi * frequency[:, None, None]
     dynamic = -(omega**2) * np.eye(n) - matrix[:, :n] - 1j * omega * matrix[:, n : 2 * n]
-    load = np.broadcast_to(matrix[:, 2 * n :], (frequency.size, n, 1))
-    return np.asarray(np.linalg.solve(dynamic, load)[..., 0])
+    load = np.broadcast_to(forces / mass[:, None], (frequency.size, *forces.shape))
+    return np.asarray(np.linalg.solve(dynamic, load.astype(complex)))
+
+
+def input_load(system: System) -> FloatArray:
+    """Return the forces of a unit input, (n, 1) array [N]."""
+    load: FloatArray = system.machine.matrix[:, -1:] * system.machine.mass[:, None]
+    return load
 
 
 def mass_displacements(model: Model, test: Test) -> FloatArray:
@@ -67,7 +74,7 @@ def mass_displacements(model: Model, test: Test) -> FloatArray:
     frequency = scipy.fft.rfftfreq(length, 1.0 / test.sample_rate)
     frequency[0] = frequency[1]
     drive = scipy.fft.rfft(test.input, length)
-    motion = linear_response(system, frequency).T * drive
+    motion = compliance(system, frequency, input_load(system))[..., 0].T * drive
     measured = _measured_spectra(model, test, drive, frequency, length)
     trust = 1.0 / (1.0 + (TRUSTED_FROM * lowest_frequency(system) / frequency) ** 8)
     for mass, (spectrum, integrated) in measured.items():
@@ -93,7 +100,7 @@ def _measured_spectra(
 ) -> dict[str, tuple[ComplexArray, bool]]:
     """Return relative displacement by each mass with a sensor, and if it was integrated."""
     omega = 2.0 * np.pi * frequency
-    base = drive if model.excitation.on is None else 0.0 * drive
+    base = drive if model.excitation.moves_base else 0.0 * drive
     found: dict[str, tuple[ComplexArray, bool]] = {}
     for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
         if sensor.at not in model.masses:
@@ -111,18 +118,22 @@ def _measured_spectra(
     return found
 
 
-def joint_motions(
-    model: Model, test: Test, joints: Sequence[tuple[str, str]]
-) -> tuple[JointMotion, ...]:
-    """Return the motion across each joint, given as pairs of places."""
-    displacements = mass_displacements(model, test)
-    rows = dict(zip(model.masses, displacements, strict=True))
-    rows[BASE] = np.zeros(test.n_samples)
-    out = []
-    for first, second in joints:
-        z = rows[second] - rows[first]
-        out.append(JointMotion(z, slope(z, test.sample_rate)))
-    return tuple(out)
+def mass_motions(model: Model, test: Test) -> FloatArray:
+    """Return displacements [m], then velocities [m/s], of the masses, (2 n_masses, n) array."""
+    moved = mass_displacements(model, test)
+    return np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]])
+
+
+def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> JointMotion:
+    """Return the motion across a joint from that of the masses (see `mass_motions`)."""
+    n = len(model.masses)
+    still = np.zeros(motion.shape[1])
+    z, v = (
+        dict(zip(model.masses, rows, strict=True)) | {BASE: still}
+        for rows in (motion[:n], motion[n:])
+    )
+    first, second = joint
+    return JointMotion(z[second] - z[first], v[second] - v[first])
 
 
 def slope(samples: FloatArray, sample_rate: float) -> FloatArray:

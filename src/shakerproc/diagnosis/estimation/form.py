@@ -6,7 +6,6 @@ from typing import Final, final
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
-from shakerproc.models import Model
 
 HORIZONS: Final = (15.0, 50.0)
 """Horizons in periods of the joint's motion, beside the whole test."""
@@ -45,7 +44,7 @@ def at_horizon(data: DataSet, found: Fit, form: Form) -> Fit | None:
     )  # fmt: skip
 
 
-def forms_of(data: DataSet, model: Model, frequency: float) -> list[Form]:
+def forms_of(data: DataSet, frequency: float) -> list[Form]:
     """Return windows of every horizon, and whole tests where they begin at rest."""
     rate = data.tests[0].sample_rate
     found = []
@@ -53,7 +52,7 @@ def forms_of(data: DataSet, model: Model, frequency: float) -> list[Form]:
         run_in = TAPS + int(RUN_IN * rate / frequency)
         length = run_in + int(periods * rate / frequency)
         parts = [
-            windows_of(data, model, length, held_out=kept, most=most, run_in=own)
+            windows_of(data, length, held_out=kept, most=most, run_in=own)
             for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
         ]
         found.append(Form(length / rate, *parts))

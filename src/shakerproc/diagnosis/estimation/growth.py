@@ -12,7 +12,6 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows
 from shakerproc.diagnosis.estimation.windows import windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
-from shakerproc.models import Model
 
 LENGTHS: Final = (2.0, 5.0, 15.0)
 """Lengths of the windows in periods of the joint's motion, each a factor of two to three."""
@@ -40,22 +39,20 @@ def dominant_frequency(motions: Sequence[JointMotion]) -> float:
     return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
 
 
-def stages_of(data: DataSet, model: Model, frequency: float) -> Stages:
+def stages_of(data: DataSet, frequency: float) -> Stages:
     """Return the windows of a search.
 
     Parameters
     ----------
     data : DataSet
         The tests.
-    model : Model
-        Linear model that completes the measured motion where windows begin.
     frequency : float
         Of the joint's motion [Hz].
     """
     rate = data.tests[0].sample_rate
     return Stages(
         tuple(
-            windows_of(data, model, TAPS + int(n * rate / frequency), held_out=False, most=most)
+            windows_of(data, TAPS + int(n * rate / frequency), held_out=False, most=most)
             for n, most in zip(LENGTHS, WINDOWS, strict=True)
         )
     )

@@ -117,7 +117,7 @@ def fit(
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     """
-    n_sensors = data.accelerations.size
+    n_sensors = data.n_sensors
     gain, delay = channels or (np.ones(n_sensors), np.zeros(n_sensors))
     here = Point(x, gain, delay, windows.starts if starts is None else starts)
     linearisation = Linearisation(data, hypothesis, windows)

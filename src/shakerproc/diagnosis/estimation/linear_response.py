@@ -79,7 +79,7 @@ def sensor_responses(model: Model, frequency: FloatArray) -> ComplexArray:
     found = poles_of(model)
     s = 2j * np.pi * frequency
     fractions = 1.0 / (s - found.poles[:, np.newaxis])
-    base = 1.0 if model.excitation.on is None else 0.0
+    base = 1.0 if model.excitation.moves_base else 0.0
     names = list(model.masses)
     rows = []
     for sensor in model.sensors.values():

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.residuals import (
+    BLOCK_S,
     TAPS,
     DataSet,
     Predicted,
@@ -18,7 +19,6 @@ from shakerproc.diagnosis.estimation.residuals import (
     predict,
     weighted,
 )
-from shakerproc.diagnosis.estimation.windows import BLOCK_S
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
@@ -110,12 +110,12 @@ class Linearisation:
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
         rate = data.tests[0].sample_rate
-        self.cluster = BLOCK_S * rate * data.accelerations.size
+        self.cluster = BLOCK_S * rate * data.n_sensors
         self.block = BLOCK_S * rate if windows.starts is None else np.inf
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
-            np.full(data.accelerations.size, GAIN_SPREAD),
-            np.full(data.accelerations.size, DELAY_SPREAD),
+            np.full(data.n_sensors, GAIN_SPREAD),
+            np.full(data.n_sensors, DELAY_SPREAD),
         ])
 
     def predict(self, x: FloatArray, starts: FloatArray | None) -> Predicted | None:

@@ -4,7 +4,6 @@ Whole tests from rest, windows with starts of their own and component tests are 
 table of windows; what differs is where a window begins and whether its start is fitted.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
@@ -13,9 +12,10 @@ import numpy as np
 import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
+from shakerproc.compare.prediction import as_means
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.data.motion import mass_displacements, slope
+from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
 from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
@@ -25,6 +25,10 @@ MODEL_SHARE: Final = 1e-3
 
 ENVELOPE_S: Final = 0.05
 """Length over which the size of a response is taken: some periods of most resonances [s]."""
+
+BLOCK_S: Final = 0.5
+"""Length of the blocks of which every third is kept for the score where no test is marked, and
+in which the residual of a whole test has one scale [s]."""
 
 TAPS: Final = 21
 """Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""
@@ -74,14 +78,19 @@ class DataSet:
 
     Attributes
     ----------
+    model : Model
+        Says what each sensor measures; its linear part completes the measured motion.
     tests : tuple of Test
         In the order of the log.
-    accelerations : (n_sensors,) array of bool
-        Which sensors measure acceleration.
     """
 
+    model: Model
     tests: tuple[Test, ...]
-    accelerations: NDArray[np.bool_]
+
+    @property
+    def n_sensors(self) -> int:
+        """Responses of each test."""
+        return len(self.model.sensors)
 
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
@@ -91,7 +100,34 @@ class DataSet:
     @cached_property
     def measured(self) -> tuple[FloatArray, ...]:
         """Responses, accelerations as means over the sample that follows, (n_sensors, n)."""
-        return tuple(_averaged(test, self.accelerations) for test in self.tests)
+        return tuple(as_means(self.model, test.responses) for test in self.tests)
+
+    @cached_property
+    def kept(self) -> tuple[NDArray[np.bool_], ...]:
+        """Which samples of each test are held out, (n,) arrays.
+
+        Tests that the log marks are held out whole; where it marks none, every third block is.
+        """
+        marked = any(test.arrays.hold_out for test in self.tests)
+        return tuple(
+            np.full(test.n_samples, test.arrays.hold_out) if marked else _every_third(test)
+            for test in self.tests
+        )
+
+    @cached_property
+    def motions(self) -> tuple[FloatArray, ...]:
+        """Displacements [m], then velocities [m/s], of the masses, (2 n_masses, n) arrays."""
+        return tuple(mass_motions(self.model, test) for test in self.tests)
+
+    @cached_property
+    def motion_sizes(self) -> FloatArray:
+        """Rms of these over all tests, (2 n_masses,) array [m], [m/s]."""
+        each = [np.mean(motion**2, axis=1) for motion in self.motions]
+        return np.asarray(np.sqrt(np.mean(each, axis=0)))
+
+    def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
+        """Return, for each test, the motion of the second place less that of the first."""
+        return tuple(joint_motion(self.model, motion, joint) for motion in self.motions)
 
     @cached_property
     def noise(self) -> tuple[FloatArray, ...]:
@@ -118,24 +154,9 @@ class DataSet:
         )
 
 
-def data_set(model: Model, tests: Sequence[Test]) -> DataSet:
-    """Return tests ready for the residual of a model."""
-    accelerations = [s.measures.endswith("acceleration") for s in model.sensors.values()]
-    return DataSet(tuple(tests), np.array(accelerations))
-
-
-def _averaged(test: Test, accelerations: NDArray[np.bool_]) -> FloatArray:
-    """Return accelerations as means from each sample to the next, other responses as they are.
-
-    The jumps of stick and slip do not alias in a mean as they do in a sample.
-    """
-    n = test.n_samples
-    length = scipy.fft.next_fast_len(n + round(test.sample_rate), real=True)
-    share = scipy.fft.rfftfreq(length)
-    spectrum = scipy.fft.rfft(test.responses, length)
-    spectrum *= np.sinc(share) * np.exp(1j * np.pi * share)
-    averaged: FloatArray = scipy.fft.irfft(spectrum, length)[:, :n]
-    return np.where(accelerations[:, None], averaged, test.responses)
+def _every_third(test: Test) -> NDArray[np.bool_]:
+    block = (np.arange(test.n_samples) - test.start) // round(BLOCK_S * test.sample_rate)
+    return np.asarray(block % 3 == 2)
 
 
 def _uncertainty(test: Test) -> FloatArray:
@@ -237,15 +258,3 @@ def difference(data: DataSet, windows: Windows, index: int, outputs: FloatArray)
     test, first, size = windows.table[index]
     left: FloatArray = data.measured[test][:, first : first + size] - outputs
     return left
-
-
-def starts_of(
-    model: Model, data: DataSet, table: NDArray[np.int64]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the measured motion where windows begin, and its rms (see `Windows`)."""
-    motions = []
-    for test in data.tests:
-        moved = mass_displacements(model, test)
-        motions.append(np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]]))
-    starts = np.array([motions[test][:, first] for test, first, _ in table])
-    return starts, np.sqrt(np.mean([np.mean(m**2, axis=1) for m in motions], axis=0))

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.diagnosis.data.motion import mass_displacements, slope
+from shakerproc.diagnosis.data.motion import mass_motions
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import BASE, Model
 
@@ -55,9 +55,9 @@ def motions_of(model: Model, tests: Sequence[Test]) -> Motions:
     """Return the motion of every place in tests."""
     relative = []
     for test in tests:
+        both = np.split(mass_motions(model, test), 2)
         moved = {
-            name: JointMotion(z, slope(z, test.sample_rate))
-            for name, z in zip(model.masses, mass_displacements(model, test), strict=True)
+            name: JointMotion(z, v) for name, z, v in zip(model.masses, *both, strict=True)
         }
         still = np.zeros(test.n_samples)
         relative.append({BASE: JointMotion(still, still), **moved})
@@ -66,7 +66,7 @@ def motions_of(model: Model, tests: Sequence[Test]) -> Motions:
 
 def _base(model: Model, test: Test) -> JointMotion:
     """Return the motion of the base, its acceleration integrated above 1 % of the band."""
-    if model.excitation.on is not None:
+    if not model.excitation.moves_base:
         still = np.zeros(test.n_samples)
         return JointMotion(still, still)
     length = scipy.fft.next_fast_len(test.n_samples + round(test.sample_rate), real=True)

@@ -8,6 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.diagnosis.data.motion import compliance, input_load
 from shakerproc.models import BASE, Model
 from shakerproc.models.model import Measures
 from shakerproc.simulate.assembly import System, assemble
@@ -65,21 +66,8 @@ class LinearModel:
         return row
 
     def compliance(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
-        """Return displacements by forces, (n_frequencies, n, n_forces) array [m/N].
-
-        Parameters
-        ----------
-        frequency : (n_frequencies,) array
-            Above 0 [Hz].
-        forces : (n, n_forces) array
-            Each column a set of forces on the masses [N].
-        """
-        matrix, mass = self.system.machine.matrix, self.system.machine.mass
-        n = mass.size
-        omega = 2.0 * np.pi * frequency[:, None, None]
-        dynamic = -(omega**2) * np.eye(n) - matrix[:, :n] - 1j * omega * matrix[:, n : 2 * n]
-        load = np.broadcast_to(forces / mass[:, None], (frequency.size, *forces.shape))
-        return np.asarray(np.linalg.solve(dynamic, load.astype(complex)))
+        """Return displacements by forces (see `data.motion.compliance`)."""
+        return compliance(self.system, frequency, forces)
 
     def by_forces(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
         """Return what the sensors show of forces, (n_sensors, n_forces, n_frequencies)."""
@@ -90,10 +78,8 @@ class LinearModel:
 
     def by_input(self, frequency: FloatArray) -> ComplexArray:
         """Return what the sensors show of a unit input, (n_sensors, n_frequencies) array."""
-        mass = self.system.machine.mass
-        load = self.system.machine.matrix[:, -1] * mass
-        shown = self.by_forces(frequency, load[:, None])[:, 0]
-        if self.model.excitation.on is None:
+        shown = self.by_forces(frequency, input_load(self.system))[:, 0]
+        if self.model.excitation.moves_base:
             s = 2j * np.pi * frequency
             shown = shown + np.array([
                 0.0 * s if quantity.startswith("relative") else s ** (order - 2)

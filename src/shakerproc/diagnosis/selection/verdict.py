@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis import wording
-from shakerproc.diagnosis.data.motion import joint_motions
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
@@ -22,6 +21,7 @@ from shakerproc.diagnosis.result import (
     Tried,
     Where,
 )
+from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
 from shakerproc.diagnosis.selection.scores import Score, gain, simplest_alike
 from shakerproc.models.effects import Table
@@ -70,7 +70,7 @@ def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis
         Finding(one.kind, one.between, 0.99, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
-    faults, locked, outside = _faults(found, fit), _locked(found, fit), None
+    faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
     if _is_outside(found, chosen, errors):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
@@ -89,7 +89,7 @@ def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis
         effects=(*effects, *faults),
         indistinguishable=alike if effects else (),
         errors=errors,
-        candidates=tuple(_tried(found, s) for s in found.effects),
+        candidates=(*(_tried(found, s) for s in found.effects), *_untried(found)),
         where=Where(),
         next_test=(),
         locked=locked,
@@ -180,15 +180,15 @@ def _curve(found: Found) -> Outside | None:
     return Outside(element.between, table.displacement, table.velocity, table.force, band)
 
 
-def _locked(found: Found, fit: Fit) -> tuple[Locked, ...]:
+def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked, ...]:
     """Return the joints with a dry friction that never slipped.
 
     A force that is above what the joint carries has no upper bound in the tests.
     """
     out = []
     _own, *parts = fit.hypothesis.parts(fit.x)
-    for i, (one, part) in enumerate(zip(fit.hypothesis.added, parts, strict=True)):
-        numbers = estimates(fit, i).values()
+    for one, part, effect in zip(fit.hypothesis.added, parts, effects, strict=True):
+        numbers = effect.parameters.values()
         forces = [n for n in numbers if n.unit == "N" and isinstance(n.value, float)]
         unbounded = forces and all(n.high is None for n in forces)
         if unbounded and _is_dry(one.element(part).effect):
@@ -206,11 +206,10 @@ def _is_dry(effect: AbstractEffect) -> bool:
 
 def _nothing(found: Found, errors: Errors, clearances: Sequence[float]) -> tuple[str, str]:
     """Return the verdict where nothing was found: a clearance may never have been closed."""
-    model = found.linear.fit.hypothesis.model
     reach = max(
         float(np.max(np.abs(motion.displacement)))
-        for test in found.data.tests
-        for motion in joint_motions(model, test, joints_of(model))
+        for joint in joints_of(found.data.model)
+        for motion in found.data.across(joint)
     )
     beyond = [clearance for clearance in clearances if clearance > reach]
     if beyond:
@@ -258,3 +257,16 @@ def _tried(found: Found, score: Score) -> Tried:
         error_of(found.data, fit, found.form.held_out),
         numbers,
     )
+
+
+def _untried(found: Found) -> list[Tried]:
+    """Return what the screening and the short windows ruled out, without errors."""
+    return [
+        Tried(start.kind, start.between, None, None, _words(start)) for start in found.ruled_out
+    ]
+
+
+def _words(start: Start) -> dict[str, Estimate]:
+    """Return what tells variants of an effect apart: the side of a stop."""
+    words = {name: value for name, value in start.values.items() if isinstance(value, str)}
+    return {name: Estimate(word, None, None, "") for name, word in words.items()}
