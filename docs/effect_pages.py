@@ -161,14 +161,13 @@ def _parameters(parameters: dict[str, Any]) -> list[str]:
 
 def _sought(name: str, *, is_fault: bool) -> list[str]:
     """Return how the diagnosis treats a kind, and how to add it by hand."""
-    from shakerproc.diagnose.candidates import Motion, library
+    from shakerproc.diagnose.candidates import sought
 
-    kinds = {candidate.kind for candidate in library(Motion(*[1.0] * 9))}
     if is_fault:
         return ["`shakerproc diagnose` names it, and does not explain it by physics.", ""]
     if name in {"spring", "damper"}:
         return ["`shakerproc diagnose` and `shakerproc compare --fit` fit it.", ""]
-    if name not in kinds:
+    if name not in sought():
         return [
             "`shakerproc diagnose` does not look for it: it is there to be compared with.",
             "",

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from shakerproc.diagnose.arrays import no_correction
+from shakerproc.diagnose.candidates import sought
 from shakerproc.diagnose.decide import error_of, estimates, kinds, linear_estimates
 from shakerproc.diagnose.fit import Fit
 from shakerproc.diagnose.free_run import friction_fits
@@ -21,9 +21,6 @@ from shakerproc.model_files.writing import within
 from shakerproc.models import BASE, EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.testlog import TestLog
-
-BY_HAND: Final = frozenset({"spring", "damper", "jump_gap", "power_law_damping"})
-"""Effects that the search does not know as missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +82,7 @@ def fit_effect(
     """
     if kind not in EFFECTS:
         raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
-    if kind in BY_HAND:
+    if kind not in sought():
         raise DiagnosisError(
             f"{kind} is not fitted; write it into the model file by hand, its numbers are in "
             f"`shakerproc effects {kind}`."

@@ -352,3 +352,8 @@ def library(motion: Motion) -> tuple[Candidate, ...]:
         COULOMB, STRIBECK, LUGRE, QUADRATIC_DAMPING, CONTACT_DAMPING,
         JENKINS, IWAN, BOUC_WEN, ATTACHED, DRIFT,
     )  # fmt: skip
+
+
+def sought() -> frozenset[str]:
+    """Return the kinds of all candidates."""
+    return frozenset(candidate.kind for candidate in library(Motion(*[1.0] * 9)))

@@ -56,8 +56,10 @@ def skeleton(model: Model, sensors: tuple[str, ...]) -> Skeleton:
     Raises
     ------
     DiagnosisError
-        If a sensor is unknown, or measures what cannot be used.
+        If a sensor is unknown, or measures what cannot be used, or the model has what this
+        search does not know.
     """
+    _check_known(model)
     places = tuple(model.masses)
     index = {name: i for i, name in enumerate(places)} | {BASE: -1}
     pairs: dict[tuple[int, int], list[float]] = {}
@@ -99,6 +101,28 @@ def skeleton(model: Model, sensors: tuple[str, ...]) -> Skeleton:
         terms.append(term)
         values.append(numbers)
     return Skeleton(structure, places, sensors, tuple(terms), tuple(values))
+
+
+def _check_known(model: Model) -> None:
+    """Pass a model of which this search knows everything but some effects.
+
+    Raises
+    ------
+    DiagnosisError
+        If it has modes, a negative stiffness, or a motion that is imposed.
+    """
+    found = ""
+    if model.excitation.kind not in {"base acceleration", "force"}:
+        found = f"the excitation is {model.excitation.kind}"
+    elif model.modes:
+        found = "the model has modes"
+    elif any(_spring(model, element.between) < 0.0 for element in model.elements):
+        found = "a joint has a negative stiffness"
+    if found:
+        raise DiagnosisError(
+            f"{model.title}: {found}, which diagnose and add do not know yet. Take it out, or "
+            "use compare and simulate, which know it."
+        )
 
 
 def _spring(model: Model, between: tuple[str, str]) -> float:
