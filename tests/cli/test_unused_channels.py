@@ -10,8 +10,7 @@ from tests.small_campaign import RATE, samples, write_campaign
 
 from shakerproc.cli import judging
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.diagnose.result import Diagnosis, Errors
-from shakerproc.diagnosis.result import Pair, Where
+from shakerproc.diagnosis.result import Diagnosis, Errors, Pair, Where
 from shakerproc.recordings import write_tdms
 
 MODEL = """\

@@ -15,10 +15,17 @@ from typer.testing import CliRunner
 from shakerproc import compare
 from shakerproc.cli import build_app
 from shakerproc.cli.evidence import Evidence, inputs_of, methods_of, name_of_new, write_evidence
-from shakerproc.diagnose import Diagnosis, Estimate, Finding
-from shakerproc.diagnose.mended import mended
-from shakerproc.diagnose.result import Errors
-from shakerproc.diagnosis.result import NextTest, Pair, Tried, Where
+from shakerproc.diagnosis.result import (
+    Diagnosis,
+    Errors,
+    Estimate,
+    Finding,
+    NextTest,
+    Pair,
+    Tried,
+    Where,
+)
+from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
@@ -153,23 +160,23 @@ def test_the_phase_of_one_mass_runs_through_its_resonance_without_a_jump():
         assert np.max(np.abs(np.diff(phase))) < 90.0
 
 
-def test_the_mended_model_has_the_effect_and_the_fitted_numbers(files):
+def test_the_updated_model_has_the_effect_and_the_fitted_numbers(files):
     model = read_model(files[1])
-    new = mended(model, DIAGNOSIS)
+    new = updated_model(model, DIAGNOSIS)
     assert len(new.elements) == len(model.elements) + 1
     assert new.elements[-1].effect == EFFECTS["gap"](CONTACT, CLEARANCE)
     springs = [e.effect for e in new.elements if e.effect.kind == "spring"]
     assert springs[0].stiffness == pytest.approx(1.001 * JOINT.stiffness)
     assert name_of_new(DIAGNOSIS) == "with gap"
-    assert mended(model, replace(DIAGNOSIS, verdict="outside library")) is None
+    assert updated_model(model, replace(DIAGNOSIS, verdict="outside library")) is None
     fault = replace(DIAGNOSIS, effects=(Finding("sensor_gain", ("ch3",), 0.9, {}),))
-    assert len(mended(model, fault).elements) == len(model.elements)
+    assert len(updated_model(model, fault).elements) == len(model.elements)
 
 
 def test_springs_that_share_a_joint_keep_their_numbers(files):
     model = read_model(files[1])
     twice = replace(model, elements=(*model.elements, model.elements[0]))
-    kinds = [e for e in mended(twice, DIAGNOSIS).elements if e.effect.kind == "spring"]
+    kinds = [e for e in updated_model(twice, DIAGNOSIS).elements if e.effect.kind == "spring"]
     assert kinds == [e for e in twice.elements if e.effect.kind == "spring"]
 
 

@@ -9,7 +9,7 @@ from shakerproc.cli import output
 
 if TYPE_CHECKING:
     from shakerproc.compare import Comparison, Measured
-    from shakerproc.diagnose import Diagnosis
+    from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
     from shakerproc.report.evidence_figures import Models
     from shakerproc.report.methods import Methods
@@ -147,12 +147,12 @@ def judged(
 ) -> "Models":
     """Return a model and the one that a diagnosis leads to, run free against the same tests."""
     from shakerproc.compare import compare_tests, scored_alike
-    from shakerproc.diagnose.mended import mended
+    from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
     from shakerproc.report.evidence_figures import Models
 
     before = compare_tests(model, measured, tell=tell)
-    new = mended(model, diagnosis)
+    new = updated_model(model, diagnosis)
     after: Comparison | None = None
     if new is not None:
         try:
@@ -198,7 +198,7 @@ def held_against(
 
     Its recordings are those of which the runs were made.
     """
-    from shakerproc.diagnose.from_files import diagnose_tests
+    from shakerproc.cli.judging import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256

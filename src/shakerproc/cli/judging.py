@@ -1,4 +1,7 @@
-"""A diagnosis, here or on a cluster."""
+"""A diagnosis, here or on a cluster.
+
+Every command takes `diagnose_tests` from here: the one place that says which room judges.
+"""
 
 import json
 from collections.abc import Callable, Mapping
@@ -10,13 +13,15 @@ from pydantic import TypeAdapter
 from shakerproc.batch.elsewhere import at_hand
 from shakerproc.cli.machines import Machines
 from shakerproc.compare import Usable
-from shakerproc.diagnose import Diagnosis
 from shakerproc.diagnose.from_files import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
+
+__all__ = ["Case", "diagnose_tests", "hashes_of", "judge_elsewhere", "judged"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

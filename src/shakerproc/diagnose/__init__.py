@@ -2,8 +2,7 @@
 
 from shakerproc.diagnose.diagnosing import diagnose_arrays
 from shakerproc.diagnose.from_files import diagnose
-from shakerproc.diagnose.result import Diagnosis
 from shakerproc.diagnosis.data import TestArrays
-from shakerproc.diagnosis.result import Estimate, Finding
+from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
 
 __all__ = ["Diagnosis", "Estimate", "Finding", "TestArrays", "diagnose", "diagnose_arrays"]

@@ -32,12 +32,21 @@ from shakerproc.diagnose.problem import (
     law_table,
     run,
 )
-from shakerproc.diagnose.result import Diagnosis, Errors
 from shakerproc.diagnose.search import DRY, deviance
 from shakerproc.diagnose.structure import angular_frequencies, pattern
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
 from shakerproc.diagnosis.data import TestArrays, check
-from shakerproc.diagnosis.result import Estimate, Finding, NextTest, Pair, Tried, Verdict, Where
+from shakerproc.diagnosis.result import (
+    Diagnosis,
+    Errors,
+    Estimate,
+    Finding,
+    NextTest,
+    Pair,
+    Tried,
+    Verdict,
+    Where,
+)
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import Shaker

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from shakerproc.compare.measured import Usable
 from shakerproc.diagnose.diagnosing import diagnose_arrays
-from shakerproc.diagnose.result import Diagnosis
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 

@@ -22,10 +22,19 @@ from shakerproc.diagnose.imposed_motion import loops
 from shakerproc.diagnose.next_test import loudest, times_level
 from shakerproc.diagnose.pipeline import MATTERS
 from shakerproc.diagnose.problem import Hypothesis, Parameters, Term
-from shakerproc.diagnose.result import Diagnosis, Errors
 from shakerproc.diagnose.translate import Skeleton
 from shakerproc.diagnosis.data import TestArrays
-from shakerproc.diagnosis.result import Estimate, Finding, NextTest, Pair, Tried, Verdict, Where
+from shakerproc.diagnosis.result import (
+    Diagnosis,
+    Errors,
+    Estimate,
+    Finding,
+    NextTest,
+    Pair,
+    Tried,
+    Verdict,
+    Where,
+)
 
 NEGLIGIBLE = 0.01
 """Share of the force that is as good as explained: what sensors are calibrated to [-]."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Final
 
 from shakerproc.compare.measured import Measured, Usable
 from shakerproc.diagnosis.data import TestArrays, check, prepared
@@ -11,7 +12,10 @@ from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
-from shakerproc.testlog import TestLog
+from shakerproc.testlog import Shaker, TestLog
+
+UNLIMITED: Final = Shaker()
+"""A shaker of which no limit is known."""
 
 
 def diagnose(
@@ -30,7 +34,7 @@ def diagnose(
     log : TestLog
         The tests; those with ``hold_out: true`` are only scored.
     seed : int
-        Returned with the result; nothing is drawn.
+        Of the tests that are proposed.
     progress : callable, optional
         Called with what is being done.
 
@@ -41,11 +45,12 @@ def diagnose(
     ShakerprocError
         If a recording cannot be used.
     """
-    return diagnose_tests(model, tests_of(log, model), seed=seed, progress=progress)
+    return diagnose_tests(model, log, tests_of(log, model), seed=seed, progress=progress)
 
 
 def diagnose_tests(
     model: Model,
+    log: TestLog,
     usable: Usable,
     *,
     seed: int = 0,
@@ -59,6 +64,7 @@ def diagnose_tests(
         [arrays(m) for m in measured],
         sensors=measured[0].sensors,
         clearances=[c for c in clearances if c > 0.0],
+        shaker=log.shaker,
         seed=seed,
         progress=progress,
     )
@@ -71,6 +77,7 @@ def diagnose_arrays(
     *,
     sensors: Sequence[str] | None = None,
     clearances: Sequence[float] = (),
+    shaker: Shaker = UNLIMITED,
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
@@ -86,8 +93,10 @@ def diagnose_arrays(
         Names of the responses; by default all sensors of the model.
     clearances : sequence of float, optional
         Free play that the log says the specimens have [m].
+    shaker : Shaker, optional
+        Limits that a proposed test keeps to.
     seed : int
-        Returned with the result; nothing is drawn.
+        Of the tests that are proposed.
     progress : callable, optional
         Called with what is being done.
 
@@ -107,4 +116,4 @@ def diagnose_arrays(
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     found = search(known, prepared(tests), say)
     say("the verdict")
-    return judged(found, clearances=clearances, seed=seed)
+    return judged(found, clearances=clearances, shaker=shaker, seed=seed)

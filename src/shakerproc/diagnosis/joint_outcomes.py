@@ -1,7 +1,11 @@
-"""What a diagnosis says of a joint without a law: it never slipped, or has a free law."""
+"""What a diagnosis says beside effects: locked joints, a free law, further modes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
+
+from shakerproc.models import Element, Mode
+from shakerproc.models.effects import Table
 
 
 @final
@@ -49,6 +53,12 @@ class Outside:
     force: tuple[tuple[float, ...], ...]
     band: tuple[tuple[float, ...], ...]
 
+    def element(self) -> Element:
+        """Return the curve as an element of a model."""
+        return Element(
+            Table(self.displacement, self.velocity, self.force, self.band), self.between
+        )
+
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         return {
@@ -57,4 +67,45 @@ class Outside:
             "velocity_m_per_s": list(self.velocity),
             "force_n": [list(row) for row in self.force],
             "band_n": [list(row) for row in self.band],
+        }
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FurtherMode:
+    """A linear mode beyond those of the model's masses and joints (see `Mode`).
+
+    Attributes
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        [-].
+    mass : float
+        Effective mass [kg].
+    participation : mapping of str to float
+        Of the masses of the model [-].
+    """
+
+    frequency: float
+    damping_ratio: float
+    mass: float
+    participation: Mapping[str, float]
+
+    @classmethod
+    def of(cls, mode: Mode) -> "FurtherMode":
+        """Return a mode of a model."""
+        return cls(mode.frequency, mode.damping_ratio, mode.mass, dict(mode.participation))
+
+    def as_mode(self) -> Mode:
+        """Return it as a model holds it."""
+        return Mode(self.frequency, self.damping_ratio, self.mass, self.participation)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        return {
+            "frequency_hz": self.frequency,
+            "damping_ratio": self.damping_ratio,
+            "mass_kg": self.mass,
+            "participation": dict(self.participation),
         }

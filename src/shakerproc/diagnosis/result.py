@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, TypeAlias, final
 
-from shakerproc.diagnosis.joint_outcomes import Locked, Outside
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 
 SCHEMA: Final = "shakerproc-diagnosis/1"
 
@@ -221,7 +221,9 @@ class Diagnosis:
     outside : Outside, optional
         The missing force, where the verdict is "outside library".
     linear : mapping of str to Estimate
-        Stiffness and damping of the linear joints, fitted with the effects.
+        The model's own numbers, such as the stiffness of its joints, fitted with the effects.
+    modes : tuple of FurtherMode
+        Linear modes that the model has not, fitted before any effect was sought.
     notes : tuple of str
         What the reader must know besides, a sentence each.
     seed : int
@@ -241,6 +243,7 @@ class Diagnosis:
     locked: tuple[Locked, ...] = ()
     outside: Outside | None = None
     linear: Mapping[str, Estimate] = field(default_factory=dict)
+    modes: tuple[FurtherMode, ...] = ()
     notes: tuple[str, ...] = ()
     seed: int = 0
 
@@ -261,6 +264,7 @@ class Diagnosis:
             "outside": self.outside.as_json() if self.outside else None,
             "scores": dict(self.scores),
             "linear": {name: p.as_json() for name, p in self.linear.items()},
+            "modes": [mode.as_json() for mode in self.modes],
             "notes": list(self.notes),
             "seed": self.seed,
         }

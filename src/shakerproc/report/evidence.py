@@ -7,8 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.compare import Comparison, sentence
-from shakerproc.diagnose import Diagnosis, Estimate
-from shakerproc.diagnosis.result import Tried
+from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_figures as figures
 from shakerproc.report.evidence_figures import Models

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc.compare import by_range
-from shakerproc.diagnose import Diagnosis
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.report.evidence_figures import (
     Models,
     cloud,

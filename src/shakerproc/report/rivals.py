@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnose import Diagnosis
-from shakerproc.diagnosis.result import Tried
+from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.report import svg

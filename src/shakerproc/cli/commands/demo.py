@@ -10,7 +10,7 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from shakerproc.cli.evidence import Evidence
     from shakerproc.compare import Comparison
-    from shakerproc.diagnose import Diagnosis
+    from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.testlog import TestLog
 
 
@@ -95,8 +95,9 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
     from shakerproc.cli.evidence import Evidence, inputs_of, name_of_new
+    from shakerproc.cli.judging import diagnose_tests
     from shakerproc.compare import compare, scored_alike, sentence
-    from shakerproc.diagnose import diagnose
+    from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
     from shakerproc.report.evidence_figures import Models
@@ -111,7 +112,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     output.data(sentence(before), json_target=json)
     _say("diagnose", model_path, log_path, json=json)
     with output.progress("diagnose", 8) as advance:
-        diagnosis = diagnose(model, log, progress=advance)
+        diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
     show(diagnosis, json)
     if not diagnosis.effects:
         output.finish(1)

@@ -8,8 +8,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.diagnose import Diagnosis
-    from shakerproc.diagnosis.result import Tried
+    from shakerproc.diagnosis.result import Diagnosis, Tried
 
 
 def diagnose(

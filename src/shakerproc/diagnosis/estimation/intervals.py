@@ -14,6 +14,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
+from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
 from shakerproc.diagnosis.result import Estimate
 
 WIDTH: Final = 1.96
@@ -106,14 +107,15 @@ def _unexercised(
 def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     """Return the model's own numbers with their intervals, by kind and joint."""
     spread = np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
+    names = element_names(fit.hypothesis.model.elements)
     out = {}
     for i, number in enumerate(fit.hypothesis.own):
         value = number.value(fit.hypothesis.model) * float(np.exp(fit.x[i]))
         if number.element is None:
-            name, unit = f"mass {number.name}", "kg"
+            name, unit = mass_name(number.name), "kg"
         else:
             element = fit.hypothesis.model.elements[number.element]
             unit = element.effect.parameters[number.name].unit
-            name = f"{number.name} {element.between[0]}-{element.between[1]}"
+            name = names[number.element, number.name]
         out[name] = _estimate(value, float(spread[i]) * abs(value), unit)
     return out

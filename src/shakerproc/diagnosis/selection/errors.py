@@ -1,5 +1,6 @@
 """The free-run error of a model in the form in which the tests can be predicted."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,13 +14,16 @@ from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Window
 from shakerproc.errors import ModelError
 
 
-def scored_tests(data: DataSet, found: Fit, windows: Windows) -> tuple[Scored, ...] | None:
-    """Return measured and simulated responses of what counts; None where it runs away."""
+def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Scored] | None:
+    """Return measured and simulated responses of what counts, by the index of the test.
+
+    Tests of which nothing counts are left out; None where the motion runs away.
+    """
     settled = with_starts_fitted(data, found, windows)
     predicted = None if settled is None else _predicted(data, settled, windows)
     if settled is None or predicted is None:
         return None
-    out = []
+    out = {}
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, predicted, i)
         if not counted.any():
@@ -28,8 +32,8 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> tuple[Scored, .
             simulated - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
         )
         measured = data.measured[i]
-        out.append(Scored(measured, simulated, test.sample_rate, test.arrays.band, counted))
-    return tuple(out)
+        out[i] = Scored(measured, simulated, test.sample_rate, test.arrays.band, counted)
+    return out
 
 
 def _predicted(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
@@ -57,8 +61,12 @@ def _gathered(
 
 def error_of(data: DataSet, found: Fit, windows: Windows) -> float:
     """Return the free-run error (see `compare.free_run_error`); infinite where it runs away."""
-    tests = scored_tests(data, found, windows)
-    return float("inf") if not tests else free_run_error(tests)
+    return error_of_scored(scored_tests(data, found, windows))
+
+
+def error_of_scored(tests: Mapping[int, Scored] | None) -> float:
+    """Return the free-run error of `scored_tests`; infinite where the motion ran away [-]."""
+    return free_run_error(tuple(tests.values())) if tests else float("inf")
 
 
 def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:

@@ -10,22 +10,29 @@ from shakerproc.diagnosis.estimation.correction import applied_delay, applied_ga
 from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.hypotheses.joints import carried_force, joints_of
-from shakerproc.diagnosis.joint_outcomes import Locked, Outside
+from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import (
     Diagnosis,
     Errors,
     Estimate,
     Finding,
     Pair,
-    Tried,
-    Where,
 )
-from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.errors import error_of, floor_of
+from shakerproc.diagnosis.selection.errors import (
+    error_of,
+    error_of_scored,
+    floor_of,
+    scored_tests,
+)
+from shakerproc.diagnosis.selection.next_test import Laboratory
+from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
 from shakerproc.diagnosis.selection.scores import Score, gain, simplest_alike
+from shakerproc.diagnosis.selection.tried import tried, untried
+from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
+from shakerproc.testlog import Shaker
 
 SURE: Final = 3.0
 """Standard errors by which an effect must predict better than none: by chance 1 in 700 [-]."""
@@ -49,7 +56,9 @@ LIMIT: Final = 50.0
 """Largest t that is told apart in the scores [-]."""
 
 
-def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis:
+def judged(
+    found: Found, *, clearances: Sequence[float], shaker: Shaker, seed: int
+) -> Diagnosis:
     """Return the verdict on what the search found.
 
     Parameters
@@ -58,19 +67,26 @@ def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis
         All hypotheses, scored.
     clearances : sequence of float
         Free play that the log says the specimens have [m].
+    shaker : Shaker
+        Limits that a proposed test keeps to.
     seed : int
-        Returned with the result; nothing is drawn.
+        Of the tests that are proposed.
     """
     standing = _standing(found)
     chosen = standing[0] if standing else found.linear
     fit = chosen.fit
-    errors = _errors(found, fit)
+    form, data = found.form, found.data
+    before = [
+        scored_tests(data, found.before, part) for part in (form.scored_fitted, form.held_out)
+    ]
+    errors = _errors(found, fit, *map(error_of_scored, before))
     alike = _indistinguishable(standing)
     effects = [
         Finding(one.kind, one.between, 0.99, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
+    never_closed = None
     if _is_outside(found, chosen, errors):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
@@ -82,19 +98,28 @@ def judged(found: Found, *, clearances: Sequence[float], seed: int) -> Diagnosis
     elif faults:
         verdict, sentence = "measurement fault", wording.fault_sentence(faults, errors)
     else:
-        verdict, sentence = _nothing(found, errors, clearances)
+        never_closed = unexercised(found, clearances)
+        verdict, sentence = _nothing(errors, never_closed)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
         effects=(*effects, *faults),
         indistinguishable=alike if effects else (),
         errors=errors,
-        candidates=(*(_tried(found, s) for s in found.effects), *_untried(found)),
-        where=Where(),
-        next_test=(),
+        candidates=(*(tried(found, s) for s in found.effects), *untried(found)),
+        where=where_it_fails(failed_tests(data, _joint(found, chosen), before)),
+        next_test=proposed(
+            found,
+            standing,
+            Laboratory(data.tests, data.model, shaker, seed),
+            locked=locked if verdict == "cannot tell" else (),
+            outside=verdict == "outside library",
+            never_closed=never_closed,
+        ),
         locked=locked,
         outside=outside,
         linear=linear_estimates(fit),
+        modes=_further_modes(found),
         notes=_notes(found),
         scores=_features(found, standing, errors),
         seed=seed,
@@ -109,25 +134,30 @@ def _standing(found: Found) -> list[Score]:
 
 def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
     """Return the kinds that predict as well as the chosen one and are no richer."""
-    if not standing:
-        return ()
-    first = standing[0].fit.hypothesis
-    kinds = [
-        kind
-        for s in standing[1:]
-        if s.fit.hypothesis.size <= first.size
-        for kind in s.fit.hypothesis.kinds
-        if kind not in first.kinds
-    ]
+    tied = ties(standing)
+    own = standing[0].fit.hypothesis.kinds if standing else ()
+    kinds = (kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own)
     return tuple(dict.fromkeys(kinds))
 
 
-def _errors(found: Found, fit: Fit) -> Errors:
+def _joint(found: Found, chosen: Score) -> Joint:
+    """Return the joint in question: of the effect that was chosen, else the first one."""
+    added = chosen.fit.hypothesis.added
+    return added[0].between if added else joints_of(found.data.model)[0]
+
+
+def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
+    """Return the modes that were fitted as linear and are not the model's."""
+    known = len(found.before.hypothesis.model.modes)
+    return tuple(map(FurtherMode.of, found.data.model.modes[known:]))
+
+
+def _errors(found: Found, fit: Fit, before_fitted: float, before_held: float) -> Errors:
     form, data = found.form, found.data
     fitted, held = form.scored_fitted, form.held_out
     return Errors(
-        Pair(error_of(data, found.before, fitted), error_of(data, fit, fitted)),
-        Pair(error_of(data, found.before, held), error_of(data, fit, held)),
+        Pair(before_fitted, error_of(data, fit, fitted)),
+        Pair(before_held, error_of(data, fit, held)),
         floor_of(data, fit, held),
         {test.name: form.horizon for test in data.tests},
     )
@@ -204,16 +234,12 @@ def _is_dry(effect: AbstractEffect) -> bool:
     )
 
 
-def _nothing(found: Found, errors: Errors, clearances: Sequence[float]) -> tuple[str, str]:
+def _nothing(errors: Errors, never_closed: Unexercised | None) -> tuple[str, str]:
     """Return the verdict where nothing was found: a clearance may never have been closed."""
-    reach = max(
-        float(np.max(np.abs(motion.displacement)))
-        for joint in joints_of(found.data.model)
-        for motion in found.data.across(joint)
-    )
-    beyond = [clearance for clearance in clearances if clearance > reach]
-    if beyond:
-        return "cannot tell", wording.unexercised_sentence(min(beyond), reach)
+    if never_closed is not None:
+        return "cannot tell", wording.unexercised_sentence(
+            never_closed.clearance, never_closed.reach
+        )
     return "nothing missing", wording.nothing_sentence(errors)
 
 
@@ -242,31 +268,3 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
         "excess": float(np.log(left / floor)),
         "left": float(np.log(left / max(errors.held_out.before, 1e-9))),
     }
-
-
-def _tried(found: Found, score: Score) -> Tried:
-    fit = score.fit
-    numbers: dict[str, Estimate] = {}
-    for i, one in enumerate(fit.hypothesis.added):
-        before = f"{one.kind} " if len(fit.hypothesis.added) > 1 else ""
-        numbers |= {before + k: v for k, v in estimates(fit, i).items()}
-    return Tried(
-        "+".join(fit.hypothesis.kinds),
-        fit.hypothesis.added[-1].between,
-        error_of(found.data, fit, found.form.scored_fitted),
-        error_of(found.data, fit, found.form.held_out),
-        numbers,
-    )
-
-
-def _untried(found: Found) -> list[Tried]:
-    """Return what the screening and the short windows ruled out, without errors."""
-    return [
-        Tried(start.kind, start.between, None, None, _words(start)) for start in found.ruled_out
-    ]
-
-
-def _words(start: Start) -> dict[str, Estimate]:
-    """Return what tells variants of an effect apart: the side of a stop."""
-    words = {name: value for name, value in start.values.items() if isinstance(value, str)}
-    return {name: Estimate(word, None, None, "") for name, word in words.items()}

@@ -1,0 +1,139 @@
+"""What a diagnosis leaves open, and the test that is proposed for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of, scales_of
+from shakerproc.diagnosis.joint_outcomes import Locked
+from shakerproc.diagnosis.result import NextTest
+from shakerproc.diagnosis.selection.next_test import (
+    Laboratory,
+    Rival,
+    closing,
+    rival_of,
+    slipping,
+    telling_apart,
+)
+from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.models import Element
+from shakerproc.models.effects import Gap
+
+RIVALS: Final = 3
+"""Hypotheses that are held against the best: as many ties as a verdict may have [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Unexercised:
+    """A clearance of the log that no test closed.
+
+    Attributes
+    ----------
+    between : (str, str)
+        The joint that moved most.
+    clearance, reach : float
+        The clearance, and how far the joint moved [m].
+    """
+
+    between: Joint
+    clearance: float
+    reach: float
+
+
+def unexercised(found: Found, clearances: Sequence[float]) -> Unexercised | None:
+    """Return the smallest clearance that was never closed; None if there is none.
+
+    Parameters
+    ----------
+    found : Found
+        How far the joints moved.
+    clearances : sequence of float
+        Free play that the log says the specimens have [m].
+    """
+    reaches = {
+        joint: max(float(np.max(np.abs(m.displacement))) for m in found.data.across(joint))
+        for joint in joints_of(found.data.model)
+    }
+    joint = max(reaches, key=lambda one: reaches[one])
+    beyond = [clearance for clearance in clearances if clearance > reaches[joint]]
+    return Unexercised(joint, min(beyond), reaches[joint]) if beyond else None
+
+
+def ties(standing: Sequence[Score]) -> list[Score]:
+    """Return the hypotheses beside the chosen one that have other kinds and are no richer."""
+    if not standing:
+        return []
+    first = standing[0].fit.hypothesis
+    return [
+        one
+        for one in standing[1:]
+        if one.fit.hypothesis.size <= first.size
+        and set(one.fit.hypothesis.kinds) - set(first.kinds)
+    ]
+
+
+def proposed(
+    found: Found,
+    standing: Sequence[Score],
+    laboratory: Laboratory,
+    *,
+    locked: Sequence[Locked],
+    outside: bool,
+    never_closed: Unexercised | None,
+) -> tuple[NextTest, ...]:
+    """Return the test that would settle what is open; nothing where nothing is.
+
+    Parameters
+    ----------
+    found : Found
+        Every hypothesis with its fitted numbers.
+    standing : sequence of Score
+        Those that explain the tests alike, the chosen one first.
+    laboratory : Laboratory
+        What the test has to keep to.
+    locked : sequence of Locked
+        Joints that never slipped.
+    outside : bool
+        Whether no effect of the library explains the tests.
+    never_closed : Unexercised, optional
+        A clearance that no test closed.
+    """
+    if laboratory.model.excitation.imposed:  # as far as a machine for component tests moves
+        return ()
+    if outside:
+        free = [found.free] if found.free is not None else []
+        return _between(laboratory, [*free, *found.effects][:2])
+    if locked:
+        kinds = dict.fromkeys(kind for one in standing for kind in one.fit.hypothesis.kinds)
+        return slipping(laboratory, locked, tuple(kinds))
+    if never_closed is not None:
+        return _closing(found, laboratory, never_closed)
+    return _between(laboratory, [*standing[:1], *ties(standing)])
+
+
+def _between(laboratory: Laboratory, competing: Sequence[Score]) -> tuple[NextTest, ...]:
+    """Return the test between the first of several hypotheses and the others."""
+    rivals = [rival for rival in map(rival_of, competing) if rival is not None]
+    others: dict[tuple[str, ...], Rival] = {}
+    for rival in rivals[1:]:
+        others.setdefault(rival.kinds, rival)
+    if not others:
+        return ()
+    return telling_apart(laboratory, rivals[0], list(others.values())[:RIVALS])
+
+
+def _closing(found: Found, laboratory: Laboratory, open_: Unexercised) -> tuple[NextTest, ...]:
+    """Return the test that closes a clearance: behind it the joint is as stiff as it is now."""
+    linear = rival_of(found.linear)
+    if linear is None:
+        return ()
+    data, joint = found.data, open_.between
+    steepness = scales_of(linear.model, data.tests, joint, data.across(joint)).steepness
+    contact = Element(Gap(steepness, open_.clearance), joint)
+    model = replace(linear.model, elements=(*linear.model.elements, contact))
+    touching = Rival((contact.effect.kind,), model, linear.gain)
+    return closing(laboratory, linear, touching, open_.clearance, open_.reach)

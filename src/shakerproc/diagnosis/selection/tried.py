@@ -1,0 +1,37 @@
+"""The hypotheses that were tried, as a diagnosis lists them."""
+
+from shakerproc.diagnosis.estimation.intervals import estimates
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.result import Estimate, Tried
+from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.scores import Score
+
+
+def tried(found: Found, score: Score) -> Tried:
+    """Return a hypothesis that was fitted, with its errors and numbers."""
+    fit = score.fit
+    numbers: dict[str, Estimate] = {}
+    for i, one in enumerate(fit.hypothesis.added):
+        before = f"{one.kind} " if len(fit.hypothesis.added) > 1 else ""
+        numbers |= {before + k: v for k, v in estimates(fit, i).items()}
+    return Tried(
+        "+".join(fit.hypothesis.kinds),
+        fit.hypothesis.added[-1].between,
+        error_of(found.data, fit, found.form.scored_fitted),
+        error_of(found.data, fit, found.form.held_out),
+        numbers,
+    )
+
+
+def untried(found: Found) -> list[Tried]:
+    """Return what the screening and the short windows ruled out, without errors."""
+    return [
+        Tried(start.kind, start.between, None, None, _words(start)) for start in found.ruled_out
+    ]
+
+
+def _words(start: Start) -> dict[str, Estimate]:
+    """Return what tells variants of an effect apart: the side of a stop."""
+    words = {name: value for name, value in start.values.items() if isinstance(value, str)}
+    return {name: Estimate(word, None, None, "") for name, word in words.items()}
