@@ -1,0 +1,26 @@
+"""Modal analysis, arrays in and arrays out: poles, stabilisation, residues, shapes, MAC."""
+
+from shakerproc.modal.identification import (
+    ModeSet,
+    Settings,
+    identify_functions,
+    identify_samples,
+)
+from shakerproc.modal.likelihood import Fit, response_functions
+from shakerproc.modal.shapes import mac, normalised, phase_collinearity
+from shakerproc.modal.stabilisation import Diagram, damping_of, frequency_of
+
+__all__ = [
+    "Diagram",
+    "Fit",
+    "ModeSet",
+    "Settings",
+    "damping_of",
+    "frequency_of",
+    "identify_functions",
+    "identify_samples",
+    "mac",
+    "normalised",
+    "phase_collinearity",
+    "response_functions",
+]

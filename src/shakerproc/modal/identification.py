@@ -1,0 +1,329 @@
+"""From the samples of inputs and responses to modes with their intervals."""
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal, TypeAlias, final
+
+import numpy as np
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.modal.likelihood import Fit, fit
+from shakerproc.modal.lines import Lines, lines_of_functions, lines_of_samples
+from shakerproc.modal.polynomials import lagged_sums
+from shakerproc.modal.selection import selected
+from shakerproc.modal.shapes import normalised, phase_collinearity
+from shakerproc.modal.stabilisation import (
+    Diagram,
+    candidates,
+    damping_of,
+    frequency_of,
+    stabilisation,
+)
+
+MOST_LINES: Final = 12_000
+"""Lines that the likelihood is computed on at once."""
+
+KEPT_ORDERS: Final = 4
+"""A pole that stays over one in so many of the orders begins as a mode; others are tried."""
+
+NORMAL_95: Final = 1.959964
+"""Half-width of a 95 % interval in standard deviations [-]."""
+
+Method: TypeAlias = Literal["input and response spectra", "response functions", "output only"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the user may say of a modal analysis.
+
+    Attributes
+    ----------
+    band : (float, float)
+        Where modes are looked for [Hz].
+    modes : int, optional
+        How many there are; by default as many as the measurement needs.
+    order : int
+        Highest order of the stabilisation diagram.
+    keep : tuple of float
+        Frequencies near which a pole is kept, whatever the automatic selection says [Hz].
+    """
+
+    band: tuple[float, float]
+    modes: int | None = None
+    order: int = 60
+    keep: tuple[float, ...] = ()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModeSet:
+    """Modes of one record.
+
+    Attributes
+    ----------
+    method : str
+        What they were found from.
+    poles : (n_modes,) complex array
+        By frequency [rad/s].
+    frequency, damping : (n_modes,) arrays
+        Undamped natural frequencies [Hz] and damping ratios [-].
+    frequency_error, damping_error : (n_modes,) arrays
+        Standard deviations of their logarithms [-].
+    shapes : (n_modes, n_responses) complex array
+        Turned to their mean phase, largest component 1 [-].
+    participation : (n_modes, n_inputs) complex array
+        How strongly each input drives the mode, largest 1 [-].
+    collinearity : (n_modes,) array
+        Modal phase collinearity, 1 for a real mode [-].
+    diagram : Diagram
+        Stabilisation diagram.
+    model : Fit, optional
+        The fitted modal model; None where there is none, output only.
+    interval_from : str
+        What the intervals are made of.
+    notes : tuple of str
+        What the user should know, a sentence each.
+    """
+
+    method: Method
+    poles: ComplexArray
+    frequency_error: FloatArray
+    damping_error: FloatArray
+    shapes: ComplexArray
+    participation: ComplexArray
+    diagram: Diagram
+    model: Fit | None
+    interval_from: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Undamped natural frequencies [Hz]."""
+        return frequency_of(self.poles)
+
+    @property
+    def damping(self) -> FloatArray:
+        """Damping ratios [-]."""
+        return damping_of(self.poles)
+
+    @property
+    def collinearity(self) -> FloatArray:
+        """Modal phase collinearity of each mode [-]."""
+        return phase_collinearity(self.shapes)
+
+    @property
+    def frequency_bounds(self) -> FloatArray:
+        """Limits of the 95 % intervals, (2, n_modes) [Hz]."""
+        return _bounds(self.frequency, self.frequency_error)
+
+    @property
+    def damping_bounds(self) -> FloatArray:
+        """Limits of the 95 % intervals, (2, n_modes) [-]."""
+        return _bounds(self.damping, self.damping_error)
+
+
+def _bounds(values: FloatArray, errors: FloatArray) -> FloatArray:
+    return np.stack([values * np.exp(-NORMAL_95 * errors), values * np.exp(NORMAL_95 * errors)])
+
+
+def identify_samples(
+    inputs: FloatArray, responses: FloatArray, sample_rate: float, settings: Settings
+) -> ModeSet:
+    """Return the modes of a record with measured inputs, whatever the excitation.
+
+    Candidates are the poles that stay over the orders of a least-squares complex frequency fit
+    of the spectra; those that the measurement needs are refined by maximum likelihood.
+
+    Parameters
+    ----------
+    inputs : (n_inputs, n_samples) array
+        Forces or base motions [unit of the channel].
+    responses : (n_responses, n_samples) array
+        Responses [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    settings : Settings
+        Band, number of modes, highest order.
+
+    Returns
+    -------
+    ModeSet
+        With 95 % intervals from the scatter of the lines about the model.
+
+    Raises
+    ------
+    ValueError
+        If the band holds too few lines for the order.
+    """
+    lines = lines_of_samples(inputs, responses, sample_rate, settings.band)
+    level = np.sqrt(np.mean(np.abs(lines.inputs) ** 2))
+    ones = np.full((1, lines.frequency.size), level, dtype=np.complex128)
+    driven = np.concatenate([lines.inputs, ones])
+    diagram = _diagram(lines, driven, lines.outputs[:, np.newaxis], settings)
+    return _modes(lines, diagram, settings, "input and response spectra")
+
+
+def identify_functions(
+    frequency: FloatArray, functions: ComplexArray, settings: Settings
+) -> ModeSet:
+    """Return the modes of response functions, such as those of an analyser.
+
+    Their leakage cannot be taken out any more: a damping that the lines do not resolve comes
+    out too large.
+
+    Parameters
+    ----------
+    frequency : (n_lines,) array
+        Evenly spaced [Hz].
+    functions : (n_responses, n_inputs, n_lines) complex array
+        Response functions [response unit/input unit].
+    settings : Settings
+        Band, number of modes, highest order.
+
+    Returns
+    -------
+    ModeSet
+        With 95 % intervals from the scatter of the lines about the model.
+
+    Raises
+    ------
+    ValueError
+        If the band holds too few lines for the order.
+    """
+    low, high = settings.band
+    kept = (frequency >= low) & (frequency <= high) & (frequency > 0.0)
+    lines = lines_of_functions(frequency[kept], functions[..., kept])
+    ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
+    diagram = _diagram(lines, ones, functions[..., kept], settings)
+    found = _modes(lines, diagram, settings, "response functions")
+    shapes, participation = split_residues(
+        found.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
+    )
+    return replace(found, shapes=shapes, participation=participation)
+
+
+def _diagram(
+    lines: Lines, driven: ComplexArray, outputs: ComplexArray, settings: Settings
+) -> Diagram:
+    """Return the stabilisation diagram.
+
+    Raises
+    ------
+    ValueError
+        If there are too few lines for the order.
+    """
+    n_unknown = settings.order * (driven.shape[0] + outputs.shape[1])
+    if lines.frequency.size < n_unknown:
+        highest = lines.frequency.size // (driven.shape[0] + outputs.shape[1])
+        raise ValueError(
+            f"order {settings.order} is too high for {lines.frequency.size} lines: at most "
+            f"{highest}"
+        )
+    sums = lagged_sums(lines.frequency, driven, outputs, settings.order)
+    return stabilisation(sums, orders_of(settings), settings.band)
+
+
+def orders_of(settings: Settings) -> range:
+    """Return the orders of the diagram, two poles for each mode."""
+    return range(2, settings.order + 1, 2)
+
+
+def _modes(lines: Lines, diagram: Diagram, settings: Settings, method: Method) -> ModeSet:
+    thin = thinned(lines)
+    poles, _, counts = candidates(diagram)
+    by_count = np.argsort(-counts)
+    certain = counts[by_count] >= max(3, len(orders_of(settings)) // KEPT_ORDERS)
+    ordered = poles[by_count]
+    notes = [] if thin is lines else [_told_thin(lines, thin)]
+    model = selected(thin, ordered[certain], ordered[~certain], settings.band)
+    model, more = as_wanted(thin, model, diagram, settings)
+    shapes, participation = split_residues(model.residues)
+    errors = np.sqrt(np.diag(model.covariance)).reshape(-1, 2)
+    return ModeSet(
+        method=method,
+        poles=model.poles,
+        damping_error=errors[:, 0],
+        frequency_error=errors[:, 1],
+        shapes=shapes,
+        participation=participation,
+        diagram=diagram,
+        model=model,
+        interval_from="scatter of the lines about the model",
+        notes=(*notes, *more),
+    )
+
+
+def thinned(lines: Lines) -> Lines:
+    """Return every n-th line where there are more than the likelihood takes at once."""
+    every = -(-lines.frequency.size // MOST_LINES)
+    if every == 1:
+        return lines
+    return replace(
+        lines,
+        frequency=lines.frequency[::every],
+        inputs=lines.inputs[:, ::every],
+        outputs=lines.outputs[:, ::every],
+    )
+
+
+def _told_thin(lines: Lines, thin: Lines) -> str:
+    return (
+        f"refined on {thin.frequency.size} of {lines.frequency.size} lines of the record "
+        "(evenly spread); a narrower band uses more of them"
+    )
+
+
+def as_wanted(
+    lines: Lines, model: Fit, diagram: Diagram, settings: Settings
+) -> tuple[Fit, list[str]]:
+    """Return the model with the number of modes and the poles that the user wants.
+
+    Returns
+    -------
+    model : Fit
+        Refitted where something was to be changed.
+    notes : list of str
+        What could not be done.
+    """
+    notes, poles = [], model.poles
+    for wanted in settings.keep:
+        if np.any(np.abs(frequency_of(poles) / wanted - 1.0) < 0.005):
+            continue
+        distance = np.abs(frequency_of(diagram.poles) / wanted - 1.0)
+        distance = np.where(diagram.stable, distance, 2.0 + distance)
+        if not distance.size or distance.min() > 0.02:
+            notes.append(f"no pole within 2 % of {wanted:g} Hz that could be kept")
+            continue
+        poles = np.append(poles, diagram.poles[int(np.argmin(distance))])
+    if poles.size > model.poles.size:
+        model = fit(lines, poles)
+    while settings.modes is not None and model.poles.size > settings.modes:
+        without = [fit(lines, np.delete(model.poles, i), 0) for i in range(model.poles.size)]
+        least = int(np.argmin([one.deviance for one in without]))
+        model = fit(lines, without[least].poles)
+    if settings.modes is not None and model.poles.size < settings.modes:
+        notes.append(
+            f"{settings.modes} modes were asked for, the measurement shows {model.poles.size}"
+        )
+    return model, notes
+
+
+def split_residues(residues: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return shapes and participations of residues, which are their products.
+
+    Parameters
+    ----------
+    residues : (n_modes, n_responses, n_inputs) complex array
+        Residues.
+
+    Returns
+    -------
+    shapes : (n_modes, n_responses) complex array
+        Turned to their mean phase, largest component 1 [-].
+    participation : (n_modes, n_inputs) complex array
+        Largest component 1 [-].
+    """
+    if not residues.size:
+        return residues[:, :, 0], residues[:, 0]
+    left, _, right = np.linalg.svd(residues, full_matrices=False)
+    return normalised(left[..., 0]), normalised(right[:, 0])

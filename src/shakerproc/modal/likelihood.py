@@ -1,0 +1,301 @@
+"""Maximum-likelihood refinement of poles and residues on the lines of a record."""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.modal.basis import (
+    RESIDUAL_POWERS,
+    basis_of,
+    reference_of,
+    rest_of,
+    slopes_of,
+    stacked,
+)
+from shakerproc.modal.lines import Lines
+
+STEPS: Final = 25
+"""Steps of the search at most."""
+
+SETTLED: Final = 1e-3
+"""Change of the log likelihood below which the search ends."""
+
+DAMPING_LIMITS: Final = (1e-5, 0.3)
+"""Where the search keeps damping ratios [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A modal model of one record.
+
+    Attributes
+    ----------
+    poles : (n_modes,) complex array
+        By frequency [rad/s].
+    residues : (n_modes, n_outputs, n_inputs) complex array
+        Of the partial fractions [output unit/input unit rad/s].
+    rest : (n_powers, n_inputs, n_outputs) array
+        Factors of the residual terms, for the powers of `RESIDUAL_POWERS` [output/input].
+    reference : float
+        Frequency that those powers are relative to [Hz].
+    covariance : (2 n_modes, 2 n_modes) array
+        Of ln(damping ratio), then ln(natural frequency), mode by mode [-].
+    synthesis : (n_outputs, n_lines) complex array
+        What the model says of the outputs [unit of the outputs].
+    noise : (n_outputs,) array
+        Mean square of what it leaves of a line [unit² of the outputs].
+    deviance : float
+        -2 ln(likelihood) up to a constant.
+    n_parameters : int
+        Real numbers that were fitted.
+    settled : bool
+        Whether the search ended before its last step.
+    """
+
+    poles: ComplexArray
+    residues: ComplexArray
+    rest: FloatArray
+    reference: float
+    covariance: FloatArray
+    synthesis: ComplexArray
+    noise: FloatArray
+    deviance: float
+    n_parameters: int
+    settled: bool
+
+    def criterion(self, n_values: int) -> float:
+        """Return Schwarz' criterion, smaller for the better model."""
+        return self.deviance + self.n_parameters * float(np.log(n_values))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Linear:
+    """The best residues for given poles."""
+
+    q: FloatArray  # (2 n_lines, n_columns) orthonormal
+    coefficients: FloatArray  # (n_columns, n_outputs)
+    left: FloatArray  # (n_outputs, 2 n_lines), weighted
+    noise: FloatArray
+    deviance: float
+
+
+def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> Fit:
+    r"""Return the modal model of greatest likelihood that a search from some poles finds.
+
+    .. math:: Y_o = \sum_m \left( \frac{r_{mo}^T U + t_{mo} D_m}{i\omega - \lambda_m}
+        + \ldots^* \right) + \sum_k c_{ok} (i\omega)^k U
+
+    with a noise of its own size on every output. Residues, transients and residual terms are
+    linear and eliminated (variable projection, Kaufman's slope); the poles are searched for
+    by Levenberg and Marquardt. The covariance is that of Huber and White over lines: it holds
+    where the noise is coloured or shared by the sensors.
+
+    Parameters
+    ----------
+    lines : Lines
+        What is fitted.
+    poles : (n_modes,) complex array
+        Where the search begins [rad/s].
+    steps : int
+        How many at most; 0 fits the residues only.
+
+    Returns
+    -------
+    Fit
+        Poles sorted by frequency.
+
+    References
+    ----------
+    .. [1] M. El-Kafafy, P. Guillaume and B. Peeters, "Modal parameter estimation by combining
+       stochastic and deterministic frequency-domain approaches", Mechanical Systems and Signal
+       Processing 35, 52-68, 2013.
+    .. [2] G. H. Golub and V. Pereyra, "Separable nonlinear least squares: the variable
+       projection method and its applications", Inverse Problems 19, R1-R26, 2003.
+    .. [3] H. White, "A heteroskedasticity-consistent covariance matrix estimator",
+       Econometrica 48, 817-838, 1980.
+    """
+    rest, target = rest_of(lines), stacked(lines.outputs)
+    place = _places(np.asarray(poles, dtype=np.complex128))
+    linear = _linear(lines, _poles(place), rest, target)
+    damping, settled = 1e-3, steps == 0
+    for _ in range(steps if place.size else 0):
+        _, gram, gradient = _normal_equations(lines, _poles(place), linear)
+        found = None
+        while found is None and damping < 1e6:
+            step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), -gradient)
+            new = np.asarray(place + _limited(np.reshape(step, (2, -1))), dtype=np.float64)
+            new[0] = np.clip(new[0], *np.log(DAMPING_LIMITS))
+            trial = _linear(lines, _poles(new), rest, target)
+            if trial.deviance < linear.deviance:
+                found = new, trial
+            else:
+                damping *= 8.0
+        gain = 0.0 if found is None else linear.deviance - found[1].deviance
+        if found is not None:
+            (place, linear), damping = found, max(damping / 8.0, 1e-9)
+        if gain < SETTLED:
+            settled = True
+            break
+    return _result(lines, place, linear, settled=settled)
+
+
+def _places(poles: ComplexArray) -> FloatArray:
+    """Return ln(damping ratio) and ln(natural frequency), (2, n_modes)."""
+    ratio = np.clip(-poles.real / np.abs(poles), *DAMPING_LIMITS)
+    return np.asarray(np.log(np.stack([ratio, np.abs(poles)])))
+
+
+def _poles(place: FloatArray) -> ComplexArray:
+    ratio, omega = np.exp(place)
+    return np.asarray(omega * (-ratio + 1j * np.sqrt(1.0 - ratio**2)))
+
+
+def _limited(step: FloatArray) -> FloatArray:
+    """Return a step that changes no damping by more than a factor of 2, nor a frequency 2 %."""
+    largest = max(float(np.max(np.abs(step[0]))) / 0.7, float(np.max(np.abs(step[1]))) / 0.02)
+    return step / max(1.0, largest)
+
+
+def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatArray) -> _Linear:
+    basis = basis_of(lines, poles, rest)
+    matrix = np.concatenate([basis.columns.reshape(-1, target.shape[1]), rest])
+    scale = np.linalg.norm(matrix, axis=1)
+    scale[scale == 0.0] = 1.0
+    q, r = scipy.linalg.qr(
+        (matrix / scale[:, np.newaxis]).T, mode="economic", check_finite=False
+    )
+    shared = q.T @ target.T
+    diagonal = np.abs(np.diag(r))
+    r = r + np.diag(np.where(diagonal < 1e-13, 1e-13, 0.0))
+    coefficients = scipy.linalg.solve_triangular(r, shared) / scale[:, np.newaxis]
+    left = target - (q @ shared).T
+    noise = np.maximum(
+        2.0 * np.mean(left**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
+    )
+    n = target.shape[1]
+    return _Linear(q, coefficients, left, noise, float(n * np.sum(np.log(noise))))
+
+
+def _normal_equations(
+    lines: Lines, poles: ComplexArray, linear: _Linear
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return slopes off the columns (n_modes, 2, n_columns, 2 n_lines), Gram and gradient.
+
+    Those are over ln(damping ratio) of all modes, then ln(natural frequency).
+    """
+    real, imaginary = slopes_of(lines, poles)
+    n_modes, n_columns, n_rows = real.shape
+    omega, ratio = np.abs(poles), -poles.real / np.abs(poles)
+    root = np.sqrt(1.0 - ratio**2)
+    along_ratio = (
+        -(omega * ratio)[:, np.newaxis, np.newaxis] * real
+        - (omega * ratio**2 / root)[:, np.newaxis, np.newaxis] * imaginary
+    )
+    along_omega = (
+        poles.real[:, np.newaxis, np.newaxis] * real
+        + poles.imag[:, np.newaxis, np.newaxis] * imaginary
+    )
+    flat = np.stack([along_ratio, along_omega]).reshape(-1, n_rows)
+    flat -= (flat @ linear.q) @ linear.q.T
+    products = (flat @ flat.T).reshape(2, n_modes, n_columns, 2, n_modes, n_columns)
+    residues = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, -1)
+    weight = 1.0 / linear.noise
+    gram = np.einsum(
+        "amibnj,mio,njo,o->ambn", products, residues, residues, weight, optimize=True
+    )
+    against = (flat @ linear.left.T).reshape(2, n_modes, n_columns, -1)
+    gradient = -np.einsum("amio,mio,o->am", against, residues, weight)
+    size = 2 * n_modes
+    slopes = flat.reshape(2, n_modes, n_columns, n_rows)
+    return slopes, gram.reshape(size, size), gradient.reshape(size)
+
+
+def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArray:
+    """Return the covariance of the searched parameters.
+
+    That of white noise, enlarged where the scores of the lines scatter more (coloured noise,
+    noise that the sensors share, what the model does not explain): a line is counted with
+    what its own fit has taken off it (HC2).
+    """
+    slopes, gram, _ = _normal_equations(lines, poles, linear)
+    n_modes, n_columns = slopes.shape[1:3]
+    residues = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, -1)
+    n_rows = linear.left.shape[1]
+    taken = np.minimum(np.sum(linear.q**2, axis=1), 0.9)
+    weighted = linear.left / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
+    mixed = np.einsum("mio,or->mir", residues, weighted)
+    each = np.einsum("amir,mir->amr", slopes, mixed).reshape(2 * n_modes, n_rows)
+    scores = each[:, : n_rows // 2] + each[:, n_rows // 2 :]
+    inverse = np.linalg.pinv(gram, hermitian=True)
+    free = n_rows / max(n_rows - linear.q.shape[1], 1)
+    plain = 0.5 * free * inverse  # the noise is that of a complex line, rows have half of it
+    robust = inverse @ (scores @ scores.T) @ inverse
+    return np.asarray(_enlarged(plain, robust))
+
+
+def _enlarged(plain: FloatArray, robust: FloatArray) -> FloatArray:
+    """Return the first covariance, scaled up where the second has larger variances."""
+    ratio = np.diag(robust) / np.where(np.diag(plain) > 0.0, np.diag(plain), 1.0)
+    scale = np.sqrt(np.maximum(ratio, 1.0))
+    return plain * scale * scale[:, np.newaxis]
+
+
+def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> Fit:
+    poles = _poles(place)
+    n_modes, n_lines = poles.size, lines.frequency.size
+    n_inputs = lines.inputs.shape[0]
+    n_columns = 2 * (n_inputs + lines.transient)
+    n_outputs = lines.outputs.shape[0]
+    own = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, n_outputs)
+    halves = own[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)
+    residues = np.moveaxis(halves[:, :, 0] + 1j * halves[:, :, 1], 1, 2)
+    covariance = (_covariance(lines, poles, linear) if n_modes else np.zeros((0, 0))).reshape(
+        2, n_modes, 2, n_modes
+    )
+    by_frequency = np.argsort(np.abs(poles))
+    covariance = covariance[:, by_frequency][..., by_frequency]
+    left = linear.left[:, :n_lines] + 1j * linear.left[:, n_lines:]
+    n_rest = n_inputs * len(RESIDUAL_POWERS)
+    rest = linear.coefficients[n_modes * n_columns :][:n_rest]
+    return Fit(
+        poles=poles[by_frequency],
+        residues=residues[by_frequency],
+        rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), -1), 0, 1),
+        reference=reference_of(lines),
+        covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
+        synthesis=lines.outputs - left,
+        noise=linear.noise,
+        deviance=linear.deviance,
+        n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
+        settled=settled,
+    )
+
+
+def response_functions(model: Fit, frequency: FloatArray) -> ComplexArray:
+    """Return what a modal model says of the response functions.
+
+    Parameters
+    ----------
+    model : Fit
+        The model.
+    frequency : (n_frequencies,) array
+        Above 0 [Hz].
+
+    Returns
+    -------
+    (n_outputs, n_inputs, n_frequencies) complex array
+        Response functions [output unit/input unit].
+    """
+    s = 2j * np.pi * frequency
+    plain = 1.0 / (s - model.poles[:, np.newaxis])
+    mirrored = 1.0 / (s - model.poles.conj()[:, np.newaxis])
+    total = np.einsum("moi,mf->oif", model.residues, plain)
+    total += np.einsum("moi,mf->oif", model.residues.conj(), mirrored)
+    powers = np.array(RESIDUAL_POWERS)[:, np.newaxis]
+    terms = (1j * frequency / model.reference) ** powers
+    return np.asarray(total + np.einsum("pio,pf->oif", model.rest, terms))

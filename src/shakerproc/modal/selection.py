@@ -1,0 +1,131 @@
+"""Which poles are modes: those without which the measurement is explained measurably worse."""
+
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import ComplexArray
+from shakerproc.modal.likelihood import Fit, fit
+from shakerproc.modal.lines import Lines
+from shakerproc.modal.stabilisation import damping_of
+
+FEW_STEPS: Final = 6
+"""Steps of the search where two models are only compared."""
+
+MARGIN: Final = 10.0
+"""By how much Schwarz' criterion must improve for one more mode: very strong evidence [-]."""
+
+SAME: Final = 0.1
+"""Distance of two poles, in units of the smaller damping, below which they are one [-]."""
+
+
+def selected(
+    lines: Lines, certain: ComplexArray, doubtful: ComplexArray, band: tuple[float, float]
+) -> Fit:
+    """Return the modal model whose every mode is needed.
+
+    Parameters
+    ----------
+    lines : Lines
+        What is fitted.
+    certain : (n,) complex array
+        Poles that stay over many orders [rad/s].
+    doubtful : (m,) complex array
+        Poles that stay over a few; tried one by one [rad/s].
+    band : (float, float)
+        Where a mode may lie [Hz].
+
+    Returns
+    -------
+    Fit
+        Refined; without modes where none is needed.
+
+    References
+    ----------
+    .. [1] R. E. Kass and A. E. Raftery, "Bayes factors", J. American Statistical Association
+       90, 773-795, 1995.
+    """
+    best = _pruned(lines, fit(lines, apart(certain), FEW_STEPS), band)
+    best = _grown(lines, best, doubtful, band)
+    best = _grown(lines, best, twins(lines, best), band)
+    return _pruned(lines, fit(lines, best.poles), band)
+
+
+def _grown(lines: Lines, model: Fit, more: ComplexArray, band: tuple[float, float]) -> Fit:
+    """Return the model with those of some further poles that it needs."""
+    for pole in more:
+        if apart(np.append(model.poles, pole)).size == model.poles.size:
+            continue
+        trial = fit(lines, np.append(model.poles, pole), FEW_STEPS)
+        if _is_better(lines, trial, model) and _sound(trial, band):
+            model = trial
+    return model
+
+
+def twins(lines: Lines, model: Fit) -> ComplexArray:
+    """Return where a second mode may hide beside one: its band is left with more than noise.
+
+    Parameters
+    ----------
+    lines : Lines
+        What is fitted.
+    model : Fit
+        Its model.
+
+    Returns
+    -------
+    (n,) complex array
+        Poles to begin from, 1 and 3 % to either side [rad/s].
+    """
+    left = np.abs(lines.outputs - model.synthesis) ** 2 / model.noise[:, np.newaxis]
+    excess, found = left.mean(axis=0) - np.median(left.mean(axis=0)), []
+    for pole in model.poles:
+        frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
+        near = np.abs(lines.frequency - frequency) < max(reach, 0.01 * frequency)
+        count = int(near.sum()) * left.shape[0]
+        if count and excess[near].mean() > 3.0 / np.sqrt(count):
+            found += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
+    return np.array(found, dtype=np.complex128)
+
+
+def apart(poles: ComplexArray) -> ComplexArray:
+    """Return the poles without those that coincide with one before them."""
+    kept: list[complex] = []
+    for pole in poles:
+        if all(abs(pole - one) > SAME * min(-pole.real, -one.real) for one in kept):
+            kept.append(complex(pole))
+    return np.array(kept, dtype=np.complex128)
+
+
+def _sound(model: Fit, band: tuple[float, float]) -> bool:
+    frequency = np.abs(model.poles) / (2.0 * np.pi)
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    damped = (damping_of(model.poles) < 0.25) & (damping_of(model.poles) > 2e-5)
+    return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
+
+
+def _is_better(lines: Lines, larger: Fit, smaller: Fit) -> bool:
+    n_values = 2 * lines.outputs.size
+    return larger.criterion(n_values) < smaller.criterion(n_values) - MARGIN
+
+
+def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
+    """Return the model without the modes that it does not need."""
+    frequency = np.abs(model.poles) / (2.0 * np.pi)
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    inside &= (damping_of(model.poles) < 0.25) & (damping_of(model.poles) > 2e-5)
+    kept = apart(model.poles[inside])
+    if kept.size < model.poles.size:
+        model = fit(lines, kept, FEW_STEPS)
+    while model.poles.size:
+        without = [fit(lines, np.delete(model.poles, i), 0) for i in range(model.poles.size)]
+        weakest = int(np.argmin([one.deviance for one in without]))
+        n_values = 2 * lines.outputs.size
+        loss = without[weakest].criterion(n_values) - model.criterion(n_values)
+        if loss > 20.0 * MARGIN * np.log(n_values):
+            break  # far from needless: no search would make up for it
+        smaller = fit(lines, without[weakest].poles, FEW_STEPS)
+        if _is_better(lines, model, smaller):
+            break
+        model = smaller
+    return model

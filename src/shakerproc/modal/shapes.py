@@ -1,0 +1,85 @@
+"""Mode shapes: alike or not, in one phase or not, scaled for a drawing."""
+
+import numpy as np
+
+from shakerproc.data import ComplexArray, FloatArray
+
+
+def mac(first: ComplexArray, second: ComplexArray) -> FloatArray:
+    r"""Return the modal assurance criterion of every pair of shapes.
+
+    .. math:: MAC = \frac{|\phi^H \psi|^2}{(\phi^H \phi)(\psi^H \psi)}
+
+    Parameters
+    ----------
+    first, second : (..., n, n_sensors) complex arrays
+        Shapes, in any scale [-].
+
+    Returns
+    -------
+    (n_first, n_second) array
+        0 (nothing in common) to 1 (alike up to a factor) [-].
+
+    References
+    ----------
+    .. [1] R. J. Allemang, "The modal assurance criterion: twenty years of use and abuse",
+       Sound and Vibration 37, 14-23, 2003.
+    """
+    a, b = np.atleast_2d(first), np.atleast_2d(second)
+    power = np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1))
+    shared = np.abs(a.conj() @ b.T) ** 2
+    result: FloatArray = np.zeros(shared.shape)
+    np.divide(shared, power, out=result, where=power > 0.0)
+    return result
+
+
+def phase_collinearity(shapes: ComplexArray) -> FloatArray:
+    r"""Return the modal phase collinearity of each shape.
+
+    .. math:: MPC = \left( \frac{\lambda_1 - \lambda_2}{\lambda_1 + \lambda_2} \right)^2
+
+    with the eigenvalues of the covariance of real and imaginary parts.
+
+    Parameters
+    ----------
+    shapes : (n_modes, n_sensors) complex array
+        Shapes, in any scale [-].
+
+    Returns
+    -------
+    (n_modes,) array
+        1 where all sensors move in one phase, 0 where the phases are all over the place [-].
+
+    References
+    ----------
+    .. [1] R. S. Pappa, K. B. Elliott and A. Schenk, "Consistent-mode indicator for the
+       eigensystem realization algorithm", J. Guidance, Control, Dynamics 16, 852-858, 1993.
+    """
+    real, imaginary = shapes.real, shapes.imag
+    xx, yy = np.sum(real**2, axis=1), np.sum(imaginary**2, axis=1)
+    xy = np.sum(real * imaginary, axis=1)
+    total = (xx + yy) ** 2
+    result: FloatArray = np.zeros(total.shape)
+    np.divide((xx - yy) ** 2 + 4.0 * xy**2, total, out=result, where=total > 0.0)
+    return result
+
+
+def normalised(shapes: ComplexArray) -> ComplexArray:
+    """Return shapes turned to their mean phase, the largest component 1.
+
+    Parameters
+    ----------
+    shapes : (n_modes, n_sensors) complex array
+        Shapes, in any scale and phase [-].
+
+    Returns
+    -------
+    (n_modes, n_sensors) complex array
+        As real as a turn can make them; largest magnitude 1, its sign positive [-].
+    """
+    squares = np.sum(shapes**2, axis=1, keepdims=True)
+    turned = shapes * np.exp(-0.5j * np.angle(squares))
+    largest = np.argmax(np.abs(turned), axis=1)[:, np.newaxis]
+    pivot = np.take_along_axis(turned, largest, axis=1)
+    scale = np.where(pivot.real < 0.0, -1.0, 1.0) * np.abs(pivot)
+    return np.asarray(turned / np.where(scale == 0.0, 1.0, scale))
