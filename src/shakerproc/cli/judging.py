@@ -1,6 +1,7 @@
 """A diagnosis, here or on a cluster.
 
-Every command takes `diagnose_tests` from here: the one place that says which room judges.
+Every command takes `diagnose_tests` and `add_effect` from here: the one place that says which
+room judges.
 """
 
 import json
@@ -13,6 +14,7 @@ from pydantic import TypeAdapter
 from shakerproc.batch.elsewhere import at_hand
 from shakerproc.cli.machines import Machines
 from shakerproc.compare import Usable
+from shakerproc.diagnose.adding import add as add_effect
 from shakerproc.diagnose.from_files import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.result import Diagnosis
@@ -21,7 +23,7 @@ from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
-__all__ = ["Case", "diagnose_tests", "hashes_of", "judge_elsewhere", "judged"]
+__all__ = ["Case", "add_effect", "diagnose_tests", "hashes_of", "judge_elsewhere", "judged"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

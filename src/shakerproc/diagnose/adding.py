@@ -1,7 +1,7 @@
 """One effect fitted beside the model, and the element that goes into the model file."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,63 +14,24 @@ from shakerproc.diagnose.pipeline import Stage, screened
 from shakerproc.diagnose.problem import Parameters
 from shakerproc.diagnose.search import DRY, Context, annealed, refit
 from shakerproc.diagnose.translate import Skeleton, skeleton, start_parameters
+from shakerproc.diagnosis.adding import NO_START, Added, shortened
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
-from shakerproc.diagnosis.result import Estimate
+from shakerproc.diagnosis.result import Errors, Pair
+from shakerproc.diagnosis.updated import effect_of, with_numbers
 from shakerproc.errors import DiagnosisError
-from shakerproc.model_files.writing import within
 from shakerproc.models import BASE, EFFECTS, Element, Model
-from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.models.identification import Values
 from shakerproc.testlog import TestLog
 
 
-@dataclass(frozen=True, slots=True)
-class Added:
-    """A fitted effect and what it does to the errors.
-
-    Attributes
-    ----------
-    element : Element
-        For the model file.
-    parameters : mapping of str to Estimate
-        Its numbers with 95 % intervals.
-    stiffness, damping : mapping of (str, str) to Estimate
-        The linear joints, fitted with it.
-    before, after : float
-        Held-out error (fitted, where no test is held out) [-].
-    tests : tuple of str
-        Tests it was fitted to.
-    left_out : tuple of str
-        Tests that took no part since a channel did not measure, a sentence each.
-    worse : str
-        Why the effect is no gain, in a sentence; empty where it is one.
-    sha256 : mapping of str to str
-        Hash of the recording of each test, as it was read.
-    """
-
-    element: Element
-    parameters: dict[str, Estimate]
-    stiffness: dict[tuple[str, str], Estimate]
-    damping: dict[tuple[str, str], Estimate]
-    before: float
-    after: float
-    tests: tuple[str, ...]
-    left_out: tuple[str, ...]
-    sha256: Mapping[str, str]
-    worse: str
-
-    def in_few_digits(self) -> Element:
-        """Return the element with as many digits as its intervals bear out."""
-        kind = self.element.effect.kind
-        values = {name: shortened(estimate) for name, estimate in self.parameters.items()}
-        return Element(EFFECTS[kind](**values), self.element.between)
-
-
-def fit_effect(
+def add(
     kind: str,
     model: Model,
     log: TestLog,
     *,
     between: Sequence[str] | None = None,
+    start: Values = NO_START,
+    force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Added:
     """Return an effect fitted jointly with the linear model to the tests of a log.
@@ -78,8 +39,24 @@ def fit_effect(
     Raises
     ------
     DiagnosisError
-        If the effect is unknown to the search, or does not fit these tests at all.
+        If the effect is unknown to the search, does not fit these tests at all, or is no gain.
     """
+    if start:
+        raise DiagnosisError("this search takes no numbers to start from; leave --start out.")
+    found = _fitted(kind, model, log, between, progress)
+    if found.worse and not force:
+        places = " and ".join(found.element.between)
+        raise DiagnosisError(f"{kind} between {places}: {found.worse}.")
+    return found
+
+
+def _fitted(
+    kind: str,
+    model: Model,
+    log: TestLog,
+    between: Sequence[str] | None,
+    progress: Callable[[str], None] | None,
+) -> Added:
     if kind not in EFFECTS:
         raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
     if kind not in sought():
@@ -125,23 +102,33 @@ def fit_effect(
     kept = bench.kept()
     numbers = estimates(fit, len(fit.hypothesis.terms) - 1)
     term = fit.hypothesis.terms[-1]
-    before, after = (
-        error_of(final, hypothesis, p, kept)
+    errors = [
+        [error_of(final, hypothesis, p, part) for part in (bench.fitted(), kept)]
         for hypothesis, p in ((base, start), (fit.hypothesis, fit.parameters))
+    ]
+    before, after = errors[0][1], errors[1][1]
+    linear = {
+        f"{name} {'-'.join(known.between(i))}": one
+        for i, both in enumerate(linear_estimates(fit))
+        for name, one in zip(("stiffness", "damping"), both, strict=True)
+    }
+    element = Element(
+        effect_of(kind, {n: replace(e, value=shortened(e)) for n, e in numbers.items()}),
+        known.between(term.joint),
     )
-    linear = {known.between(i): both for i, both in enumerate(linear_estimates(fit))}
+    own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
+    updated = with_numbers(model, own)
     return Added(
-        Element(effect_of(kind, numbers), known.between(term.joint)),
-        numbers,
-        {place: stiffness for place, (stiffness, _) in linear.items()},
-        {place: damping for place, (_, damping) in linear.items()},
-        before,
-        after,
-        tuple(m.name for m in measured if not m.test.hold_out),
-        usable.left_out,
-        {m.name: m.sha256 for m in measured},
-        _worse(final, none, fit, before, after),
-    )  # fmt: skip
+        model=replace(updated, elements=(*updated.elements, element)),
+        element=element,
+        parameters=numbers,
+        linear=linear,
+        errors=Errors(Pair(errors[0][0], errors[1][0]), Pair(before, after), float("nan")),
+        tests=tuple(m.name for m in measured if not m.test.hold_out),
+        left_out=usable.left_out,
+        worse=_worse(final, none, fit, before, after),
+        sha256={m.name: m.sha256 for m in measured},
+    )
 
 
 def _worse(at: Context, none: Fit, fit: Fit, before: float, after: float) -> str:
@@ -191,17 +178,3 @@ def _without_correction(
 
 def _same(known: Skeleton, joint: int, between: Sequence[str]) -> bool:
     return set(known.between(joint)) == set(between)
-
-
-def effect_of(kind: str, numbers: Mapping[str, Estimate]) -> AbstractEffect:
-    """Return the effect with these numbers."""
-    values = {name: estimate.value for name, estimate in numbers.items()}
-    return EFFECTS[kind](**values)
-
-
-def shortened(estimate: Estimate) -> float | str:
-    """Return a fitted number with as many digits as its interval bears out."""
-    value = estimate.value
-    if isinstance(value, str):
-        return value
-    return within(float(value), estimate.unit, estimate.low, estimate.high)

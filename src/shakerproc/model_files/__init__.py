@@ -1,12 +1,13 @@
 """YAML model files in and out, comments and order kept."""
 
-from shakerproc.model_files.editing import Provenance, add_element, change_parameters
+from shakerproc.model_files.editing import add_element, change_parameters
 from shakerproc.model_files.effect_files import (
     EffectSource,
     effect_hashes,
     load_effects,
     used_effects,
 )
+from shakerproc.model_files.provenance import Provenance
 from shakerproc.model_files.reading import ModelFile, read_model, read_model_file
 from shakerproc.model_files.writing import element_text, model_text, write_model
 

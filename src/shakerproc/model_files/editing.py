@@ -1,49 +1,31 @@
 """Changes to a model file that leave every comment, blank line and order where it was."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, final
 
 import yaml
 
 from shakerproc import files
 from shakerproc.errors import DocumentError
+from shakerproc.model_files.provenance import Provenance, record_lines
 from shakerproc.model_files.reading import ModelFile, read_model_file
-from shakerproc.model_files.writing import element_text, number, parameter_text, text_of
+from shakerproc.model_files.writing import (
+    element_text,
+    mode_text,
+    number,
+    parameter_text,
+    text_of,
+)
+from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element
 
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""
 
 _NONE: Final[Changes] = {}
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Provenance:
-    """Where a fitted effect comes from; it is written into the model file.
-
-    Attributes
-    ----------
-    tests : tuple of str or int
-        Tests of the log that it was fitted to.
-    hashes : mapping of str to str
-        SHA-256 of each file that went in, by its name.
-    intervals : mapping of str to (float, float)
-        Confidence interval of each fitted parameter of the effect [SI].
-    program : str
-        Name and version of the program.
-    date : str
-        ISO date.
-    """
-
-    tests: tuple[str | int, ...] = ()
-    hashes: Mapping[str, str] = field(default_factory=dict)
-    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    program: str = ""
-    date: str = ""
 
 
 @final
@@ -56,6 +38,19 @@ class _Edit:
     text: str
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """What a changed file is to say; see `add_element`."""
+
+    changes: Changes
+    masses: Mapping[str, float] = field(default_factory=dict)
+    modes: tuple[Mode, ...] = ()
+    element: Element | None = None
+    provenance: Provenance | None = None
+    title: str | None = None
+
+
 def add_element(
     path: Path,
     element: Element,
@@ -63,6 +58,8 @@ def add_element(
     provenance: Provenance | None = None,
     *,
     changes: Changes = _NONE,
+    masses: Mapping[str, float] = MappingProxyType({}),
+    modes: Sequence[Mode] = (),
     title: str | None = None,
 ) -> None:
     """Write the model file with one element more, comments and order kept.
@@ -79,6 +76,10 @@ def add_element(
         Written into a list at the end of the file.
     changes : mapping
         New values of parameters that the file gives already; see `change_parameters`.
+    masses : mapping of str to float
+        New values of masses [kg].
+    modes : sequence of Mode
+        Further modes of the specimen, after those of the file.
     title : str, optional
         New title of the model.
 
@@ -87,7 +88,7 @@ def add_element(
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    _edit(path, out, changes, element, provenance, title=title)
+    _edit(path, out, _Wanted(changes, masses, tuple(modes), element, provenance, title))
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -107,38 +108,38 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     DocumentError
         If the file is not a model, or does not hold the parameter in so many words.
     """
-    _edit(path, out, changes, None, None)
+    _edit(path, out, _Wanted(changes))
 
 
-def _edit(
-    path: Path,
-    out: Path,
-    changes: Changes,
-    element: Element | None,
-    provenance: Provenance | None,
-    *,
-    title: str | None = None,
-) -> None:
+def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     """Write the changed text, once it has been read back and says what it should."""
     before = read_model_file(path)
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
-    edits = _changes(before, root, changes)
-    if title is not None:
-        edits.append(_titled(text, root, title))
-    if element is not None:
-        edits.append(_addition(text, _value(root, "elements"), element))
-        if provenance is not None:
-            edits.append(_record(before, text, root, element, provenance))
+    edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
+    if wanted.title is not None:
+        edits.append(_titled(text, root, wanted.title))
+    if wanted.element is not None:
+        edits.append(_addition(text, _value(root, "elements"), element_text(wanted.element)))
+    end: list[str] = []
+    if wanted.modes:
+        edits += _modes(text, root, wanted.modes, end)
+    edits += _record(before, text, root, wanted, end)
     for edit in sorted(edits, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.stop :]
-    expected = _changed(before, changes) + ((element,) if element is not None else ())
+    if end:
+        text += ("" if text.endswith("\n") else _line_end(text)) + _joined(text, end)
     with files.atomic_path(out) as temporary:
         temporary.write_bytes(text.encode("utf-8"))
-        _check_written(before, temporary, expected)
+        _check_written(before, temporary, wanted)
 
 
-def _check_written(before: ModelFile, path: Path, expected: tuple[Element, ...]) -> None:
+def _joined(text: str, lines: Sequence[str]) -> str:
+    """Return whole lines with the line ends of a text."""
+    return "".join(line + _line_end(text) for line in lines)
+
+
+def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
     """Pass a changed file that reads back as what it should say.
 
     Raises
@@ -146,12 +147,19 @@ def _check_written(before: ModelFile, path: Path, expected: tuple[Element, ...])
     DocumentError
         If it does not.
     """
+    known = before.model
+    added = () if wanted.element is None else (wanted.element,)
+    expected = (
+        _changed(before, wanted.changes) + added,
+        {**known.masses, **wanted.masses},
+        known.modes + wanted.modes,
+    )
     try:
-        elements = read_model_file(path).model.elements
+        model = read_model_file(path).model
     except DocumentError as error:
         broken: DocumentError = _refused(before, error.says, "elements")
         raise broken from error
-    if elements != expected:
+    if (model.elements, dict(model.masses), model.modes) != expected:
         wrong: DocumentError = _refused(before, "it would not read back the same", "elements")
         raise wrong
 
@@ -187,6 +195,35 @@ def _changes(file: ModelFile, root: Any, changes: Changes) -> list[_Edit]:
     return edits
 
 
+def _masses(file: ModelFile, root: Any, masses: Mapping[str, float]) -> list[_Edit]:
+    """Return the edits that give masses other values.
+
+    Raises
+    ------
+    DocumentError
+        If one does not stand there as a plain number.
+    """
+    edits = []
+    for name, value in masses.items():
+        node = _value(_value(root, "masses"), name)
+        if not isinstance(node, yaml.ScalarNode):
+            refused: DocumentError = _refused(file, "the mass does not stand there", "masses")
+            raise refused
+        edits.append(_Edit(node.start_mark.index, node.end_mark.index, number(value, "kg")))
+    return edits
+
+
+def _modes(text: str, root: Any, modes: Sequence[Mode], end: list[str]) -> list[_Edit]:
+    """Return the edits that append modes to those of a file; without any, lines at its end."""
+    known = _value(root, "modes")
+    if known is None or not known.value:
+        end += ["modes:", *(f"  - {mode_text(mode)}" for mode in modes)]
+        return []
+    if known.flow_style:
+        return [_addition(text, known, ", ".join(map(mode_text, modes)))]
+    return [_addition(text, known, mode_text(mode)) for mode in modes]
+
+
 def _titled(text: str, root: Any, title: str) -> _Edit:
     """Return the edit that gives the model another title, or its first one."""
     node, written = _value(root, "title"), text_of(title)
@@ -206,9 +243,8 @@ def _line_end(text: str) -> str:
     return "\r\n" if "\r\n" in text else "\n"
 
 
-def _addition(text: str, elements: Any, element: Element) -> _Edit:
-    """Return the edit that puts an element after the last one."""
-    written = element_text(element)
+def _addition(text: str, elements: Any, written: str) -> _Edit:
+    """Return the edit that puts the text of an element or a mode after the last one."""
     if elements.flow_style:
         at = elements.end_mark.index - 1
         comma = ", " if elements.value else ""
@@ -239,59 +275,26 @@ def _after_line(text: str, position: int) -> tuple[int, str]:
 
 
 def _record(
-    file: ModelFile, text: str, root: Any, element: Element, provenance: Provenance
-) -> _Edit:
-    """Return the edit that appends the provenance of an element.
+    file: ModelFile, text: str, root: Any, wanted: _Wanted, end: list[str]
+) -> list[_Edit]:
+    """Return the edit that appends the provenance of an element; the first one ends the file.
 
     Raises
     ------
     DocumentError
         If the provenance that stands there is written in brackets.
     """
-    end = _line_end(text)
-    lines = _record_lines(file, element, provenance)
+    if wanted.element is None or wanted.provenance is None:
+        return []
+    lines = record_lines(file.path.name, wanted.element, wanted.provenance)
     known = _value(root, "provenance")
     if known is None:
-        start = "" if text.endswith("\n") else end
-        block = ["provenance:", *(f"  {line}" for line in lines)]
-        return _Edit(len(text), len(text), start + end.join(block) + end)
+        end += ["provenance:", *(f"  {line}" for line in lines)]
+        return []
     if known.flow_style:
         refused: DocumentError = _refused(file, "expected a list with dashes", "provenance")
         raise refused
     dash = text.rindex("-", 0, known.value[-1].start_mark.index)
     indent = " " * (dash - text.rfind("\n", 0, dash) - 1)
     at, lead = _after_line(text, _end(known.value[-1]))
-    return _Edit(at, at, lead + end.join(indent + line for line in lines) + end)
-
-
-def _record_lines(file: ModelFile, element: Element, provenance: Provenance) -> list[str]:
-    parameters = element.effect.parameters
-    between = ", ".join(text_of(place) for place in element.between)
-    lines = [f"- added: {element.effect.kind}", f"  between: [{between}]"]
-    lines.append(f"  from model: {text_of(file.path.name)}")
-    if provenance.tests:
-        tests = ", ".join(
-            t if isinstance(t, str) and t.isalpha() else _key(t) for t in provenance.tests
-        )
-        lines.append(f"  tests: [{tests}]")
-    if provenance.hashes:
-        lines.append("  sha256:")
-        lines += [
-            f"    {_key(name)}: {_key(digest)}" for name, digest in provenance.hashes.items()
-        ]
-    if provenance.intervals:
-        lines.append("  intervals:")
-        for name, (low, high) in provenance.intervals.items():
-            unit = parameters[name].unit
-            limits = ", ".join(_key(number(value, unit)) for value in (low, high))
-            lines.append(f"    {name}: [{limits}]")
-    if provenance.program:
-        lines.append(f"  program: {_key(provenance.program)}")
-    if provenance.date:
-        lines.append(f"  date: {_key(provenance.date)}")
-    return lines
-
-
-def _key(value: str | int) -> str:
-    """Return a whole number plain and text in quotes, so that a hash stays text."""
-    return str(value) if isinstance(value, int) else json.dumps(value, ensure_ascii=False)
+    return [_Edit(at, at, lead + _joined(text, [indent + line for line in lines]))]

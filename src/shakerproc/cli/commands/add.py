@@ -9,7 +9,7 @@ from shakerproc.cli import options, output
 from shakerproc.cli.commands.effects import complete_kind
 
 if TYPE_CHECKING:
-    from shakerproc.diagnose.adding import Added
+    from shakerproc.diagnosis.adding import Added
     from shakerproc.model_files import Provenance
     from shakerproc.models import Model
     from shakerproc.testlog import TestLog
@@ -35,15 +35,27 @@ def add(
         bool,
         typer.Option("--force", help="Write the model even where its error does not fall."),
     ] = False,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NUMBER=VALUE",
+            help="Where its fit may start besides, such as clearance=0.1mm.",
+            show_default="what the tests suggest",
+        ),
+    ] = None,
+    modes: Annotated[
+        bool,
+        typer.Option("--modes", help="Write further linear modes that were fitted, too."),
+    ] = False,
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Fit an effect to a log and write it into a new model file; the old one is kept.
 
-    Nothing is written where the held-out error does not fall.
+    Nothing is written where the held-out error does not fall by more than its standard error.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.diagnose.adding import fit_effect
+    from shakerproc.cli.judging import add_effect
     from shakerproc.errors import DiagnosisError
     from shakerproc.model_files import add_element, read_model_file
     from shakerproc.testlog import read_testlog
@@ -56,26 +68,32 @@ def add(
     _check_kind(effect)
     places = None if between is None else _places(between, known)
     announce()
+    numbers = _start(effect, start or [])
     with output.progress("add", 3) as advance:
-        added = fit_effect(effect, known, log, between=places, progress=advance)
+        added = add_effect(
+            effect, known, log, between=places, start=numbers, force=True, progress=advance
+        )
     for text in added.left_out:
         output.warning(text)
+    joint = added.element.between
     if added.worse and not force:
         raise DiagnosisError(
-            f"{effect} between {' and '.join(added.element.between)}: {added.worse}. No model "
-            "is written; --force writes it all the same."
+            f"{effect} between {' and '.join(joint)}: {added.worse}. No model is "
+            "written; --force writes it all the same."
         )
     if added.worse:
         output.warning(f"written although {added.worse}")
-    element = added.in_few_digits()
-    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(element.between)})"
-    changes = _changes(known, added)
+    for note in added.notes:
+        output.message(note)
+    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(joint)})"
     add_element(
         model,
-        element,
+        added.element,
         new,
         _provenance(log, added, options.effects_of(own)),
-        changes=changes,
+        changes=_changes(known, added.model),
+        masses={n: m for n, m in added.model.masses.items() if m != known.masses[n]},
+        modes=added.modes if modes else (),
         title=title,
     )
     _tell(effect, added, new, json)
@@ -103,26 +121,55 @@ def _provenance(log: "TestLog", added: "Added", own: dict[str, dict[str, str]]) 
     return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
 
 
-def _changes(known: "Model", added: "Added") -> dict[int, dict[str, float]]:
-    """Return the springs and dampers that were fitted as well, by the number of the element."""
-    from shakerproc.diagnose.adding import shortened
+def _changes(known: "Model", new: "Model") -> dict[int, dict[str, float]]:
+    """Return the numbers of a model that another has changed, by the number of the element."""
+    changes = {
+        i: {
+            name: getattr(other.effect, name)
+            for name in own.effect.parameters
+            if getattr(other.effect, name) != getattr(own.effect, name)
+        }
+        for i, (own, other) in enumerate(zip(known.elements, new.elements, strict=False))
+    }
+    return {i: values for i, values in changes.items() if values}
 
-    changes: dict[int, dict[str, float]] = {}
-    for i, own in enumerate(known.elements):
-        place = _place(own.between, added.stiffness)
-        if place is None or not _alone(known, i):
+
+def _start(effect: str, given: list[str]) -> dict[str, float | str]:
+    """Return numbers to start from [SI].
+
+    Raises
+    ------
+    typer.BadParameter
+        If one is not written as a number of the effect with its unit.
+    """
+    from shakerproc.models import EFFECTS
+    from shakerproc.units import to_si
+
+    known = EFFECTS[effect].estimated()
+    found: dict[str, float | str] = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        parameter = known.get(name.strip())
+        if parameter is None:
+            raise typer.BadParameter(
+                f"{effect} has no number {name.strip()!r}; it has {', '.join(known)}",
+                param_hint="--start",
+            )
+        if parameter.choices:
+            found[name.strip()] = value.strip()
             continue
-        if own.effect.kind == "spring":
-            changes[i] = {"stiffness": float(shortened(added.stiffness[place]))}
-        elif own.effect.kind == "damper" and getattr(own.effect, "damping", None) is not None:
-            changes[i] = {"damping": float(shortened(added.damping[place]))}
-    return changes
+        try:
+            found[name.strip()] = to_si(value.strip(), parameter.unit)
+        except ValueError as error:
+            raise typer.BadParameter(f"{name}: {error}", param_hint="--start") from error
+    return found
 
 
 def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
+    held = added.errors.held_out
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
-        f"{added.before:.3g} -> {added.after:.3g}, written to {new}",
+        f"{held.before:.3g} -> {held.after:.3g}, written to {new}",
         json_target=json,
     )
     rows = [[name, p.value, p.low, p.high, p.unit] for name, p in added.parameters.items()]
@@ -133,7 +180,10 @@ def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
             "kind": effect,
             "between": list(added.element.between),
             "parameters": {name: p.as_json() for name, p in added.parameters.items()},
-            "held_out": {"before": added.before, "after": added.after},
+            "linear": {name: p.as_json() for name, p in added.linear.items()},
+            "held_out": held.as_json(),
+            "errors": added.errors.as_json(),
+            "notes": list(added.notes),
             "left_out": list(added.left_out),
             "worse": added.worse,
             "model": str(new),
@@ -183,17 +233,3 @@ def _places(between: str, model: "Model") -> list[str]:
             param_hint="--between",
         )
     return places
-
-
-def _place(between, known):  # type: ignore[no-untyped-def]
-    return next((place for place in known if set(place) == set(between)), None)
-
-
-def _alone(model, index):  # type: ignore[no-untyped-def]
-    """Return whether an element is the only one of its kind between its places."""
-    own = model.elements[index]
-    same = [
-        e for e in model.elements
-        if e.effect.kind == own.effect.kind and set(e.between) == set(own.between)
-    ]  # fmt: skip
-    return len(same) == 1

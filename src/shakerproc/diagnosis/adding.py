@@ -1,0 +1,260 @@
+"""An effect fitted to the tests of a log, and the model with it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, final
+
+from shakerproc.compare.free_run_error import fall
+from shakerproc.diagnosis.data import TestArrays, check, prepared
+from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
+from shakerproc.diagnosis.one_effect import Fitted, Wanted, fitted_effect
+from shakerproc.diagnosis.result import Errors, Estimate, Pair
+from shakerproc.diagnosis.selection.errors import (
+    error_of,
+    error_of_scored,
+    floor_of,
+    scored_tests,
+)
+from shakerproc.diagnosis.updated import with_numbers
+from shakerproc.errors import DiagnosisError
+from shakerproc.model_files.writing import within
+from shakerproc.models import EFFECTS, Element, Mode, Model
+from shakerproc.models.effects import Table
+from shakerproc.models.identification import Values
+from shakerproc.models.own_effects import TYPICAL
+from shakerproc.testlog import TestLog
+
+NO_START: Final[Values] = {}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Added:
+    """A fitted effect and what it does to the errors.
+
+    Attributes
+    ----------
+    model : Model
+        The model with the effect and its own numbers as fitted, each with as many digits as its
+        interval bears out.
+    element : Element
+        The effect as it stands in that model.
+    parameters : mapping of str to Estimate
+        Its numbers with 95 % intervals; none of a table, whose band tells them.
+    linear : mapping of str to Estimate
+        The model's own numbers, fitted with it.
+    errors : Errors
+        The free-run error before and after.
+    tests : tuple of str
+        Tests it was fitted to.
+    modes : tuple of Mode
+        Further linear modes that were fitted first and that the model has not.
+    left_out : tuple of str
+        Tests that took no part since a channel did not measure, a sentence each.
+    worse : str
+        Why the effect is no gain, in a sentence; empty where it is one.
+    sha256 : mapping of str to str
+        Hash of the recording of each test, as it was read.
+    notes : tuple of str
+        What the reader must know besides, a sentence each.
+    """
+
+    model: Model
+    element: Element
+    parameters: Mapping[str, Estimate]
+    linear: Mapping[str, Estimate]
+    errors: Errors
+    tests: tuple[str, ...]
+    modes: tuple[Mode, ...] = ()
+    left_out: tuple[str, ...] = ()
+    worse: str = ""
+    sha256: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def add(
+    kind: str,
+    model: Model,
+    log: TestLog,
+    *,
+    between: Sequence[str] | None = None,
+    start: Values = NO_START,
+    force: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Added:
+    """Return a model with one effect more, fitted jointly with its own numbers to a log.
+
+    Parameters
+    ----------
+    kind : str
+        Key of the effect.
+    model : Model
+        The model as it is.
+    log : TestLog
+        The tests; those with ``hold_out: true`` are only scored.
+    between : pair of str, optional
+        Its two places; by default where it fits best.
+    start : mapping of str to float, optional
+        Numbers to start from, beside those that the tests suggest [SI].
+    force : bool
+        Whether to return it even where it is no gain.
+    progress : callable, optional
+        Called with what is being done.
+
+    Raises
+    ------
+    DiagnosisError
+        If there is no such effect, it does not fit these tests, or the held-out free-run error
+        does not fall by more than its standard error.
+    ShakerprocError
+        If a recording cannot be used.
+    """
+    usable = tests_of(log, model)
+    measured = usable.tests
+    found = add_to_arrays(
+        kind,
+        model,
+        [arrays(m) for m in measured],
+        sensors=measured[0].sensors,
+        between=between,
+        start=start,
+        force=force,
+        progress=progress,
+    )
+    return replace(
+        found,
+        tests=tuple(m.name for m in measured if not m.test.hold_out),
+        left_out=usable.left_out,
+        sha256={m.name: m.sha256 for m in measured},
+    )
+
+
+def add_to_arrays(
+    kind: str,
+    model: Model,
+    tests: Sequence[TestArrays],
+    *,
+    sensors: Sequence[str] | None = None,
+    between: Sequence[str] | None = None,
+    start: Values = NO_START,
+    force: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Added:
+    """Return the same for samples in memory, whose responses stand in the order of `sensors`.
+
+    Raises
+    ------
+    DiagnosisError
+        If there is no such effect, it does not fit these tests, or is no gain.
+    """
+    wanted = Wanted(kind, _checked(kind, model, between), start)
+    names = tuple(model.sensors if sensors is None else sensors)
+    for test in tests:
+        check(test, len(names))
+    known = replace(model, sensors={name: model.sensors[name] for name in names})
+    say = progress or (lambda _text: None)
+    fitted = fitted_effect(known, prepared(tests), wanted, say)
+    say("errors")
+    found = _added(model, fitted)
+    if found.worse and not force:
+        raise DiagnosisError(
+            f"{kind} between {' and '.join(found.element.between)}: {found.worse}."
+        )
+    return found
+
+
+def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[str, str] | None:
+    """Return the joint that is asked for, once it and the effect are known to exist.
+
+    Raises
+    ------
+    DiagnosisError
+        If they do not.
+    """
+    if kind not in EFFECTS:
+        raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
+    if EFFECTS[kind].identification(TYPICAL) is None and kind != Table.kind:
+        raise DiagnosisError(
+            f"{kind} is not fitted; write it into the model file by hand, its numbers are in "
+            f"`shakerproc effects {kind}`."
+        )
+    there = ", ".join(model.places)
+    for place in between or ():
+        if place not in model.places:
+            raise DiagnosisError(f"{model.title}: no place {place!r}; there are {there}.")
+    if between is None:
+        return None
+    if len(between) != 2 or between[0] == between[1]:
+        raise DiagnosisError(f"{model.title}: an effect stands between two of {there}.")
+    return between[0], between[1]
+
+
+def _added(model: Model, fitted: Fitted) -> Added:
+    """Return the result of a fit."""
+    fit = fitted.with_effect.fit
+    numbers = estimates(fit, -1) if fit.hypothesis.added else {}
+    linear = linear_estimates(fit)
+    errors, worse = _errors(fitted)
+    element = _in_few_digits(fitted.element, numbers)
+    own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
+    updated = with_numbers(model, own)
+    known = len(model.modes)
+    return Added(
+        model=replace(updated, elements=(*updated.elements, element)),
+        element=element,
+        parameters=numbers,
+        linear=linear,
+        errors=errors,
+        tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
+        modes=tuple(fitted.data.model.modes[known:]),
+        worse=worse,
+        notes=fitted.linear_model.notes,
+    )
+
+
+def _errors(fitted: Fitted) -> tuple[Errors, str]:
+    """Return the free-run errors before and after, and why the effect is no gain.
+
+    It has to be one over the model as it is and over the same with its own numbers fitted.
+    """
+    data, form = fitted.data, fitted.form
+    after = fitted.with_effect.fit
+    before_held, alone, held = (
+        scored_tests(data, one, form.held_out)
+        for one in (fitted.before, fitted.without.fit, after)
+    )
+    errors = Errors(
+        Pair(*(error_of(data, one, form.scored_fitted) for one in (fitted.before, after))),
+        Pair(error_of_scored(before_held), error_of_scored(held)),
+        floor_of(data, after, form.held_out),
+        {test.name: form.horizon for test in data.tests},
+    )
+    was, now, own = errors.held_out.before, errors.held_out.after, error_of_scored(alone)
+    if not now < was:
+        return errors, f"the held-out error does not fall, {was:.3g} -> {now:.3g}"
+    if alone is None or held is None:
+        return errors, ""
+    less, spread = fall(tuple(alone.values()), tuple(held.values()))
+    if less > spread:
+        return errors, ""
+    return errors, (
+        f"the held-out error falls no further than without it, {was:.3g} -> {own:.3g} with the "
+        f"model's own numbers fitted, {now:.3g} with the effect (standard error {spread:.2g})"
+    )
+
+
+def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element:
+    """Return an element with as many digits as its intervals bear out."""
+    if not numbers:
+        return element
+    values = {name: shortened(one) for name, one in numbers.items()}
+    return Element(EFFECTS[element.effect.kind].of_numbers(values), element.between)
+
+
+def shortened(estimate: Estimate) -> float | str:
+    """Return a fitted number with as many digits as its interval bears out."""
+    value = estimate.value
+    if isinstance(value, str):
+        return value
+    return within(float(value), estimate.unit, estimate.low, estimate.high)

@@ -1,0 +1,97 @@
+"""`add`, on simulated truths whose every number is known."""
+
+from dataclasses import replace
+
+import pytest
+from tests.diagnosis.one_mass import JOINT, STIFFNESS, arrays_of, one_mass
+
+from shakerproc.diagnosis.adding import add_to_arrays
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import EFFECTS, Element
+
+GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
+CUBIC = 2e11
+SHORT = {"levels": (3.0, 6.0), "seconds": 2.5}
+
+
+@pytest.fixture(scope="module")
+def gap():
+    """The tests of a joint with play."""
+    return arrays_of(one_mass(effect=EFFECTS["gap"](**GAP)), **SHORT)
+
+
+def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
+    found = add_to_arrays("gap", one_mass(stiffness=1.1 * STIFFNESS), gap)
+    assert found.element.between == JOINT
+    for name, value in GAP.items():
+        one = found.parameters[name]
+        assert one.value == pytest.approx(value, rel=0.02)
+        assert one.low < one.value < one.high
+        assert getattr(found.element.effect, name) == pytest.approx(one.value, rel=1e-4)
+    assert found.linear["stiffness base-mass"].value == pytest.approx(STIFFNESS, rel=0.01)
+    spring = found.model.elements[0].effect
+    assert spring.stiffness == pytest.approx(STIFFNESS, rel=0.01)
+    assert found.model.elements[-1] == found.element
+    assert found.errors.held_out.after < 0.1 * found.errors.held_out.before
+    assert found.errors.fitted.before > 0.5
+    assert found.worse == ""
+
+
+def test_the_joint_may_be_named_either_way_round(gap):
+    found = add_to_arrays("gap", one_mass(), gap, between=JOINT[::-1])
+    assert set(found.element.between) == set(JOINT)
+
+
+def test_what_is_no_gain_is_refused_unless_it_is_forced():
+    tests = arrays_of(one_mass(), levels=(3.0,), seconds=2.0)
+    with pytest.raises(DiagnosisError, match="base and mass: the held-out error"):
+        add_to_arrays("cubic_stiffness", one_mass(), tests)
+    found = add_to_arrays("cubic_stiffness", one_mass(), tests, force=True)
+    assert found.worse.startswith("the held-out error ")
+    assert found.element.effect.kind == "cubic_stiffness"
+
+
+def test_a_second_effect_is_fitted_beside_the_first():
+    """The file has the gap already, 5 % off; the cubic spring is missing."""
+    first = Element(EFFECTS["gap"](GAP["stiffness"], 1.05 * GAP["clearance"]), JOINT)
+    hidden = Element(EFFECTS["gap"](**GAP), JOINT)
+    truth = one_mass(effect=EFFECTS["cubic_stiffness"](CUBIC))
+    tests = arrays_of(replace(truth, elements=(*truth.elements, hidden)), **SHORT)
+    known = replace(one_mass(), elements=(*one_mass().elements, first))
+    found = add_to_arrays("cubic_stiffness", known, tests)
+    assert found.parameters["coefficient"].value == pytest.approx(CUBIC, rel=0.05)
+    assert found.model.elements[2].effect.clearance == pytest.approx(1.5e-4, rel=0.02)
+    assert {"stiffness base-mass", "gap.stiffness base-mass"} <= set(found.linear)
+
+
+def test_a_table_is_the_force_of_the_hidden_law(gap):
+    """Outside the play the hidden force is stiffness times what is beyond it."""
+    found = add_to_arrays("table", one_mass(), gap)
+    table = found.element.effect
+    assert found.parameters == {}
+    assert found.errors.held_out.after < 0.5 * found.errors.held_out.before
+    force = dict(zip(table.displacement, (row[0] for row in table.force), strict=True))
+    furthest = max(force)
+    slope = found.model.elements[0].effect.stiffness - STIFFNESS
+    missing = force[furthest] + slope * furthest
+    assert missing == pytest.approx(8e4 * (furthest - 1.5e-4), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "says"),
+    [
+        ("gapp", {}, "no effect 'gapp'"),
+        ("gap", {"between": ("base", "nowhere")}, "no place 'nowhere'"),
+        ("gap", {"between": ("mass", "mass")}, "stands between two of base, mass"),
+        ("spring", {}, "is not fitted"),
+        ("gap", {"start": {"size": 1.0}}, "has no number 'size' to start from"),
+    ],
+)
+def test_what_cannot_be_is_said_before_the_long_work(gap, kind, more, says):
+    with pytest.raises(DiagnosisError, match=says):
+        add_to_arrays(kind, one_mass(), gap, **more)
+
+
+def test_numbers_to_start_from_do_no_harm_where_they_are_wrong(gap):
+    found = add_to_arrays("gap", one_mass(), gap, start={"clearance": 1e-6})
+    assert found.parameters["clearance"].value == pytest.approx(1.5e-4, rel=0.02)
