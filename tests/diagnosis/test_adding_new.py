@@ -1,16 +1,21 @@
 """`add`, on simulated truths whose every number is known."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.diagnosis.one_mass import JOINT, STIFFNESS, arrays_of, one_mass
 
+from shakerproc.diagnosis import TestArrays
 from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import EFFECTS, Element
+from shakerproc.model_files import effect_files, load_effects
+from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 CUBIC = 2e11
+OWN = Path(__file__).parents[2] / "examples" / "my_effects.py"
 SHORT = {"levels": (3.0, 6.0), "seconds": 2.5}
 
 
@@ -95,3 +100,64 @@ def test_what_cannot_be_is_said_before_the_long_work(gap, kind, more, says):
 def test_numbers_to_start_from_do_no_harm_where_they_are_wrong(gap):
     found = add_to_arrays("gap", one_mass(), gap, start={"clearance": 1e-6})
     assert found.parameters["clearance"].value == pytest.approx(1.5e-4, rel=0.02)
+
+
+def component(law, seed):
+    """Return a component test: 1 kg imposed on, with this force beside spring and damper."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(6000) / 1000.0
+    frequency = np.arange(3.0, 30.0, 1.0 / 6.0)[:, None]
+    angle = 2.0 * np.pi * frequency * t + rng.uniform(0.0, 2.0 * np.pi, frequency.shape)
+    size = 1e-3 / np.sqrt(frequency.size)
+    x = size * np.sin(angle).sum(axis=0)
+    v = size * (2.0 * np.pi * frequency * np.cos(angle)).sum(axis=0)
+    force = 3e4 * x + 50.0 * v + law(x, v) + 0.05 * rng.standard_normal(t.size)
+    return TestArrays(f"test {seed}", 1000.0, x[None], force[None], seed == 2, band=(2.0, 40.0))
+
+
+def rod():
+    """Return the model of a component test, its spring 20 % too soft."""
+    elements = (Element(EFFECTS["spring"](2.4e4), ROD), Element(EFFECTS["damper"](50.0), ROD))
+    return Model(
+        "component", {"rod": 1e-6}, elements, Excitation("imposed displacement", "rod"),
+        {"force": Sensor("rod", "force")},
+    )  # fmt: skip
+
+
+ROD = ("base", "rod")
+
+
+@pytest.mark.parametrize(
+    ("kind", "law", "numbers"),
+    [
+        ("coulomb_friction", lambda _, v: 7.0 * np.sign(v), {"sliding_force": 7.0}),
+        (
+            "gap",
+            lambda x, _: 8e4 * np.sign(x) * np.maximum(np.abs(x) - 5e-4, 0.0),
+            {"stiffness": 8e4, "clearance": 5e-4},
+        ),
+        ("cubic_stiffness", lambda x, _: 1e10 * x**3, {"coefficient": 1e10}),
+    ],
+)
+def test_the_force_over_an_imposed_motion_tells_a_law(kind, law, numbers):
+    found = add_to_arrays(kind, rod(), [component(law, 1), component(law, 2)])
+    for name, value in numbers.items():
+        assert found.parameters[name].value == pytest.approx(value, rel=0.005)
+    assert found.linear["stiffness base-rod"].value == pytest.approx(3e4, rel=0.002)
+    assert found.errors.held_out.after < 0.01 * found.errors.held_out.before
+
+
+def test_a_free_law_of_an_imposed_motion_is_refused():
+    with pytest.raises(DiagnosisError, match="cannot be fitted to tests with an imposed"):
+        add_to_arrays("table", rod(), [component(lambda x, _: 1e10 * x**3, 1)])
+
+
+def test_an_effect_of_the_user_s_own_is_added_like_any_other():
+    load_effects(OWN)
+    try:
+        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **SHORT)
+        found = add_to_arrays("detent", one_mass(), tests)
+    finally:
+        effect_files.forget_effects()
+    assert found.parameters["force"].value == pytest.approx(3.0, rel=0.03)
+    assert found.parameters["pitch"].value == pytest.approx(8e-4, rel=0.03)

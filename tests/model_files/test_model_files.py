@@ -20,10 +20,11 @@ from shakerproc.model_files import (
     read_model_file,
     write_model,
 )
-from shakerproc.model_files.writing import number, within
+from shakerproc.model_files.writing import mode_text, number, within
 from shakerproc.models.effects import EFFECTS, Damper, Gap, Spring, Stop
 from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
 from shakerproc.models.faults import Clipping, SensorDelay
+from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element, Excitation, Model, Sensor
 from shakerproc.units import to_si
 
@@ -180,6 +181,30 @@ def test_the_provenance_is_kept_and_grows(tmp_path):
     assert first.from_model == "model.yaml"
     assert read_model(out).elements[0].effect == Spring(1e5)
     assert "# secant" in out.read_text()
+
+
+BENDING = Mode(512.0, 0.01, 1e-3, {"coupon": 1.0})
+HEAVIER = {"coupon": 0.0301}
+
+
+def test_masses_change_and_further_modes_are_appended(tmp_path):
+    path, out = written(tmp_path, TEXT), tmp_path / "new.yaml"
+    gap = Element(Gap(1e5, 5.1e-5), ("base", "coupon"))
+    add_element(path, gap, out, PROVENANCE, masses=HEAVIER, modes=(BENDING,))
+    model = read_model(out)
+    assert model.masses["coupon"] == 0.0301
+    assert model.modes == (BENDING,)
+    add_element(out, gap, out, PROVENANCE, modes=(BENDING, BENDING))
+    assert read_model(out).modes == (BENDING,) * 3
+    assert len(read_model_file(out).provenance) == 2
+
+
+def test_modes_are_appended_to_those_in_brackets(tmp_path):
+    text = TEXT + "modes: [" + mode_text(BENDING) + "]\n"
+    path, out = written(tmp_path, text), tmp_path / "new.yaml"
+    gap = Element(Gap(1e5, 5.1e-5), ("base", "coupon"))
+    add_element(path, gap, out, modes=(BENDING, BENDING))
+    assert read_model(out).modes == (BENDING,) * 3
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r\n"])

@@ -8,7 +8,7 @@ from shakerproc.compare.free_run_error import fall
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
-from shakerproc.diagnosis.one_effect import Fitted, Wanted, fitted_effect
+from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
 from shakerproc.diagnosis.result import Errors, Estimate, Pair
 from shakerproc.diagnosis.selection.errors import (
     error_of,
@@ -17,6 +17,7 @@ from shakerproc.diagnosis.selection.errors import (
     scored_tests,
 )
 from shakerproc.diagnosis.updated import with_numbers
+from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model
@@ -154,7 +155,9 @@ def add_to_arrays(
         check(test, len(names))
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     say = progress or (lambda _text: None)
-    fitted = fitted_effect(known, prepared(tests), wanted, say)
+    fitted = fitted_effect(
+        known, prepared(tests, imposed=known.excitation.imposed), wanted, say
+    )
     say("errors")
     found = _added(model, fitted)
     if found.worse and not force:
@@ -209,7 +212,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
         modes=tuple(fitted.data.model.modes[known:]),
         worse=worse,
-        notes=fitted.linear_model.notes,
+        notes=fitted.notes,
     )
 
 

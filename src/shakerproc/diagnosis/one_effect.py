@@ -1,12 +1,12 @@
 """One effect that is asked for, fitted beside the model as the search fits all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
+from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
@@ -23,35 +23,10 @@ from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scale
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.search import _as_it_is, _at_horizon, _form
 from shakerproc.diagnosis.selection.scores import Score, gain
+from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
-from shakerproc.models.identification import Identification, Values
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """What is to be added.
-
-    Attributes
-    ----------
-    kind : str
-        Key of the effect.
-    between : (str, str), optional
-        The joint; by default the one where it fits best.
-    start : mapping of str to float or str
-        Coordinates to start from beside those of the screening [SI].
-    """
-
-    kind: str
-    between: Joint | None = None
-    start: Values = field(default_factory=lambda: MappingProxyType({}))
-
-    @property
-    def is_free_law(self) -> bool:
-        """Whether it is the force without a name, which is found by regression alone."""
-        return self.kind == Table.kind
 
 
 @final
@@ -63,8 +38,8 @@ class Fitted:
     ----------
     data : DataSet
         The tests, as recorded or corrected by what is unusual of the chain of measurement.
-    linear_model : LinearModel
-        What it was fitted on top of.
+    notes : tuple of str
+        What was fitted as linear besides, a sentence each.
     form : Form
         In which models are compared.
     before : Fit
@@ -74,7 +49,7 @@ class Fitted:
     """
 
     data: DataSet
-    linear_model: LinearModel
+    notes: tuple[str, ...]
     form: Form
     before: Fit
     without: Score
@@ -96,6 +71,8 @@ def fitted_effect(
     recorded, it is fitted to corrected ones too, and the better of both is returned.
     """
     say("linear model")
+    if model.excitation.imposed:
+        return _in_component_tests(model, tests, wanted, say)
     linear = fit_linear(model, tests)
     found = _fitted(model, linear, tests, wanted, say)
     if not is_unusual(linear) or found.with_effect.mean < EXPLAINED:
@@ -126,24 +103,84 @@ def _fitted(
         fits = _tables(campaign, linear, wanted)
     else:
         fits = _effects(campaign, linear, linear_model, wanted, say)
+    best = _best(fits, wanted)
+    say("at the horizon")
+    form, done = _form(campaign, [best], linear)
+    return _carried(original, campaign, form, (linear, best, done), linear_model.notes)
+
+
+def _in_component_tests(
+    model: Model, tests: Sequence[Test], wanted: Wanted, say: Callable[[str], None]
+) -> Fitted:
+    """Return the effect fitted to tests in which a motion is imposed.
+
+    Raises
+    ------
+    DiagnosisError
+        If the effect cannot be fitted to them.
+    """
+    campaign = _campaign(model, tests, wanted)
+    form = component_tests.form_of(campaign.data)
+    campaign = replace(campaign, stages=component_tests.stages_of(form))
+    linear = component_tests.linear_fit(campaign.data, form)
+    if linear is None or wanted.is_free_law:
+        raise DiagnosisError(
+            f"{model.title}: {wanted.kind} cannot be fitted to tests with an imposed "
+            "displacement."
+        )
+    looked_for = sought(campaign, wanted)
+    starts = with_own(component_tests.starts_of(campaign, looked_for), wanted)
+    own = np.zeros(len(linear.hypothesis.own))
+    one_more = OneMore(
+        campaign.data, linear, campaign.known, campaign.stages, linear=own, say=say
+    )
+    fits = _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
+    best = _best(fits, wanted)
+    return _carried(model, campaign, form, (linear, best, {}), ())
+
+
+def _best(fits: Sequence[Fit], wanted: Wanted) -> Fit:
+    """Return the best of several fits.
+
+    Raises
+    ------
+    DiagnosisError
+        If there is none.
+    """
     if not fits:
         where = f" between {' and '.join(wanted.between)}" if wanted.between else ""
         raise DiagnosisError(
             f"{wanted.kind}{where} cannot be fitted to these tests: its motion runs away, or "
             "it explains nothing; see `shakerproc diagnose` for what does."
         )
-    say("at the horizon")
-    best = min(fits, key=lambda one: one.level)
-    form, done = _form(campaign, [best], linear)
+    return min(fits, key=lambda one: one.level)
+
+
+def _carried(
+    original: Model,
+    campaign: Campaign,
+    form: Form,
+    fits: tuple[Fit, Fit, Mapping[Fit, Score]],
+    notes: tuple[str, ...],
+) -> Fitted:
+    """Return the model without and with the effect, carried over to the form and scored there.
+
+    Raises
+    ------
+    DiagnosisError
+        If the motion runs away there.
+    """
+    linear, best, done = fits
     scores = [_at_horizon(campaign.data, [one], form, done) for one in (linear, best)]
     if not all(scores):
+        kinds = " and ".join(best.hypothesis.kinds) or Table.kind
         raise DiagnosisError(
-            f"{wanted.kind} cannot be fitted to these tests: the motion runs away in what was "
-            "held out."
+            f"{kinds} cannot be fitted to these tests: the motion runs away in what was held "
+            "out."
         )
     (without,), (with_effect,) = scores
     before = _as_it_is(original, linear)
-    return Fitted(campaign.data, linear_model, form, before, without, with_effect)
+    return Fitted(campaign.data, notes, form, before, without, with_effect)
 
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
@@ -179,12 +216,6 @@ def _linear(campaign: Campaign) -> Fit:
     return found
 
 
-def _joints(campaign: Campaign, wanted: Wanted) -> list[Joint]:
-    """Return the joints in which the effect is fitted."""
-    place = wanted.between
-    return [j for j in campaign.known if place is None or set(j) == set(place)]
-
-
 def _effects(
     campaign: Campaign,
     linear: Fit,
@@ -193,64 +224,30 @@ def _effects(
     say: Callable[[str], None],
 ) -> list[Fit]:
     """Return the best fit of the effect in each joint, after those that it contains."""
-    data, known = campaign.data, campaign.known
+    data = campaign.data
     own = as_in(linear.hypothesis, linear_model.model)
-    chosen = {
-        joint: _with_contained(known[joint], wanted.kind) for joint in _joints(campaign, wanted)
-    }
-    sought = {joint: chosen.get(joint, {}) for joint in known}
-    starts = _with_own(screen(data.model, campaign.fitted, tuple(known), sought), wanted)
+    looked_for = sought(campaign, wanted)
+    starts = with_own(
+        screen(data.model, campaign.fitted, tuple(looked_for), looked_for), wanted
+    )
+    one_more = OneMore(data, linear, campaign.known, campaign.stages, linear=own, say=say)
+    return _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
+
+
+def _in_each_joint(
+    one_more: OneMore, joints: Sequence[Joint], starts: Sequence[Start], kind: str
+) -> list[Fit]:
+    """Return the best fit of the effect in each joint, from starts of all."""
     out = []
-    for joint in chosen:
-        one_more = OneMore(data, linear, known, campaign.stages, linear=own, say=say)
+    for joint in joints:
         found = one_more.found([start for start in starts if start.between == joint])
-        out += [one for one in found if one.hypothesis.kinds == (wanted.kind,)][:1]
+        out += [one for one in found if one.hypothesis.kinds == (kind,)][:1]
     return out
-
-
-def _with_contained(
-    known: Mapping[str, Identification], kind: str
-) -> dict[str, Identification]:
-    """Return what an effect says of a joint, and what those say that it contains."""
-    found: dict[str, Identification] = {}
-    waiting = [kind]
-    while waiting:
-        name = waiting.pop()
-        if name in known and name not in found:
-            found[name] = known[name]
-            waiting += [one.kind for one in known[name].contains]
-    return found
-
-
-def _with_own(starts: Sequence[Start], wanted: Wanted) -> list[Start]:
-    """Return starts of the screening, before them the best with the numbers that were given.
-
-    Raises
-    ------
-    DiagnosisError
-        If the effect has no number of such a name.
-    """
-    kept = [replace(start, kept=True) for start in starts]
-    if not wanted.start:
-        return kept
-    own: dict[Joint, Start] = {}
-    for start in kept:
-        if start.kind == wanted.kind:
-            own.setdefault(start.between, start)
-    for start in own.values():
-        unknown = [name for name in wanted.start if name not in start.values]
-        if unknown:
-            raise DiagnosisError(
-                f"{wanted.kind} has no number {unknown[0]!r} to start from; it has "
-                f"{', '.join(start.values)}."
-            )
-    given = [replace(start, values={**start.values, **wanted.start}) for start in own.values()]
-    return [*given, *kept]
 
 
 def _tables(campaign: Campaign, linear: Fit, wanted: Wanted) -> list[Fit]:
     """Return the missing force of each joint as a smooth table, grown with own numbers."""
-    data, joints = campaign.data, _joints(campaign, wanted)
+    data, joints = campaign.data, joints_of(campaign, wanted)
     laws = free_laws(data.model, campaign.fitted, tuple(campaign.known))
     law = next((law for law in laws if law.between in joints), None)
     if law is None:

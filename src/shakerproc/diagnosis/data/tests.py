@@ -123,18 +123,27 @@ class Test:
         return self.quiet is not None
 
 
-def prepared(tests: Sequence[TestArrays]) -> tuple[Test, ...]:
-    """Return tests as the estimation needs them."""
+def prepared(tests: Sequence[TestArrays], *, imposed: bool = False) -> tuple[Test, ...]:
+    """Return tests as the estimation needs them.
+
+    Parameters
+    ----------
+    tests : sequence of TestArrays
+        Tests of one campaign.
+    imposed : bool
+        Whether a displacement is imposed: where in its play a joint stands then counts, so that
+        the mean of the input is kept.
+    """
     channels = [
         Channels(test.controls, test.responses, test.sample_rate, test.band) for test in tests
     ]
     return tuple(
-        _prepared(test, noise_of(own, [other for other in channels if other is not own]))
+        _prepared(test, noise_of(own, [o for o in channels if o is not own]), imposed=imposed)
         for test, own in zip(tests, channels, strict=True)
     )
 
 
-def _prepared(arrays: TestArrays, noise: Noise) -> Test:
+def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
     responses = arrays.responses - arrays.responses.mean(axis=1, keepdims=True)
     rate = arrays.sample_rate
@@ -151,7 +160,7 @@ def _prepared(arrays: TestArrays, noise: Noise) -> Test:
     own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))
     return Test(
         arrays=arrays,
-        input=controls.mean(axis=0),
+        input=(arrays.controls if imposed else controls).mean(axis=0),
         responses=responses,
         band=(LOW_SHARE * low, highest),
         start=start,

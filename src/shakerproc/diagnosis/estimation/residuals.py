@@ -19,6 +19,7 @@ from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
 from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
+from shakerproc.simulate.inputs import prepare_displacement
 
 MODEL_SHARE: Final = 1e-3
 """Share of a response to which no model is held: calibration, noise of the controls [-]."""
@@ -95,7 +96,8 @@ class DataSet:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What drives each test, prepared for the engine."""
-        return tuple(prepare(test.input, test.sample_rate) for test in self.tests)
+        made = prepare_displacement if self.model.excitation.imposed else prepare
+        return tuple(made(test.input, test.sample_rate) for test in self.tests)
 
     @cached_property
     def measured(self) -> tuple[FloatArray, ...]:

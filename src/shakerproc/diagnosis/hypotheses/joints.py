@@ -49,13 +49,18 @@ def _peak(samples: FloatArray) -> float:
 
 
 def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
-    """Return mass times acceleration of the mass that hangs on a joint, its largest [N]."""
+    """Return the largest force that a joint carries, as sensors tell it [N].
+
+    Mass times acceleration of the mass that hangs on it, or the force that imposes its motion.
+    """
     mass = next((model.masses[place] for place in reversed(joint) if place != BASE), 0.0)
     found = [0.0]
     for test in tests:
         for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
             if sensor.measures == "acceleration" and sensor.at in joint:
                 found.append(mass * _peak(row))
+            elif sensor.measures == "force" and sensor.at in joint:
+                found.append(_peak(row))
     return max(found)
 
 
