@@ -47,6 +47,10 @@ class ChannelUse:
         Sensor output per unit, such as ``100 mV/g``, where the file holds volts.
     override : bool
         Whether unit and sensitivity count where the file says another unit.
+    position : tuple of float, optional
+        Where the sensor sits, x, y, z [m].
+    direction : tuple of float, optional
+        Unit vector along which it measures, x, y, z [-].
     """
 
     key: str | int
@@ -56,6 +60,8 @@ class ChannelUse:
     unit: str | None = None
     sensitivity: str | None = None
     override: bool = False
+    position: tuple[float, float, float] | None = None
+    direction: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

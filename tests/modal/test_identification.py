@@ -33,7 +33,7 @@ def closed_form_functions(structure, frequency):
 
 @pytest.fixture(scope="module")
 def structure():
-    return draw(np.random.default_rng(3), 7, n_inputs=2, noise_db=40.0)
+    return draw(np.random.default_rng(3), 5, n_inputs=2, noise_db=40.0, duration=12.0)
 
 
 @pytest.fixture(scope="module")
@@ -70,10 +70,10 @@ def test_response_functions_give_the_same_modes(structure):
 
 
 def test_as_many_modes_as_are_asked_for(structure):
-    fewer = Settings(BAND, modes=5)
+    fewer = Settings((90.0, 115.0), modes=1)
     found = identify_samples(structure.force, structure.response, structure.sample_rate, fewer)
-    assert found.poles.size == 5
-    more = Settings((60.0, 110.0), modes=9)
+    assert found.poles.size == 1
+    more = Settings((90.0, 115.0), modes=9)
     found = identify_samples(structure.force, structure.response, structure.sample_rate, more)
     assert any("9 modes were asked for" in note for note in found.notes)
 

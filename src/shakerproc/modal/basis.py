@@ -41,7 +41,7 @@ def rest_of(lines: Lines) -> FloatArray:
         z = np.exp(-2j * np.pi * lines.frequency * lines.interval)
         level = np.sqrt(np.mean(np.abs(lines.outputs) ** 2)) or 1.0
         terms += [level * z**power for power in TRANSIENT_POWERS]
-    return stacked(np.array(terms))
+    return stacked(lines.weights * np.array(terms))
 
 
 def reference_of(lines: Lines) -> float:
@@ -123,7 +123,7 @@ def _pairs(
         columns += [one * (plain + mirrored), one * 1j * (plain - mirrored)]
     if decay is not None and mirrored_decay is not None:
         columns += [decay + mirrored_decay, 1j * (decay - mirrored_decay)]
-    return stacked(np.stack(columns, axis=1))
+    return stacked(lines.weights * np.stack(columns, axis=1))
 
 
 def stacked(values: ComplexArray) -> FloatArray:

@@ -25,6 +25,9 @@ MOST_LINES: Final = 12_000
 KEPT_ORDERS: Final = 4
 """A pole that stays over one in so many of the orders begins as a mode; others are tried."""
 
+LOW_ORDERS: Final = 6
+"""Poles of orders up to this are tried as well: noise hides what higher orders spread out."""
+
 NORMAL_95: Final = 1.959964
 """Half-width of a 95 % interval in standard deviations [-]."""
 
@@ -235,7 +238,9 @@ def _modes(lines: Lines, diagram: Diagram, settings: Settings, method: Method) -
     certain = counts[by_count] >= max(3, len(orders_of(settings)) // KEPT_ORDERS)
     ordered = poles[by_count]
     notes = [] if thin is lines else [_told_thin(lines, thin)]
-    model = selected(thin, ordered[certain], ordered[~certain], settings.band)
+    low = diagram.poles[diagram.order <= LOW_ORDERS]
+    doubtful = np.concatenate([ordered[~certain], low])
+    thin, model = selected(thin, ordered[certain], doubtful, settings.band)
     model, more = as_wanted(thin, model, diagram, settings)
     shapes, participation = split_residues(model.residues)
     errors = np.sqrt(np.diag(model.covariance)).reshape(-1, 2)

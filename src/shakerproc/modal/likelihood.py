@@ -47,7 +47,9 @@ class Fit:
     synthesis : (n_outputs, n_lines) complex array
         What the model says of the outputs [unit of the outputs].
     noise : (n_outputs,) array
-        Mean square of what it leaves of a line [unit² of the outputs].
+        Mean square of what it leaves of a weighted line [unit² of the outputs].
+    unexplained : (n_outputs,) array
+        Rms of what it leaves over the rms of the output, over the lines [-].
     deviance : float
         -2 ln(likelihood) up to a constant.
     n_parameters : int
@@ -63,6 +65,7 @@ class Fit:
     covariance: FloatArray
     synthesis: ComplexArray
     noise: FloatArray
+    unexplained: FloatArray
     deviance: float
     n_parameters: int
     settled: bool
@@ -119,7 +122,7 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> Fit:
     .. [3] H. White, "A heteroskedasticity-consistent covariance matrix estimator",
        Econometrica 48, 817-838, 1980.
     """
-    rest, target = rest_of(lines), stacked(lines.outputs)
+    rest, target = rest_of(lines), stacked(lines.weights * lines.outputs)
     place = _places(np.asarray(poles, dtype=np.complex128))
     linear = _linear(lines, _poles(place), rest, target)
     damping, settled = 1e-3, steps == 0
@@ -245,6 +248,12 @@ def _enlarged(plain: FloatArray, robust: FloatArray) -> FloatArray:
     return plain * scale * scale[:, np.newaxis]
 
 
+def _power(outputs: ComplexArray) -> FloatArray:
+    """Return the mean square of each output over the lines, 1 where it is 0."""
+    power = np.mean(np.abs(outputs) ** 2, axis=1)
+    return np.where(power > 0.0, power, 1.0)
+
+
 def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> Fit:
     poles = _poles(place)
     n_modes, n_lines = poles.size, lines.frequency.size
@@ -268,8 +277,12 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
         rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), -1), 0, 1),
         reference=reference_of(lines),
         covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
-        synthesis=lines.outputs - left,
+        synthesis=lines.outputs - left / lines.weights,
         noise=linear.noise,
+        unexplained=np.sqrt(
+            _power(np.asarray(left / lines.weights, dtype=np.complex128))
+            / _power(lines.outputs)
+        ),
         deviance=linear.deviance,
         n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
         settled=settled,

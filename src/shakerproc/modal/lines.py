@@ -26,6 +26,8 @@ class Lines:
         Sample interval [s].
     transient : bool
         Whether the outputs hold the free decay of what was before and the end of the record.
+    weight : (n_lines,) array, optional
+        Of each line in the fit: small where the noise of all outputs is large [-].
     """
 
     frequency: FloatArray
@@ -33,6 +35,12 @@ class Lines:
     outputs: ComplexArray
     interval: float
     transient: bool = True
+    weight: FloatArray | None = None
+
+    @property
+    def weights(self) -> FloatArray:
+        """Weight of each line, 1 where none are given [-]."""
+        return np.ones(self.frequency.size) if self.weight is None else self.weight
 
 
 def lines_of_samples(

@@ -144,7 +144,7 @@ def poles_of_order(sums: Sums, order: int) -> OrderPoles:
     numerators = np.moveaxis(numerators.reshape(r.shape[0], s.shape[0], -1), 1, 0)
     m = t - np.einsum("oqa,oqb->ab", s, numerators)
     free = m[p:, p:] + RIDGE * np.trace(m) / m.shape[0] * np.eye(m.shape[0] - p)
-    alpha = np.concatenate([np.eye(p), -scipy.linalg.solve(free, m[p:, :p], assume_a="sym")])
+    alpha = np.concatenate([np.eye(p), -np.linalg.solve(free, m[p:, :p])])
     return _roots(sums, alpha.reshape(order + 1, p, p), numerators, order)
 
 
@@ -182,10 +182,10 @@ def _roots(sums: Sums, alpha: FloatArray, numerators: FloatArray, order: int) ->
     n_driven = max(1, q - 1)  # the last input is the 1 of the transient, if there is one
     strongest = np.argmax(np.linalg.norm(shapes[:, :n_driven], axis=2), axis=1)
     chosen = shapes[np.arange(len(kept)), strongest]
-    return OrderPoles(order, poles[kept], _unit(chosen))
+    return OrderPoles(order, poles[kept], unit_shapes(chosen))
 
 
-def _unit(shapes: ComplexArray) -> ComplexArray:
+def unit_shapes(shapes: ComplexArray) -> ComplexArray:
     """Return shapes whose largest component is 1."""
     if not shapes.size:
         return shapes

@@ -1,10 +1,11 @@
 """Which poles are modes: those without which the measurement is explained measurably worse."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from shakerproc.data import ComplexArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.likelihood import Fit, fit
 from shakerproc.modal.lines import Lines
 from shakerproc.modal.stabilisation import damping_of
@@ -15,14 +16,20 @@ FEW_STEPS: Final = 6
 MARGIN: Final = 10.0
 """By how much Schwarz' criterion must improve for one more mode: very strong evidence [-]."""
 
+UNKNOWN: Final = 0.4
+"""Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
+
+SMOOTHED: Final = 41
+"""Lines over which the noise is smoothed."""
+
 SAME: Final = 0.1
 """Distance of two poles, in units of the smaller damping, below which they are one [-]."""
 
 
 def selected(
     lines: Lines, certain: ComplexArray, doubtful: ComplexArray, band: tuple[float, float]
-) -> Fit:
-    """Return the modal model whose every mode is needed.
+) -> tuple[Lines, Fit]:
+    """Return the modal model whose every mode is needed, and the lines weighted for it.
 
     Parameters
     ----------
@@ -37,6 +44,8 @@ def selected(
 
     Returns
     -------
+    Lines
+        With weights by the noise that the model leaves.
     Fit
         Refined; without modes where none is needed.
 
@@ -46,15 +55,59 @@ def selected(
        90, 773-795, 1995.
     """
     best = _pruned(lines, fit(lines, apart(certain), FEW_STEPS), band)
-    best = _grown(lines, best, doubtful, band)
-    best = _grown(lines, best, twins(lines, best), band)
-    return _pruned(lines, fit(lines, best.poles), band)
+    best = _grown(lines, best, doubtful, band, 0.5)
+    best = _grown(lines, best, twins(lines, best), band, SAME)
+    if not best.poles.size:
+        return lines, best
+    weighted = reweighted(lines, best)
+    return weighted, _certain(weighted, _pruned(weighted, fit(weighted, best.poles), band))
 
 
-def _grown(lines: Lines, model: Fit, more: ComplexArray, band: tuple[float, float]) -> Fit:
-    """Return the model with those of some further poles that it needs."""
+def _certain(lines: Lines, model: Fit) -> Fit:
+    """Return the model without modes whose damping it does not know at all."""
+    while model.poles.size:
+        errors = np.sqrt(np.diag(model.covariance))[::2]
+        worst = int(np.argmax(errors))
+        if errors[worst] < UNKNOWN:
+            break
+        model = fit(lines, np.delete(model.poles, worst))
+    return model
+
+
+def reweighted(lines: Lines, model: Fit) -> Lines:
+    """Return the lines with weights that make the noise of a model white.
+
+    Parameters
+    ----------
+    lines : Lines
+        What was fitted.
+    model : Fit
+        Its model: what it leaves, smoothed over lines, is the noise.
+    """
+    share = _share_left(lines, model).mean(axis=0)
+    size = min(SMOOTHED, share.size // 4 * 2 + 1)
+    padded = np.pad(share, size // 2, mode="reflect")
+    level = np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
+    weight = 1.0 / np.sqrt(np.maximum(level, 1e-6 * level.max() + 1e-300))
+    return replace(lines, weight=weight / np.sqrt(np.mean(weight**2)))
+
+
+def _share_left(lines: Lines, model: Fit) -> FloatArray:
+    """Return what the model leaves of each line, over its mean, (n_outputs, n_lines)."""
+    left = np.abs(lines.outputs - model.synthesis) ** 2
+    mean = left.mean(axis=1, keepdims=True)
+    return np.asarray(left / np.where(mean > 0.0, mean, 1.0))
+
+
+def _grown(
+    lines: Lines, model: Fit, more: ComplexArray, band: tuple[float, float], reach: float
+) -> Fit:
+    """Return the model with those of some further poles that it needs.
+
+    A pole within `reach` half-widths of a mode is taken for that mode.
+    """
     for pole in more:
-        if apart(np.append(model.poles, pole)).size == model.poles.size:
+        if np.any(np.abs(model.poles - pole) < reach * -model.poles.real):
             continue
         trial = fit(lines, np.append(model.poles, pole), FEW_STEPS)
         if _is_better(lines, trial, model) and _sound(trial, band):
@@ -77,7 +130,7 @@ def twins(lines: Lines, model: Fit) -> ComplexArray:
     (n,) complex array
         Poles to begin from, 1 and 3 % to either side [rad/s].
     """
-    left = np.abs(lines.outputs - model.synthesis) ** 2 / model.noise[:, np.newaxis]
+    left = _share_left(lines, model)
     excess, found = left.mean(axis=0) - np.median(left.mean(axis=0)), []
     for pole in model.poles:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi

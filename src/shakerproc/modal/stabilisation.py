@@ -98,8 +98,27 @@ def stabilisation(
     Diagram
         Poles by order, clusters numbered by frequency.
     """
+    return diagram_of([poles_of_order(sums, order) for order in orders], band, tolerances)
+
+
+def diagram_of(
+    every: Sequence[OrderPoles],
+    band: tuple[float, float],
+    tolerances: Tolerances | None = None,
+) -> Diagram:
+    """Return the stabilisation diagram of fits of rising order, with its clusters.
+
+    Parameters
+    ----------
+    every : sequence of OrderPoles
+        A fit of each order.
+    band : (float, float)
+        Where poles are kept [Hz].
+    tolerances : Tolerances, optional
+        How little a stable pole may change.
+    """
     limits = tolerances or Tolerances()
-    fits = [_inside(poles_of_order(sums, order), band) for order in orders]
+    fits = [_inside(fit, band) for fit in every]
     before, stable = None, []
     for fit in fits:
         stable.append(_stable(fit, before, limits))
@@ -109,7 +128,7 @@ def stabilisation(
     order = np.concatenate([np.full(fit.poles.size, fit.order) for fit in fits])
     flags = np.concatenate(stable)
     loose = Diagram(order, poles, shapes, flags, np.full(poles.size, -1))
-    return replace(loose, cluster=_clusters(loose, limits, len(orders)))
+    return replace(loose, cluster=_clusters(loose, limits, len(fits)))
 
 
 def _inside(fit: OrderPoles, band: tuple[float, float]) -> OrderPoles:

@@ -38,6 +38,7 @@ from shakerproc.spectra.periodograms import periodogram
 from shakerproc.spectra.responses import (
     coherence,
     h1,
+    h1_of_inputs,
     h2,
     hv,
     multiple_coherence,
@@ -93,6 +94,7 @@ __all__ = [
     "find_peaks",
     "gain_random_error",
     "h1",
+    "h1_of_inputs",
     "h2",
     "half_power_ratio",
     "has_input",

@@ -88,6 +88,37 @@ def hv(
     return magnitude * phase
 
 
+def h1_of_inputs(
+    spectra: CrossSpectra, inputs: Sequence[int], responses: Sequence[int]
+) -> ComplexArray:
+    r"""Return the response functions to each of several inputs that act at once.
+
+    .. math:: H_1^T = S_{xx}^{+} S_{xy}
+
+    Inputs that move as one (to ten digits) share what they cause: the inverse is a
+    pseudo-inverse. It needs at least as many averages as inputs to mean anything.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    inputs, responses : sequence of int
+        Rows of the inputs and of the response channels, from 0.
+
+    Returns
+    -------
+    (n_responses, n_inputs, n_frequencies) complex array
+        Response over each input [response unit/input unit].
+
+    References
+    ----------
+    .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.
+    """
+    s_xy, inverse, scale = _scaled_inputs(spectra, inputs, responses)
+    found = np.einsum("fij,jrf->rif", inverse, s_xy)
+    return np.asarray(found / scale, dtype=np.complex128)
+
+
 def psd_ratio(
     spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
 ) -> FloatArray:
@@ -144,14 +175,22 @@ def multiple_coherence(
     (n_responses, n_frequencies) array
         Multiple coherence, 0 to 1 [-]; not a number where the response has no power.
     """
+    s_xy, inverse, _ = _scaled_inputs(spectra, controls, responses)
+    explained = np.einsum("irf,fij,jrf->rf", s_xy.conj(), inverse, s_xy).real
+    return _ratio(explained, psd(spectra)[list(responses)])
+
+
+def _scaled_inputs(
+    spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
+) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Return cross spectra and inverse density of the inputs scaled to 1, and their scale."""
     inputs, outputs = list(controls), list(responses)
     scale = np.sqrt(psd(spectra)[inputs])
     scale[scale == 0.0] = 1.0
     s_xx = spectra.matrix[np.ix_(inputs, inputs)] / (scale[:, np.newaxis] * scale)
     s_xy = spectra.matrix[np.ix_(inputs, outputs)] / scale[:, np.newaxis]
     inverse = np.linalg.pinv(np.moveaxis(s_xx, -1, 0), rcond=SAME_MOTION, hermitian=True)
-    explained = np.einsum("irf,fij,jrf->rf", s_xy.conj(), inverse, s_xy).real
-    return _ratio(explained, psd(spectra)[outputs])
+    return s_xy, inverse, scale
 
 
 def _against_mean(

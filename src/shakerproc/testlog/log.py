@@ -245,6 +245,33 @@ class Shaker:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Modal:
+    """How modes are looked for, as far as the log says it.
+
+    Attributes
+    ----------
+    band : (float, float), optional
+        Where [Hz]; by default where the test excites.
+    modes : int, optional
+        How many; by default as many as the measurement needs.
+    order : int
+        Highest order of the stabilisation diagram.
+    keep : tuple of float
+        Frequencies near which a pole is kept [Hz].
+    inputs : str, optional
+        Which role is the input: ``control``, ``force`` or ``none`` (output only); by default
+        the controls, else the forces, else none.
+    """
+
+    band: tuple[float, float] | None = None
+    modes: int | None = None
+    order: int = 60
+    keep: tuple[float, ...] = ()
+    inputs: Literal["control", "force", "none"] | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Specimen:
     """Measured dimensions of a coupon and the bushing it was tested with.
 
@@ -404,6 +431,8 @@ class TestLog:
         For messages with line and column.
     shaker : Shaker
         What the shaker can do, where the log says it.
+    modal : Modal
+        How modes are looked for.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -415,6 +444,7 @@ class TestLog:
     specimens: tuple[Specimen, ...]
     document: Document[Any]
     shaker: Shaker = Shaker()
+    modal: Modal = Modal()
 
     @property
     def active(self) -> tuple[Test, ...]:

@@ -11,6 +11,7 @@ from shakerproc.documents import Key
 from shakerproc.testlog.log import (
     Crop,
     Expectation,
+    Modal,
     Processing,
     ThresholdCrop,
     TimeCrop,
@@ -20,6 +21,7 @@ from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.schema import (
     ChannelSection,
     ExpectSection,
+    ModalSection,
     ProcessingSection,
     ThresholdSection,
     TimeSection,
@@ -115,6 +117,29 @@ def merged_processing(
     )
 
 
+def modal_of(section: ModalSection) -> Modal:
+    """Return how modes are looked for.
+
+    Raises
+    ------
+    MisfitError
+        If the band is empty, or a pole to keep lies outside of it.
+    """
+    band = None if section.band is None else (section.band.low, section.band.high)
+    if band is not None:
+        if band[0] >= band[1]:
+            raise MisfitError("expected from below to", "band", "to")
+        for i, wanted in enumerate(section.keep or ()):
+            if not band[0] <= wanted <= band[1]:
+                raise MisfitError(
+                    f"expected a frequency of the band from {band[0]:g} to {band[1]:g} Hz, got "
+                    f"{wanted:g} Hz",
+                    "keep",
+                    i,
+                )
+    return _overridden(Modal(band=band), section, without=("band",))
+
+
 def merged_expectation(base: Expectation, section: ExpectSection) -> Expectation:
     """Return what recordings must be: `base`, overridden where the section says so."""
     return _overridden(base, section)
@@ -124,8 +149,8 @@ def _given(section: BaseModel) -> dict[str, Any]:
     return {name: getattr(section, name) for name in section.model_fields_set}
 
 
-def _overridden(base: T, section: BaseModel) -> T:
-    given = _given(section)
+def _overridden(base: T, section: BaseModel, without: Sequence[str] = ()) -> T:
+    given = {name: v for name, v in _given(section).items() if name not in without}
     if not given:
         return base
     kept = {name: getattr(base, name) for name in base.__dataclass_fields__}  # type: ignore[attr-defined]

@@ -18,7 +18,12 @@ from shakerproc.testlog.log import (
     Test,
     TestLog,
 )
-from shakerproc.testlog.merging import merged_channels, merged_expectation, merged_processing
+from shakerproc.testlog.merging import (
+    merged_channels,
+    merged_expectation,
+    merged_processing,
+    modal_of,
+)
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.paths import Below
 from shakerproc.testlog.schema import LogSection, TestSection
@@ -82,6 +87,8 @@ class _Reader:
             self.channels = merged_channels(section.channels, {})
         with _At(document, "processing"):
             self.processing = merged_processing(Processing(), section.processing, self.channels)
+        with _At(document, "modal"):
+            self.modal = modal_of(section.modal)
         self.expect = merged_expectation(Expectation(), section.expect)
 
     def log(self) -> TestLog:
@@ -93,6 +100,7 @@ class _Reader:
             specimens=tuple(self.specimens.values()),
             document=self.document,
             shaker=Shaker(**dict(self.section.shaker)),
+            modal=self.modal,
         )
 
     def _test(self, i: int, section: TestSection) -> Test:

@@ -4,10 +4,11 @@ Quantities are written with their unit and held in SI; levels stay text until th
 excitation is known. Whatever is not listed here is refused; further columns go under `tags`.
 """
 
+import math
 import re
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
@@ -89,6 +90,32 @@ def _checked_hash(text: str) -> str:
     return text.lower()
 
 
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def _direction(written: object) -> tuple[float, ...]:
+    """Return the unit vector of a direction: an axis such as -z, or three numbers.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if isinstance(written, str) and written.strip().lower().lstrip("+-") in _AXES:
+        axis = written.strip().lower()
+        return tuple(-v if axis[0] == "-" and v else v for v in _AXES[axis.lstrip("+-")])
+    numbers = written if isinstance(written, list | tuple) else ()
+    plain = all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers)
+    length = math.hypot(*numbers) if plain and len(numbers) == 3 else 0.0
+    if not 0.0 < length < math.inf:
+        raise ValueError(
+            f"expected x, y, z, -x, -y, -z or three numbers such as [0, 0.5, 0.5], got "
+            f"{quoted(written)}"
+        )
+    return tuple(v / length for v in numbers)
+
+
+Metre: TypeAlias = Annotated[float, in_unit("m")]
 Text: TypeAlias = Annotated[str, AfterValidator(_checked_text)]
 Remark: TypeAlias = Annotated[str, AfterValidator(_checked_remark)]
 Identity: TypeAlias = Annotated[int | str, AfterValidator(_checked_id)]
@@ -103,6 +130,8 @@ class ChannelSection(Section):
     unit: Annotated[str, AfterValidator(_checked_unit)] | None = None
     sensitivity: Annotated[str, AfterValidator(_checked_sensitivity)] | None = None
     override: bool = False
+    position: Annotated[tuple[Metre, Metre, Metre], FromList] | None = None
+    direction: Annotated[tuple[float, float, float], BeforeValidator(_direction)] | None = None
 
 
 Channels: TypeAlias = dict[Text | Annotated[int, Field(ge=1, le=10_000)], ChannelSection]
@@ -274,6 +303,22 @@ class ShakerSection(Section):
     moving_mass: Annotated[float | None, in_unit("kg", positive=True)] = None
 
 
+class ModalSection(Section):
+    """How modes are looked for."""
+
+    band: BandSection | None = None
+    modes: Annotated[int, Field(ge=1, le=200)] | None = None
+    order: Annotated[int, Field(ge=4, le=400)] | None = None
+    keep: (
+        Annotated[
+            tuple[Annotated[float, in_unit("Hz", positive=True)], ...],
+            Field(strict=False, min_length=1, max_length=200),
+        ]
+        | None
+    ) = None
+    inputs: Literal["control", "force", "none"] | None = None
+
+
 class LogSection(Section):
     """The whole log."""
 
@@ -284,6 +329,7 @@ class LogSection(Section):
     processing: ProcessingSection = ProcessingSection()
     expect: ExpectSection = ExpectSection()
     shaker: ShakerSection = ShakerSection()
+    modal: ModalSection = ModalSection()
     specimens: Annotated[
         Annotated[str, Tag("<file>")] | Annotated[Joints, Tag("<inline>")],
         Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),

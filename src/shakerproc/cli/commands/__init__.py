@@ -19,6 +19,7 @@ from shakerproc.cli.commands.doctor import doctor
 from shakerproc.cli.commands.effects import effects
 from shakerproc.cli.commands.init import init
 from shakerproc.cli.commands.inspect import inspect
+from shakerproc.cli.commands.modal import modal
 from shakerproc.cli.commands.modes import modes
 from shakerproc.cli.commands.nastran import nastran
 from shakerproc.cli.commands.plan import plan
@@ -43,6 +44,7 @@ COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "response": response,
     "study": study,
     "plan": plan,
+    "modal": modal,
     "stiffness": stiffness,
     "modes": modes,
     "nastran": nastran,

@@ -1,0 +1,142 @@
+"""``shakerproc modal``."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.modal.from_log import ModalAnalysis
+    from shakerproc.testlog import Modal
+
+
+def modal(
+    log: Annotated[
+        Path,
+        typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),
+    ],
+    test: Annotated[
+        list[str] | None,
+        typer.Option("--test", metavar="ID", help="This test only; may be repeated."),
+    ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TESTLOG", help="A second log: its modes beside these.", dir_okay=False
+        ),
+    ] = None,
+    from_hz: Annotated[
+        float | None,
+        typer.Option(
+            help="Lowest frequency [Hz].", show_default="the log's", callback=options.positive
+        ),
+    ] = None,
+    to_hz: Annotated[
+        float | None,
+        typer.Option(
+            help="Highest frequency [Hz].", show_default="the log's", callback=options.positive
+        ),
+    ] = None,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            help="How many modes.", min=1, max=200, show_default="as many as are needed"
+        ),
+    ] = None,
+    order: Annotated[
+        int | None,
+        typer.Option(
+            help="Highest order of the stabilisation diagram.",
+            min=4,
+            max=400,
+            show_default="the log's, else 60",
+        ),
+    ] = None,
+    figures: options.FiguresOption = True,
+    out: output.OutOption = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Find natural frequencies, damping and mode shapes from the tests of a log.
+
+    Inputs are the controls, else the force channels; where there are none, output only. Modes
+    are chosen automatically and followed from test to test.
+    """
+    from shakerproc.cli.modal_tables import document_of, print_analysis
+    from shakerproc.modal.from_log import analyse_log
+    from shakerproc.testlog import read_testlog
+
+    read = read_testlog(log)
+    wish = _wish(read.modal, from_hz, to_hz, count, order)
+    tests = [read.find(name) for name in test] if test else read.active
+    other = None if against is None else read_testlog(against)
+    folder = output.out_folder(out, f"{log.stem}_modal")
+    output.own_folder(folder, "modal")
+    total = len(tests) + (0 if other is None else len(other.active))
+    with output.progress("modes", total) as advance:
+        analysis = analyse_log(
+            read,
+            tests,
+            wish,
+            against=None if other is None else (other, other.active),
+            progress=advance,
+        )
+    document = document_of(analysis, read)
+    output.write_json(document, json)
+    print_analysis(analysis, json)
+    with output.results(folder, "modal"):
+        _write(folder, analysis, document, figures=figures)
+    output.message(f"results in {folder}")
+    if analysis.failed:
+        output.finish(1)
+
+
+def _wish(
+    said: "Modal",
+    from_hz: float | None,
+    to_hz: float | None,
+    count: int | None,
+    order: int | None,
+) -> "Modal":
+    """Return how modes are looked for, the options before the log.
+
+    Raises
+    ------
+    typer.BadParameter
+        If only one end of the band is given, or it is empty.
+    """
+    if (from_hz is None) != (to_hz is None):
+        raise typer.BadParameter("give --from-hz and --to-hz, or neither", param_hint="--to-hz")
+    band = said.band
+    if from_hz is not None and to_hz is not None:
+        if from_hz >= to_hz:
+            raise typer.BadParameter("must be above --from-hz", param_hint="--to-hz")
+        band = from_hz, to_hz
+    return replace(
+        said,
+        band=band,
+        modes=said.modes if count is None else count,
+        order=said.order if order is None else order,
+    )
+
+
+def _write(
+    folder: Path,
+    analysis: "ModalAnalysis",
+    document: dict[str, Any],
+    *,
+    figures: bool,
+) -> None:
+    from shakerproc import files
+    from shakerproc.cli.modal_tables import mode_columns, shape_columns, track_columns
+
+    files.write_csv(folder / "modes.csv", mode_columns(analysis))
+    files.write_csv(folder / "shapes.csv", shape_columns(analysis))
+    files.write_csv(folder / "tracks.csv", track_columns(analysis))
+    files.write_json(folder / "modal.json", document)
+    if figures:
+        from shakerproc.report.modal_figures import draw_modal
+
+        draw_modal(analysis, folder)

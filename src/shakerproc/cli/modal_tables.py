@@ -1,0 +1,253 @@
+"""A modal analysis as tables and as JSON."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from shakerproc import __version__
+from shakerproc.cli import output
+from shakerproc.modal.from_log import ModalAnalysis, TestModes
+from shakerproc.modal.shapes import mac
+from shakerproc.modal.tracking import mac_over
+from shakerproc.testlog import TestLog
+
+SCHEMA: Final = "shakerproc-modal/1"
+
+
+def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
+    """Print the modes of every test, then each mode through the tests."""
+    for one in analysis.tests:
+        _print_test(one, json)
+    rows = track_rows(analysis)
+    if len(analysis.tests) > 1 and rows:
+        columns = list(track_columns(analysis))
+        output.print_table(
+            columns,
+            rows,
+            title="modes over the tests:",
+            json_target=json,
+            elsewhere="tracks.csv",
+        )
+    for note in analysis.notes:
+        output.data(f"note: {note}", json_target=json)
+    for name, reason in analysis.failed:
+        output.warning(f"test {name} left out: {reason}")
+
+
+def _print_test(one: TestModes, json: str | None) -> None:
+    modes = one.modes
+    said = ", ".join(word for word in (one.test.excitation, one.test.level_text) if word)
+    title = (
+        f"test {one.name}{f' ({said})' if said else ''}: {modes.poles.size} modes from "
+        f"{one.band[0]:.4g} to {one.band[1]:.4g} Hz, {len(one.sensors)} sensors, input "
+        f"{', '.join(one.inputs) or 'not measured'}"
+    )
+    rows = [
+        (
+            i + 1,
+            f"{modes.frequency[i]:.6g}",
+            f"{100.0 * modes.frequency_error[i] * 1.96:.2g}",
+            f"{100.0 * modes.damping[i]:.4g}",
+            _interval(modes.damping_bounds[:, i]),
+            f"{modes.collinearity[i]:.3f}",
+            _orders(one, i),
+        )
+        for i in range(modes.poles.size)
+    ]
+    if rows:
+        columns = (
+            "mode", "f_n [Hz]", "+- 95 % [%]", "zeta [%]", "95 % [%]", "collinearity", "orders",
+        )  # fmt: skip
+        output.print_table(columns, rows, title=title, json_target=json)
+    else:
+        output.data(title, json_target=json)
+    if modes.model is not None:
+        left = one.unexplained
+        output.data(
+            f"the modes leave {left.min():.2%} to {left.max():.2%} rms of the responses; "
+            f"intervals: {modes.interval_from}",
+            json_target=json,
+        )
+    else:
+        output.data(f"intervals: {modes.interval_from}", json_target=json)
+    for note in one.notes:
+        output.data(f"note: {note}", json_target=json)
+
+
+def _interval(bounds: "np.ndarray[Any, Any]") -> str:
+    return f"{100.0 * bounds[0]:.4g} to {100.0 * bounds[1]:.4g}"
+
+
+def _orders(one: TestModes, mode: int) -> int:
+    """Return at how many orders of the diagram a stable pole is near a mode."""
+    diagram, pole = one.modes.diagram, one.modes.poles[mode]
+    near = np.abs(diagram.poles - pole) < max(-pole.real, 0.002 * abs(pole))
+    return int(np.unique(diagram.order[near & diagram.stable]).size)
+
+
+def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
+    """Return each mode through the tests, as columns."""
+    tests = analysis.tests
+    columns: dict[str, list[object]] = {
+        "mode": [i + 1 for i in range(len(analysis.tracks))],
+        "tests": [len(track.sightings) for track in analysis.tracks],
+    }
+    found: dict[str, list[object]] = {
+        name: []
+        for name in (
+            "frequency_hz", "frequency_scatter_percent", "damping_percent",
+            "damping_scatter_percent", "frequency_first_to_last_percent", "least_mac",
+        )
+    }  # fmt: skip
+    for track in analysis.tracks:
+        f = np.array([tests[s.test].modes.frequency[s.mode] for s in track.sightings])
+        z = np.array([tests[s.test].modes.damping[s.mode] for s in track.sightings])
+        several = f.size > 1
+        found["frequency_hz"].append(float(f.mean()))
+        found["damping_percent"].append(float(100.0 * z.mean()))
+        spread = [
+            float(100.0 * v.std(ddof=1) / v.mean()) if several else np.nan for v in (f, z)
+        ]
+        found["frequency_scatter_percent"].append(spread[0])
+        found["damping_scatter_percent"].append(spread[1])
+        shift = float(100.0 * (f[-1] / f[0] - 1.0)) if several else np.nan
+        found["frequency_first_to_last_percent"].append(shift)
+        alike = [s.mac for s in track.sightings if s.mac is not None]
+        found["least_mac"].append(min(alike) if several and alike else np.nan)
+    return {**columns, **found}
+
+
+def track_rows(analysis: ModalAnalysis) -> list[tuple[object, ...]]:
+    """Return each mode through the tests, as rows."""
+    return list(zip(*track_columns(analysis).values(), strict=True))
+
+
+def mode_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
+    """Return one row for each mode of each test."""
+    names = (
+        "test", "mode", "track", "frequency_hz", "frequency_low_hz", "frequency_high_hz",
+        "damping", "damping_low", "damping_high", "collinearity", "mac_with_first", "method",
+        "joint", "specimen", "clearance_m", "excitation", "level",
+    )  # fmt: skip
+    columns: dict[str, list[object]] = {name: [] for name in names}
+    tracked = {
+        (s.test, s.mode): (number, s.mac)
+        for number, track in enumerate(analysis.tracks, 1)
+        for s in track.sightings
+    }
+    for place, one in enumerate(analysis.tests):
+        modes = one.modes
+        for i in range(modes.poles.size):
+            number, alike = tracked[place, i]
+            row = (
+                one.name, i + 1, number, float(modes.frequency[i]),
+                *map(float, modes.frequency_bounds[:, i]), float(modes.damping[i]),
+                *map(float, modes.damping_bounds[:, i]), float(modes.collinearity[i]),
+                alike, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
+                one.test.excitation or "", one.test.level_text,
+            )  # fmt: skip
+            for name, value in zip(names, row, strict=True):
+                columns[name].append(value)
+    return columns
+
+
+def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
+    """Return one row for each mode and sensor."""
+    names = ("test", "mode", "sensor", "x_m", "y_m", "z_m", "direction", "real", "imaginary")
+    columns: dict[str, list[object]] = {name: [] for name in names}
+    for one in analysis.tests:
+        for i, shape in enumerate(one.modes.shapes):
+            for k, sensor in enumerate(one.sensors):
+                place = one.positions[k] or (None, None, None)
+                along = one.directions[k]
+                told = "" if along is None else " ".join(f"{v:g}" for v in along)
+                row = (
+                    one.name, i + 1, sensor.name, *place, told,
+                    float(shape[k].real), float(shape[k].imag),
+                )  # fmt: skip
+                for name, value in zip(names, row, strict=True):
+                    columns[name].append(value)
+    return columns
+
+
+def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
+    """Return what the JSON holds."""
+    columns = track_columns(analysis)
+    return {
+        "schema": SCHEMA,
+        "shakerproc": __version__,
+        "title": analysis.title,
+        "log": log.path.name,
+        "tests": [_test_document(one) for one in analysis.tests],
+        "tracks": [
+            {
+                **{name: values[i] for name, values in columns.items()},
+                "sightings": [
+                    {
+                        "test": analysis.tests[s.test].name,
+                        "mode": s.mode + 1,
+                        "mac_with_first": s.mac,
+                    }
+                    for s in track.sightings
+                ],
+            }
+            for i, track in enumerate(analysis.tracks)
+        ],
+        "mac_between_tests": _between(analysis),
+        "failed": [{"test": name, "reason": reason} for name, reason in analysis.failed],
+        "notes": list(analysis.notes),
+    }
+
+
+def _between(analysis: ModalAnalysis) -> list[dict[str, Any]]:
+    """Return the MAC of all modes of the first test with those of each other test."""
+    found = []
+    for one in analysis.tests[1:]:
+        first = analysis.tests[0]
+        names = (first.sensor_names, one.sensor_names)
+        values = mac_over(first.modes.shapes, one.modes.shapes, names)
+        if values is not None and values.size:
+            found.append({"tests": [first.name, one.name], "mac": values.tolist()})
+    return found
+
+
+def _test_document(one: TestModes) -> dict[str, Any]:
+    modes = one.modes
+    return {
+        "test": one.name,
+        "recording_sha256": one.sha256,
+        "method": modes.method,
+        "intervals_from": modes.interval_from,
+        "band_hz": list(one.band),
+        "inputs": list(one.inputs),
+        "sensors": one.sensor_names,
+        "positions_m": [None if p is None else list(p) for p in one.positions],
+        "directions": [None if d is None else list(d) for d in one.directions],
+        "unexplained": one.unexplained.tolist(),
+        "modes": [
+            {
+                "frequency_hz": {
+                    "value": float(modes.frequency[i]),
+                    "low": float(modes.frequency_bounds[0, i]),
+                    "high": float(modes.frequency_bounds[1, i]),
+                },
+                "damping": {
+                    "value": float(modes.damping[i]),
+                    "low": float(modes.damping_bounds[0, i]),
+                    "high": float(modes.damping_bounds[1, i]),
+                },
+                "collinearity": float(modes.collinearity[i]),
+                "shape": {
+                    "real": modes.shapes[i].real.tolist(),
+                    "imaginary": modes.shapes[i].imag.tolist(),
+                },
+                "participation": {
+                    "real": modes.participation[i].real.tolist(),
+                    "imaginary": modes.participation[i].imag.tolist(),
+                },
+            }
+            for i in range(modes.poles.size)
+        ],
+        "mac": mac(modes.shapes, modes.shapes).tolist() if modes.poles.size else [],
+        "notes": list(one.notes),
+    }

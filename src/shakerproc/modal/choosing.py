@@ -1,0 +1,136 @@
+"""Which channels of a test are inputs and responses, which band, and what is in the way."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import Channel, ChannelUse, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.modal.identification import ModeSet
+from shakerproc.testlog import Modal, Test
+
+MUCH_LEFT: Final = 0.3
+"""Share of a response that modes leave, from which on it is said [-]."""
+
+DEFAULT_BAND: Final = (20.0, 0.42)
+"""Band where nobody says one: from so many lines to so much of the sample rate."""
+
+
+def band_of(recording: Recording, test: Test, wish: Modal) -> tuple[float, float]:
+    """Return where modes are looked for [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If the recording does not reach there.
+    """
+    nyquist = recording.sample_rate / 2.0
+    duration = recording.n_samples / recording.sample_rate
+    usual = (DEFAULT_BAND[0] / duration, DEFAULT_BAND[1] * recording.sample_rate)
+    said = wish.band or test.processing.band or test.band
+    low, high = usual if said is None else said
+    if wish.band is not None and high > nyquist:
+        raise SpectrumError(
+            f"{recording.run}: the band from {low:g} to {high:g} Hz lies outside the data, "
+            f"which reach to {nyquist:g} Hz; correct band under modal"
+        )
+    high = min(high, 0.49 * recording.sample_rate)
+    low = max(low, 2.0 / duration)
+    if not low < high:
+        raise SpectrumError(
+            f"{recording.run}: the band from {low:g} to {high:g} Hz is empty; the recording "
+            f"holds {2.0 / duration:.3g} to {nyquist:g} Hz"
+        )
+    return low, high
+
+
+def inputs_of(recording: Recording, wish: Modal) -> list[tuple[str, tuple[int, ...]]]:
+    """Return name and rows of each input: the mean of the controls, or each force.
+
+    Raises
+    ------
+    SpectrumError
+        If there are none of those that the log wants.
+    """
+    roles = [channel.role for channel in recording.channels]
+    controls = tuple(i for i, role in enumerate(roles) if role == "control")
+    forces = tuple(i for i, role in enumerate(roles) if role == "force")
+    wanted = wish.inputs or ("control" if controls else "force" if forces else "none")
+    if wanted == "none":
+        return []
+    rows = controls if wanted == "control" else forces
+    if not rows:
+        raise SpectrumError(
+            f"{recording.run}: no channel has the role {wanted}, which modal: {{inputs: "
+            f"{wanted}}} asks for; give it to the channel that measures the input"
+        )
+    if wanted == "control":
+        name = " and ".join(recording.channels[i].name for i in rows)
+        return [(f"mean of {name}" if len(rows) > 1 else name, rows)]
+    return [(recording.channels[i].name, (i,)) for i in rows]
+
+
+def responses_of(recording: Recording, taken: set[int]) -> list[int]:
+    """Return the rows of the responses.
+
+    Raises
+    ------
+    SpectrumError
+        If there are none.
+    """
+    kinds = {"response", "displacement", "velocity"} | (set() if taken else {"control"})
+    rows = [i for i, c in enumerate(recording.channels) if c.role in kinds and i not in taken]
+    if not rows:
+        raise SpectrumError(
+            f"{recording.run}: no channel has the role response; a mode needs at least one"
+        )
+    return rows
+
+
+def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
+    """Return what the log says of each channel of a recording; empty where it names none."""
+    used = [use for use in test.channels if use.role != "ignore"]
+    return used if len(used) == len(recording.channels) else []
+
+
+def remarks_of(
+    recording: Recording,
+    sensors: Sequence[Channel],
+    uses: Sequence[ChannelUse],
+    rows: Sequence[int],
+    modes: ModeSet,
+) -> list[str]:
+    """Return what is in the way of more, a sentence each."""
+    found = []
+    if recording.incomplete:
+        found.append("the recording was cut short: its complete part was used")
+    if len(sensors) == 1:
+        found.append(
+            "one response only: modes have no shape, and modes that are close are told apart "
+            "by frequency alone; MAC needs two sensors or more"
+        )
+    without = [
+        sensor.name
+        for sensor, row in zip(sensors, rows, strict=True)
+        if not uses or uses[row].position is None
+    ]
+    if without and len(sensors) > 1:
+        named = ", ".join(without[:6]) + (" and more" if len(without) > 6 else "")
+        found.append(
+            f"no position for {named}: shapes are drawn over the sensors' order; add "
+            "position: [0 mm, 0 mm, 0 mm] and direction: z to the channels"
+        )
+    if modes.model is not None and modes.poles.size:
+        left = float(np.max(modes.model.unexplained))
+        if left > MUCH_LEFT:
+            found.append(
+                f"the modes leave up to {left:.0%} of a response (rms) unexplained: noise, a "
+                "nonlinearity or an input that was not measured; look at the coherence"
+            )
+    if not modes.poles.size:
+        found.append(
+            "no pole stays over the orders: no mode found; look at the coherence, widen the "
+            "band, take a longer record, or name poles under modal: {keep: [...]}"
+        )
+    return found

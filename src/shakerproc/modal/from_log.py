@@ -1,0 +1,325 @@
+"""The tests of a log, modally analysed: which channels, which band, what is in the way."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc import spectra
+from shakerproc.data import Channel, ComplexArray, FloatArray, Recording
+from shakerproc.errors import ShakerprocError, SpectrumError
+from shakerproc.modal.choosing import (
+    band_of,
+    inputs_of,
+    remarks_of,
+    responses_of,
+    uses_of,
+)
+from shakerproc.modal.identification import ModeSet, Settings, identify_samples
+from shakerproc.modal.likelihood import response_functions
+from shakerproc.modal.output_only import identify_output_only
+from shakerproc.modal.tracking import Track, common, tracks_of
+from shakerproc.runs import find_crop, open_test
+from shakerproc.testlog import Modal, Test, TestLog
+
+SHOWN_SEGMENTS: Final = 8
+"""Segments without overlap of which measured response functions are averages."""
+
+MOST_SEGMENT: Final = 2**15
+"""Samples of such a segment at most."""
+
+Place = tuple[float, float, float]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Functions:
+    """Response functions of a test, measured and synthesised alike.
+
+    Attributes
+    ----------
+    frequency : (n_frequencies,) array
+        Within the band [Hz].
+    measured, synthesis : (n_responses, n_inputs, n_frequencies) complex array
+        H1 of the measurement, and of what the model answers to the same input, both through
+        the same window, so that leakage is the same in both [response unit/input unit].
+    coherence : (n_responses, n_frequencies) array
+        Multiple coherence of the measurement [-].
+    """
+
+    frequency: FloatArray
+    measured: ComplexArray
+    synthesis: ComplexArray
+    coherence: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TestModes:
+    """Modes of one test.
+
+    Attributes
+    ----------
+    name : str
+        Its id, with the name of the log in front where there are two.
+    test : Test
+        What the log says.
+    sensors : tuple of Channel
+        Rows of the shapes.
+    positions, directions : tuple
+        Where they sit [m] and measure [-]; None where the log does not say it.
+    inputs : tuple of str
+        Names of the inputs.
+    band : (float, float)
+        Where modes were looked for [Hz].
+    modes : ModeSet
+        What was found.
+    functions : Functions, optional
+        None where no input was measured.
+    density : (n_responses + 1, n_frequencies) array
+        Frequencies of the band [Hz] first, then densities of the responses [unit²/Hz].
+    unexplained : (n_responses,) array
+        Rms of what the model leaves over the rms measured, in the band [-].
+    notes : tuple of str
+        What the user should know, a sentence each.
+    sha256 : str
+        Of the recording.
+    """
+
+    __test__ = False
+
+    name: str
+    test: Test
+    sensors: tuple[Channel, ...]
+    positions: tuple[Place | None, ...]
+    directions: tuple[Place | None, ...]
+    inputs: tuple[str, ...]
+    band: tuple[float, float]
+    modes: ModeSet
+    functions: Functions | None
+    density: FloatArray
+    unexplained: FloatArray
+    notes: tuple[str, ...]
+    sha256: str
+
+    @property
+    def sensor_names(self) -> list[str]:
+        """Names of the sensors, in the order of the shapes."""
+        return [channel.name for channel in self.sensors]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModalAnalysis:
+    """Modes of the tests of a log, or of two.
+
+    Attributes
+    ----------
+    title : str
+        Of the log.
+    tests : tuple of TestModes
+        Those that could be analysed.
+    tracks : tuple of Track
+        Each mode through the tests.
+    failed : tuple of (str, str)
+        Names of those that could not, and why.
+    notes : tuple of str
+        What concerns several tests.
+    """
+
+    title: str
+    tests: tuple[TestModes, ...]
+    tracks: tuple[Track, ...]
+    failed: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+
+
+def analyse_log(
+    log: TestLog,
+    tests: Sequence[Test],
+    wish: Modal,
+    *,
+    against: tuple[TestLog, Sequence[Test]] | None = None,
+    progress: Callable[[str], None] = lambda _name: None,
+) -> ModalAnalysis:
+    """Return the modes of tests, followed from test to test.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    tests : sequence of Test
+        Those of its tests to analyse.
+    wish : Modal
+        How; by default ``log.modal``.
+    against : (TestLog, sequence of Test), optional
+        A second log to compare with, analysed in its own way.
+    progress : callable
+        Is told the name of each test when it is done.
+
+    Returns
+    -------
+    ModalAnalysis
+        Tests that fail are listed with the reason, and cost none of the others.
+    """
+    jobs = [(log, test, wish, str(test.id)) for test in tests]
+    if against is not None:
+        other, more = against
+        jobs += [(other, test, other.modal, f"{other.path.stem}:{test.id}") for test in more]
+    found: list[TestModes] = []
+    failed: list[tuple[str, str]] = []
+    for owner, test, wanted, name in jobs:
+        try:
+            found.append(replace(analyse_test(owner, test, wanted), name=name))
+        except ShakerprocError as error:
+            failed.append((name, str(error)))
+        progress(name)
+    tracks = tracks_of([one.modes for one in found], [one.sensor_names for one in found])
+    return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), _unequal(found))
+
+
+def _unequal(tests: Sequence[TestModes]) -> tuple[str, ...]:
+    """Return a sentence where tests have not the same sensors."""
+    notes = []
+    for one in tests[1:]:
+        first = tests[0]
+        mine, _ = common(first.sensor_names, one.sensor_names)
+        if len(mine) < max(len(first.sensors), len(one.sensors)):
+            shared = ", ".join(first.sensors[i].name for i in mine) or "none"
+            notes.append(
+                f"tests {first.name} and {one.name} have not the same sensors: shapes are "
+                f"compared over those in common ({shared}); give channels the same name to "
+                "compare more"
+            )
+    return tuple(notes)
+
+
+def analyse_test(log: TestLog, test: Test, wish: Modal) -> TestModes:
+    """Return the modes of one test.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    test : Test
+        One of its tests.
+    wish : Modal
+        How modes are looked for.
+
+    Raises
+    ------
+    SpectrumError
+        If the recording does not allow it.
+    """
+    with open_test(log, test) as recording:
+        try:
+            return _analysed(recording, test, wish)
+        except ValueError as error:
+            raise SpectrumError(f"{recording.run}: {error}") from error
+
+
+def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
+    if test.excitation in {"sine", "stepped sine"}:
+        raise SpectrumError(
+            f"{recording.run}: excitation: {test.excitation} reaches single frequencies, which "
+            "tell no modes; use random, a sweep or a shock"
+        )
+    band = band_of(recording, test, wish)
+    crop = find_crop(recording, test)
+    samples = recording.source.read(recording.rows, crop.start, crop.stop)
+    groups = inputs_of(recording, wish)
+    taken = {row for _, rows in groups for row in rows}
+    rows = responses_of(recording, taken)
+    settings = Settings(band, wish.modes, wish.order, wish.keep)
+    responses = samples[rows]
+    sensors = tuple(recording.channels[row] for row in rows)
+    if not groups:
+        inputs = np.zeros((0, samples.shape[1]))
+        modes = identify_output_only(responses, recording.sample_rate, settings)
+    else:
+        inputs = np.stack([samples[list(members)].mean(axis=0) for _, members in groups])
+        modes = identify_samples(inputs, responses, recording.sample_rate, settings)
+    cross = spectra.cross_spectra(
+        np.concatenate([inputs, responses]),
+        recording.sample_rate,
+        segment=_segment(samples.shape[1]),
+        window="periodic hann",
+        detrend="mean",
+    )
+    uses = uses_of(recording, test)
+    return TestModes(
+        name=str(test.id),
+        test=test,
+        sensors=sensors,
+        positions=tuple(uses[row].position if uses else None for row in rows),
+        directions=tuple(uses[row].direction if uses else None for row in rows),
+        inputs=tuple(name for name, _ in groups),
+        band=band,
+        modes=modes,
+        functions=_functions(cross, inputs, recording.sample_rate, band, modes),
+        density=_density(cross, len(groups), band),
+        unexplained=_unexplained(modes, len(rows)),
+        notes=(*modes.notes, *remarks_of(recording, sensors, uses, rows, modes)),
+        sha256=recording.file.sha256() if recording.file is not None else "",
+    )
+
+
+def _segment(n_samples: int) -> int:
+    most = min(n_samples // SHOWN_SEGMENTS, MOST_SEGMENT)
+    return max(8, 1 << max(most.bit_length() - 1, 3))
+
+
+def _functions(
+    cross: spectra.CrossSpectra,
+    inputs: FloatArray,
+    sample_rate: float,
+    band: tuple[float, float],
+    modes: ModeSet,
+) -> Functions | None:
+    """Return response functions, measured and synthesised through the same window."""
+    if modes.model is None:
+        return None
+    n_inputs = inputs.shape[0]
+    rows = range(n_inputs, cross.n_channels)
+    frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    synthesis = np.zeros((len(rows), frequency.size), dtype=np.complex128)
+    synthesis[:, inside] = np.einsum(
+        "oif,if->of",
+        response_functions(modes.model, frequency[inside]),
+        scipy.fft.rfft(inputs)[:, inside],
+    )
+    answer = scipy.fft.irfft(synthesis, inputs.shape[1])
+    model = spectra.cross_spectra(
+        np.concatenate([inputs, answer]),
+        sample_rate,
+        segment=cross.segment,
+        window="periodic hann",
+        detrend="mean",
+    )
+    shown = (cross.frequency >= band[0]) & (cross.frequency <= band[1])
+    driven = range(n_inputs)
+    return Functions(
+        cross.frequency[shown],
+        spectra.h1_of_inputs(cross, driven, rows)[..., shown],
+        spectra.h1_of_inputs(model, driven, rows)[..., shown],
+        spectra.multiple_coherence(cross, driven, rows)[..., shown],
+    )
+
+
+def _density(
+    cross: spectra.CrossSpectra, n_inputs: int, band: tuple[float, float]
+) -> FloatArray:
+    shown = (cross.frequency >= band[0]) & (cross.frequency <= band[1])
+    return np.concatenate([
+        cross.frequency[np.newaxis, shown],
+        spectra.psd(cross)[n_inputs:, shown],
+    ])
+
+
+def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
+    if modes.model is None:
+        return np.full(n_responses, np.nan)
+    return modes.model.unexplained

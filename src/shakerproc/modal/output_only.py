@@ -1,0 +1,192 @@
+"""Modes where no input was measured: covariance-driven stochastic subspace identification."""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.modal.identification import ModeSet, Settings, orders_of
+from shakerproc.modal.polynomials import OrderPoles, unit_shapes
+from shakerproc.modal.shapes import normalised, phase_collinearity
+from shakerproc.modal.stabilisation import (
+    Tolerances,
+    candidates,
+    damping_of,
+    diagram_of,
+    frequency_of,
+)
+
+BLOCKS: Final = 12
+"""Blocks of the record, each left out once for the intervals."""
+
+ROWS: Final = 480
+"""Size of the block Hankel matrix at most."""
+
+LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
+"""How little a stable pole may change; looser than with a measured input."""
+
+KEPT_ORDERS: Final = 3
+"""A mode stays over one in so many of the orders."""
+
+MOST_DAMPING: Final = 0.1
+"""Damping above which a pole is not taken for a mode of the structure [-]."""
+
+LEAST_COLLINEARITY: Final = 0.6
+"""Phase collinearity below which a pole is not taken for a mode of the structure [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Subspace:
+    """Left singular vectors of the block Hankel matrix, scaled."""
+
+    vectors: FloatArray
+    n_responses: int
+    interval: float
+
+
+def identify_output_only(
+    responses: FloatArray, sample_rate: float, settings: Settings
+) -> ModeSet:
+    """Return the modes of a record whose input was not measured, taken for broadband.
+
+    Parameters
+    ----------
+    responses : (n_responses, n_samples) array
+        Responses [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    settings : Settings
+        Band, number of modes, highest order.
+
+    Returns
+    -------
+    ModeSet
+        Without a model; intervals from leaving out one of twelve blocks of the record at a
+        time (jackknife). Shapes have no scale; a tone of the excitation looks like a mode of
+        hardly any damping.
+
+    Raises
+    ------
+    ValueError
+        If the record is too short for the band.
+
+    References
+    ----------
+    .. [1] B. Peeters and G. De Roeck, "Reference-based stochastic subspace identification for
+       output-only modal analysis", Mechanical Systems and Signal Processing 13, 855-878, 1999.
+    .. [2] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9,
+       586-596, 1981.
+    """
+    samples, interval = _slower(responses, sample_rate, settings.band[1])
+    n = samples.shape[0]
+    n_rows = int(np.clip(2.0 / (settings.band[0] * interval), settings.order / n + 2, ROWS / n))
+    if samples.shape[1] < 4 * BLOCKS * n_rows:
+        raise ValueError(
+            f"{samples.shape[1] * interval:.4g} s are too short for output only from "
+            f"{settings.band[0]:g} Hz: at least "
+            f"{4 * BLOCKS * n_rows * interval:.3g} s are needed"
+        )
+    parts = _correlations(samples, 2 * n_rows)
+    whole = _subspace(parts.sum(axis=0), n_rows, interval)
+    highest = min(settings.order, (n_rows - 1) * n)
+    orders = [order for order in orders_of(settings) if order <= highest]
+    diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, LOOSE)
+    poles, shapes, counts = candidates(diagram)
+    real = counts >= max(3, len(orders) // KEPT_ORDERS)
+    real &= (damping_of(poles) < MOST_DAMPING) if poles.size else real
+    if n > 1 and poles.size:
+        real &= phase_collinearity(shapes) > LEAST_COLLINEARITY
+    if settings.modes is not None:
+        strongest = np.argsort(-np.where(real, counts, 0), kind="stable")[: settings.modes]
+        real &= np.isin(np.arange(poles.size), strongest)
+    poles, shapes = poles[real], shapes[real]
+    errors = _jackknife(parts, n_rows, interval, poles, orders[len(orders) // 2])
+    return ModeSet(
+        method="output only",
+        poles=poles,
+        damping_error=errors[0],
+        frequency_error=errors[1],
+        shapes=normalised(shapes),
+        participation=np.ones((poles.size, 0), dtype=np.complex128),
+        diagram=diagram,
+        model=None,
+        interval_from=f"scatter over {BLOCKS} blocks of the record (jackknife)",
+        notes=("output only: the input is taken for broadband, shapes have no scale",),
+    )
+
+
+def _slower(
+    responses: FloatArray, sample_rate: float, highest: float
+) -> tuple[FloatArray, float]:
+    """Return the samples at 2.5 times the highest frequency, and their interval [s]."""
+    centred = responses - responses.mean(axis=1, keepdims=True)
+    n = centred.shape[1]
+    wanted = min(n, int(np.ceil(2.5 * highest * n / sample_rate)))
+    spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
+    slower = scipy.fft.irfft(spectrum, wanted)
+    scale = np.std(slower, axis=1, keepdims=True)
+    return slower / np.where(scale > 0.0, scale, 1.0), n / sample_rate / wanted
+
+
+def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:
+    """Return sums of y(t + k) y(t)^T over the t of each block, (blocks, lags, n, n)."""
+    n, length = samples.shape
+    size = (length - n_lags) // BLOCKS
+    found = np.empty((BLOCKS, n_lags, n, n))
+    for block in range(BLOCKS):
+        start = block * size
+        now = samples[:, start : start + size]
+        later = samples[:, start : start + size + n_lags]
+        padded = scipy.fft.next_fast_len(size + 2 * n_lags, real=True)
+        first, second = scipy.fft.rfft(now, padded), scipy.fft.rfft(later, padded)
+        product = second[:, np.newaxis] * first.conj()[np.newaxis]
+        found[block] = np.moveaxis(scipy.fft.irfft(product, padded)[..., :n_lags], -1, 0)
+    return found
+
+
+def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspace:
+    n = correlation.shape[1]
+    index = np.arange(n_rows)
+    blocks = correlation[1 + index[:, np.newaxis] + index[np.newaxis]]
+    hankel = blocks.transpose(0, 2, 1, 3).reshape(n_rows * n, n_rows * n)
+    left, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
+    return _Subspace(left * np.sqrt(sizes), n, interval)
+
+
+def _poles(space: _Subspace, order: int) -> OrderPoles:
+    """Return poles and shapes of one order."""
+    observed = space.vectors[:, :order]
+    above, below = observed[: -space.n_responses], observed[space.n_responses :]
+    step = np.linalg.lstsq(above, below, rcond=None)[0]
+    values, vectors = np.linalg.eig(step)
+    poles = np.asarray(np.log(values + 0j) / space.interval, dtype=np.complex128)
+    kept = np.flatnonzero(
+        (poles.imag > 0.0) & (poles.imag < 0.999 * np.pi / space.interval) & (poles.real < 0.0)
+    )
+    kept = kept[np.argsort(poles.imag[kept])]
+    shapes: ComplexArray = (observed[: space.n_responses] @ vectors[:, kept]).T
+    return OrderPoles(order, poles[kept], unit_shapes(shapes))
+
+
+def _jackknife(
+    parts: FloatArray,
+    n_rows: int,
+    interval: float,
+    poles: ComplexArray,
+    order: int,
+) -> FloatArray:
+    """Return standard deviations of ln damping and ln frequency, (2, n_modes)."""
+    if not poles.size:
+        return np.zeros((2, 0))
+    total = parts.sum(axis=0)
+    values = np.empty((BLOCKS, 2, poles.size))
+    for block in range(BLOCKS):
+        space = _subspace(total - parts[block], n_rows, interval)
+        there = _poles(space, order).poles
+        near = there[np.argmin(np.abs(np.subtract.outer(poles, there)), axis=1)]
+        values[block] = np.log(damping_of(near)), np.log(frequency_of(near))
+    spread = values - values.mean(axis=0)
+    return np.asarray(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum(spread**2, axis=0)))

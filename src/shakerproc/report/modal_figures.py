@@ -1,0 +1,265 @@
+"""Modal analysis as figures: stabilisation, synthesis over measurement, shapes, MAC, trends."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.modal.from_log import ModalAnalysis, TestModes
+from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.shapes import mac
+from shakerproc.modal.stabilisation import frequency_of
+from shakerproc.report import style
+from shakerproc.report.run_figures import save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PANELS: Final = 8
+"""Responses whose functions are drawn at most."""
+
+ACROSS: Final = 3
+"""Shapes in a row."""
+
+
+def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
+    """Draw every figure of an analysis, and return the files."""
+    written = []
+    with style.look():
+        for one in analysis.tests:
+            name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)
+            for kind, drawn in (
+                ("stabilisation", stabilisation_figure(one)),
+                ("synthesis", synthesis_figure(one)),
+                ("shapes", shapes_figure(one)),
+                ("mac", mac_figure(one)),
+            ):
+                if drawn is not None:
+                    written.append(save(drawn, folder / f"test_{name}_{kind}.png"))
+        trend = trend_figure(analysis)
+        if trend is not None:
+            written.append(save(trend, folder / "modes_over_tests.png"))
+    return written
+
+
+def _title(one: TestModes) -> str:
+    said = [one.test.excitation or "", one.test.level_text, one.test.specimen]
+    return ", ".join([f"test {one.name}", *(word for word in said if word)])
+
+
+def stabilisation_figure(one: TestModes) -> "Figure":
+    """Return the stabilisation diagram over the mean density or response function."""
+    diagram, modes = one.modes.diagram, one.modes
+    figure, (axis,) = style.figure(7.4, 3.8, left=0.62)
+    behind = axis.twinx()
+    frequency, level = indicator(one)
+    behind.plot(frequency, level, color="#b0b0b0", lw=0.8)
+    behind.set_yscale("log")
+    peak = float(np.nanmax(level))
+    behind.set_ylim(max(float(np.nanmin(level)), 1e-5 * peak) / 2.0, 3.0 * peak)
+    behind.set_yticks([])
+    behind.minorticks_off()
+    behind.spines["right"].set_visible(False)
+    axis.set_zorder(behind.get_zorder() + 1)
+    axis.patch.set_visible(False)
+    places = frequency_of(diagram.poles)
+    kinds: tuple[tuple[str, NDArray[np.bool_], dict[str, Any]], ...] = (
+        ("not stable", ~diagram.stable, {"marker": ".", "ms": 2.5, "color": "#a0a0a0"}),
+        (
+            "stable",
+            diagram.stable & (diagram.cluster < 0),
+            {"marker": "o", "ms": 3.2, "mfc": "none", "color": style.COLOURS[0]},
+        ),
+        (
+            "stable, in a cluster",
+            diagram.cluster >= 0,
+            {"marker": "o", "ms": 3.2, "color": style.COLOURS[0]},
+        ),
+    )
+    for kind, chosen, arguments in kinds:
+        axis.plot(places[chosen], diagram.order[chosen], ls="none", label=kind, **arguments)
+    for number, value in enumerate(modes.frequency, 1):
+        axis.axvline(value, color=style.COLOURS[1], lw=0.9, zorder=0)
+        axis.annotate(
+            f"{number}", (value, 1.0), xycoords=("data", "axes fraction"), fontsize=7,
+            xytext=(1.5, -7 - 7 * ((number - 1) % 2)), textcoords="offset points",
+            color="#a04000",
+        )  # fmt: skip
+    axis.set_xlim(*one.band)
+    axis.set_ylim(0, diagram.order.max(initial=2) + 6)
+    axis.set_xlabel("frequency [Hz]")
+    axis.set_ylabel("order")
+    grey = "mean |H1|" if one.functions is not None else "mean density"
+    style.head(axis, f"{_title(one)}: stabilisation", f"vertical: modes kept; grey: {grey}")
+    style.legend(axis)
+    return figure
+
+
+def indicator(one: TestModes) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequency and the mean of all response functions, or of all densities."""
+    if one.functions is not None:
+        values = np.abs(one.functions.measured).reshape(-1, one.functions.frequency.size)
+        return one.functions.frequency, np.sqrt(np.mean(values**2, axis=0))
+    return one.density[0], np.mean(one.density[1:], axis=0)
+
+
+def synthesis_figure(one: TestModes) -> "Figure | None":
+    """Return measured and synthesised response functions of the sensors, first input."""
+    functions = one.functions
+    if functions is None:
+        return None
+    shown = min(PANELS, len(one.sensors))
+    columns = 1 if shown == 1 else 2
+    rows = -(-shown // columns)
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 0.75 + 1.75 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axis in axes.flat[shown:]:
+        axis.set_visible(False)
+    for i, axis in zip(range(shown), axes.flat, strict=False):
+        measured, model = (np.abs(h[i, 0]) for h in (functions.measured, functions.synthesis))
+        axis.semilogy(functions.frequency, measured, color="#9a9a9a", lw=2.2, label="measured")
+        axis.semilogy(
+            functions.frequency, model, color=style.COLOURS[1], lw=0.9, label="modal model"
+        )
+        axis.set_xlim(*one.band)
+        top, low = np.nanmax(measured), np.nanmin(measured[measured > 0.0])
+        axis.set_ylim(max(low, 1e-5 * top) / 1.5, 2.0 * top)
+        name, left = one.sensors[i].name, one.unexplained[i]
+        axis.set_title(f"{name} (leaves {left:.1%} rms)", fontsize=8.5)
+        if i % columns == 0:
+            axis.set_ylabel("|H1|")
+    for axis in axes[-1]:
+        axis.set_xlabel("frequency [Hz]")
+    axes[0, 0].legend(loc="best", ncols=2, fontsize=7)
+    figure.suptitle(
+        f"{_title(one)}: response to {one.inputs[0]}, both through one window",
+        fontsize=10, x=0.01, ha="left",
+    )  # fmt: skip
+    return figure
+
+
+def shapes_figure(one: TestModes) -> "Figure | None":
+    """Return every mode shape: at rest grey, at its largest in colour."""
+    modes = one.modes
+    if len(one.sensors) < 2 or not modes.poles.size:
+        return None
+    from matplotlib.figure import Figure
+
+    drawn = geometry_of(one.positions, one.directions)
+    rows = -(-modes.poles.size // ACROSS)
+    figure = Figure(figsize=(7.6, 0.6 + 1.75 * rows), layout="constrained")
+    axes = figure.subplots(rows, ACROSS, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    low, high = drawn.rest.min(axis=0) - 0.22, drawn.rest.max(axis=0) + 0.22
+    for number, axis in zip(range(modes.poles.size), axes.flat, strict=False):
+        moved = drawn.moved(modes.shapes[number], 0.0)
+        for a, b in drawn.edges:
+            axis.plot(*drawn.rest[[a, b]].T, color="#b8b8b8", lw=1.0)
+            axis.plot(*moved[[a, b]].T, color=style.COLOURS[0], lw=1.5)
+        for still, now in zip(drawn.rest, moved, strict=True):
+            axis.plot(*np.stack([still, now]).T, color=style.COLOURS[0], lw=0.5, alpha=0.6)
+        axis.plot(*drawn.rest.T, "o", color="#b8b8b8", ms=2.5)
+        axis.plot(*moved.T, "o", color=style.COLOURS[0], ms=3.5)
+        axis.set_xlim(low[0], high[0])
+        axis.set_ylim(low[1], high[1])
+        if not drawn.scaled or np.ptp(drawn.rest, axis=0).min() > 0.02:
+            axis.set_aspect("equal" if drawn.scaled else "auto")
+        axis.set_title(
+            f"{number + 1}: {modes.frequency[number]:.4g} Hz, {modes.damping[number]:.3g}\n"
+            f"collinearity {modes.collinearity[number]:.2f}".replace(
+                f"{modes.damping[number]:.3g}", f"{modes.damping[number]:.2%}"
+            ),
+            fontsize=8,
+        )
+    figure.suptitle(f"{_title(one)}: mode shapes", fontsize=10, x=0.01, ha="left")
+    return figure
+
+
+def mac_figure(one: TestModes) -> "Figure | None":
+    """Return the MAC of every pair of modes of a test."""
+    modes = one.modes
+    if len(one.sensors) < 2 or modes.poles.size < 2:
+        return None
+    size = max(3.4, 1.3 + 0.36 * modes.poles.size)
+    figure, (axis,) = style.figure(size + 0.6, size)
+    draw_mac(axis, mac(modes.shapes, modes.shapes))
+    labels = [f"{value:.4g}" for value in modes.frequency]
+    axis.set_xticks(range(len(labels)), labels, rotation=90)
+    axis.set_yticks(range(len(labels)), labels)
+    axis.set_xlabel("mode [Hz]")
+    axis.set_ylabel("mode [Hz]")
+    axis.set_title(f"test {one.name}: MAC of its modes")
+    return figure
+
+
+def draw_mac(axis: "Axes", values: np.ndarray) -> None:
+    """Draw a matrix of MAC values, the numbers in the cells."""
+    axis.imshow(values, vmin=0.0, vmax=1.0, cmap="Blues")
+    axis.grid(visible=False)
+    for (row, column), value in np.ndenumerate(values):
+        axis.text(
+            column, row, f"{value:.2f}", ha="center", va="center", fontsize=6.5,
+            color="white" if value > 0.6 else "black",
+        )  # fmt: skip
+
+
+def trend_figure(analysis: ModalAnalysis) -> "Figure | None":
+    """Return frequency and damping of every mode over the tests, with 95 % bars."""
+    tests = analysis.tests
+    tracks = [track for track in analysis.tracks if len(track.sightings) > 1]
+    if len(tests) < 2 or not tracks:
+        return None
+    figure, axes = style.figure(7.4, 5.4, 3, sharex=True)
+    for number, track in enumerate(tracks):
+        places = [s.test for s in track.sightings]
+        sets = [(tests[s.test].modes, s.mode) for s in track.sightings]
+        colour = style.COLOURS[number % 6]
+        first = float(sets[0][0].frequency[sets[0][1]])
+        for axis, values, bounds in (
+            (
+                axes[0],
+                [100.0 * (float(m.frequency[i]) / first - 1.0) for m, i in sets],
+                [100.0 * (m.frequency_bounds[:, i] / first - 1.0) for m, i in sets],
+            ),
+            (
+                axes[1],
+                [100.0 * float(m.damping[i]) for m, i in sets],
+                [100.0 * m.damping_bounds[:, i] for m, i in sets],
+            ),
+        ):
+            reach = np.abs(np.array(bounds).T - np.array(values))
+            axis.errorbar(
+                places, values, yerr=reach, color=colour, marker="o", ms=3.5, lw=1.1,
+                capsize=2, label=f"{first:.4g} Hz",
+            )  # fmt: skip
+        axes[2].plot(
+            places, [np.nan if s.mac is None else s.mac for s in track.sightings],
+            color=colour, marker="o", ms=3.5, lw=1.1,
+        )  # fmt: skip
+    axes[0].set_ylabel("frequency, shift [%]")
+    axes[1].set_ylabel("damping [%]")
+    plain_logarithmic(axes[1])
+    axes[2].set_ylabel("MAC with the first")
+    axes[2].set_ylim(0.0, 1.05)
+    names = [f"{t.name}\n{t.test.level_text}".strip() for t in tests]
+    axes[2].set_xticks(range(len(tests)), names, fontsize=7.5)
+    axes[2].set_xlabel("test")
+    axes[2].set_xlim(-0.5, len(tests) - 0.5)
+    figure.suptitle("modes over the tests, 95 % intervals", fontsize=10, x=0.01, ha="left")
+    axes[0].legend(ncols=7, fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    return figure
+
+
+def plain_logarithmic(axis: "Axes") -> None:
+    """Make the vertical axis logarithmic with plain numbers at 1, 2 and 5 of each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+    axis.yaxis.set_minor_locator(NullLocator())

@@ -1,0 +1,147 @@
+"""``shakerproc modal`` from a log and recordings to tables, and what it says of bad input."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.modal_signals import draw
+from tests.in_process import run
+
+from shakerproc.errors import DocumentError
+from shakerproc.testlog import read_testlog
+
+SENSORS = "".join(
+    f"  a{i}: {{role: response, position: [{100 * i} mm, 0 mm, 0 mm], direction: z}}\n"
+    for i in range(1, 9)
+)
+LOG = f"""\
+testlog: 1
+channels:
+  force: {{role: force}}
+{SENSORS}processing: {{crop: none}}
+modal: {{band: {{from: 3 Hz, to: 205 Hz}}, order: 40}}
+tests:
+"""
+
+
+def write_csv(path, structure, sensors=8):
+    time = np.arange(structure.response.shape[1]) / structure.sample_rate
+    names = [f"a{i} [m/s^2]" for i in range(1, sensors + 1)]
+    rows = np.column_stack([time, structure.force[0], structure.response[:sensors].T])
+    header = ",".join(["time [s]", "force [N]", *names])
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.8g")
+
+
+@pytest.fixture(scope="module")
+def structure():
+    return draw(np.random.default_rng(11), 4, noise_db=40.0, duration=10.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, structure):
+    folder = tmp_path_factory.mktemp("modal")
+    (folder / "recordings").mkdir()
+    write_csv(folder / "recordings" / "1.csv", structure)
+    write_csv(folder / "recordings" / "2.csv", structure, sensors=5)
+    return folder
+
+
+@pytest.fixture
+def analysed(folder, capsys):
+    def analyse(tests, *options, log=LOG, status=0):
+        path = folder / f"log_{abs(hash((tests, log)))}.yaml"
+        path.write_text(log + tests)
+        out = folder / f"out_{path.stem}"
+        assert run("modal", path, "--out", out, *options) == status
+        return capsys.readouterr(), out
+
+    return analyse
+
+
+def test_a_log_becomes_modes_shapes_tracks_and_figures(analysed, structure):
+    tests = """\
+  - {id: 1, recording: 1.csv, excitation: random, level: 1 N rms, from: 3 Hz, to: 215 Hz}
+  - {id: 2, recording: 2.csv, excitation: random, level: 1 N rms, from: 3 Hz, to: 215 Hz,
+     channels: {a6: {role: ignore}, a7: {role: ignore}, a8: {role: ignore}}}
+"""
+    done, out = analysed(tests)
+    document = json.loads((out / "modal.json").read_text())
+    assert document["schema"] == "shakerproc-modal/1"
+    for test in document["tests"]:
+        modes = test["modes"]
+        assert [m["frequency_hz"]["value"] for m in modes] == pytest.approx(
+            structure.frequency, rel=1e-3
+        )
+        assert [m["damping"]["value"] for m in modes] == pytest.approx(
+            structure.damping, rel=0.05
+        )
+    assert [len(track["sightings"]) for track in document["tracks"]] == [2] * 4
+    assert min(track["least_mac"] for track in document["tracks"]) > 0.99
+    assert "have not the same sensors" in done.out
+    assert "4 modes from 3 to 205 Hz, 8 sensors, input force" in done.out
+    drawn = {path.name for path in out.glob("*.png")}
+    kinds = ("stabilisation", "synthesis", "shapes", "mac")
+    assert drawn == {f"test_{i}_{k}.png" for i in (1, 2) for k in kinds} | {
+        "modes_over_tests.png"
+    }
+    lines = (out / "shapes.csv").read_text().splitlines()
+    assert len(lines) == 1 + 4 * 8 + 4 * 5
+
+
+def test_output_only_where_the_log_wants_it(analysed, structure):
+    log = LOG.replace("order: 40", "order: 40, inputs: none")
+    done, out = analysed("  - {id: 1, recording: 1.csv}\n", "--no-figures", log=log)
+    found = json.loads((out / "modal.json").read_text())["tests"][0]["modes"]
+    places = np.array([mode["frequency_hz"]["value"] for mode in found])
+    for frequency in structure.frequency:
+        assert np.min(np.abs(places / frequency - 1.0)) < 0.02
+    assert "input not measured" in done.out
+    assert "jackknife" in done.out
+
+
+@pytest.mark.parametrize(
+    ("log", "test", "says"),
+    [
+        (LOG.replace("205 Hz", "400 Hz"), "", "lies outside the data, which reach to 256 Hz"),
+        (LOG.replace("order: 40", "inputs: control"), "", "no channel has the role control"),
+        (LOG.replace("to: 205 Hz", "to: 7 Hz"), "", "order 40 is too high for 41 lines"),
+        (LOG, ", excitation: sine, frequency: 9 Hz", "reaches single frequencies"),
+        (LOG.replace("role: response", "role: ignore"), "", "no channel has the role response"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_with_the_remedy(analysed, log, test, says):
+    done, _ = analysed(
+        f"  - {{id: 1, recording: 1.csv{test}}}\n", "--no-figures", log=log, status=1
+    )
+    lines = [line for line in done.err.splitlines() if "left out" in line]
+    assert len(lines) == 1
+    assert says in lines[0]
+
+
+def test_sensors_without_position_and_a_single_one_are_told(analysed):
+    bare = LOG.replace(SENSORS, "  a1: {role: response}\n  a2: {role: response}\n")
+    line = "  - {id: 1, recording: 1.csv}\n"
+    done, _ = analysed(line, "--no-figures", log=bare)
+    assert "no position for a1, a2: shapes are drawn over the sensors' order" in done.out
+    done, _ = analysed(line, "--no-figures", log=bare.replace("  a2: {role: response}\n", ""))
+    assert "one response only: modes have no shape" in done.out
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "says"),
+    [
+        ("direction: z", "direction: up", "expected x, y, z, -x, -y, -z or three numbers"),
+        ("[100 mm,", "[100,", "expected a number with a unit of m"),
+        ("to: 205 Hz", "to: 2 Hz", "expected from below to"),
+        ("order: 40", "keep: [300 Hz]", "expected a frequency of the band from 3 to 205 Hz"),
+        ("order: 40", "order: 2", "order"),
+        ("order: 40", "mode: 3", 'did you mean "modes"'),
+    ],
+)
+def test_mistakes_in_the_log_have_line_and_column(tmp_path: Path, good, bad, says):
+    path = tmp_path / "log.yaml"
+    path.write_text(LOG.replace(good, bad, 1) + "  - {id: 1}\n")
+    with pytest.raises(DocumentError, match=r"log\.yaml:\d+:\d+: ") as told:
+        read_testlog(path)
+    assert says in str(told.value)
