@@ -267,9 +267,7 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
 
 @pytest.mark.slow
 def test_a_batch_with_a_model_has_the_evidence_before_its_runs(files, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "shakerproc.diagnose.from_files.diagnose_tests", lambda *_, **__: DIAGNOSIS
-    )
+    monkeypatch.setattr("shakerproc.cli.judging.diagnose_tests", lambda *_, **__: DIAGNOSIS)
     log, model = files
     words = ["batch", str(log), "--model", str(model), "--no-figures", "--out", str(tmp_path)]
     done = CliRunner().invoke(build_app(), words)
