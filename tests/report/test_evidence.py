@@ -31,7 +31,8 @@ from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
 from shakerproc.report import evidence_figures as figures
 from shakerproc.report import rivals
-from shakerproc.report.evidence import TWO_METHODS, interval, sections
+from shakerproc.report.estimates import interval
+from shakerproc.report.evidence import TWO_METHODS, sections
 from shakerproc.report.evidence_tables import tables
 from shakerproc.report.methods import references_of
 from shakerproc.report.page import Report, html

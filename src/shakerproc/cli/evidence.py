@@ -84,6 +84,7 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
     """Return what was done, with the references of every effect that plays a part."""
     from shakerproc.report import methods
+    from shakerproc.report.evidence import is_free_run
 
     models, diagnosis = evidence.models, evidence.diagnosis
     kinds = [] if models is None else [
@@ -95,6 +96,7 @@ def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
         [run for run in runs if run.status != "discarded"],
         compared=models is not None,
         diagnosed=diagnosis is not None,
+        free_run=diagnosis is not None and is_free_run(diagnosis),
         kinds=tuple(dict.fromkeys(kinds)),
     )
 

@@ -1,7 +1,7 @@
 """The evidence of a comparison and a diagnosis as sections of the report."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -10,7 +10,14 @@ from shakerproc.compare import Comparison, sentence
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_figures as figures
+from shakerproc.report.estimates import (
+    candidate_name,
+    interval,
+    parameter_tables,
+    shown_value,
+)
 from shakerproc.report.evidence_figures import Models
+from shakerproc.report.free_law import free_law
 from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.page import Section, Table
 from shakerproc.report.rivals import laws
@@ -22,13 +29,11 @@ TWO_METHODS: Final = (
     "free under the measured input, a diagnosis predicts the response one sample ahead with "
     "an observer that follows the measurement; the second is usually the smaller."
 )
-
-_SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
-    "m": ("mm", 1e3),
-    "kg": ("g", 1e3),
-    "m/s^2": ("m/s²", 1.0),
-    "1": ("-", 1.0),
-}
+ONE_METHOD: Final = (
+    "All errors in this report are of a model that runs free under the measured input; a "
+    "diagnosis predicts windows of one length where a motion cannot be predicted for a whole "
+    "test, and fits their starts, so that its errors differ a little from those above."
+)
 
 
 def model_section(models: Models) -> Section:
@@ -147,9 +152,11 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
         *diagnosis.notes,
+        *_confidence(diagnosis),
     ]
     if models is not None:
-        paragraphs.append(TWO_METHODS)
+        paragraphs.append(ONE_METHOD if is_free_run(diagnosis) else TWO_METHODS)
+    drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
     parts = [
         Section(
             "Error ladder",
@@ -157,11 +164,37 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
             _left_behind(diagnosis),
             figures=[error_ladder(diagnosis)],
         ),
+        Section("Missing force", "free_law", figures=drawn),
         Section("Numbers", "numbers", tables=parameter_tables(diagnosis)),
         _open_questions(diagnosis, models),
     ]
     kept = [part for part in parts if part.paragraphs or part.tables or part.figures]
     return Section("What is missing", "diagnosis", paragraphs, parts=kept)
+
+
+def is_free_run(diagnosis: Diagnosis) -> bool:
+    """Return whether the errors of a diagnosis are of models that run free."""
+    return bool(diagnosis.errors.horizon_s)
+
+
+def _confidence(diagnosis: Diagnosis) -> list[str]:
+    """Return how probable the verdict is, where that is known."""
+    if diagnosis.confidence is None:
+        return []
+    return [
+        f"Verdict, effects and joints are exactly right with a probability of "
+        f"{100.0 * diagnosis.confidence:.0f} %."
+    ]
+
+
+def _horizon(diagnosis: Diagnosis) -> str:
+    """Return how far ahead the models of a diagnosis predict, as a sentence."""
+    if not is_free_run(diagnosis):
+        return "One sample ahead."
+    found = {length for length in diagnosis.errors.horizon_s.values() if length is not None}
+    if not found:
+        return "Free-run simulation of whole tests."
+    return f"Free-run simulation of windows of {' and '.join(f'{s:.3g} s' for s in found)}."
 
 
 def _signatures(diagnosis: Diagnosis) -> list[str]:
@@ -195,8 +228,9 @@ def error_ladder(diagnosis: Diagnosis) -> Drawing:
     )
     return Drawing(
         "Error of every model that was tried.",
-        "One sample ahead. Held-out tests took no part in the fit: where theirs falls as far "
-        "as that of the fitted ones, the effect is real; what is left should be near noise.",
+        f"{_horizon(diagnosis)} Held-out tests took no part in the fit: where theirs falls as "
+        "far as that of the fitted ones, the effect is real; what is left should be near the "
+        "noise.",
         ladder(rungs, errors.noise_floor, title="Errors of all models that were tried"),
         broad=True,
     )
@@ -214,75 +248,6 @@ def _left_behind(diagnosis: Diagnosis) -> list[str]:
     many = len({c.between for c in diagnosis.candidates}) > 1
     names = "; ".join(_named(c, place=many) for c in out)
     return [f"Screened, and too little explained to be fitted: {names}."] if out else []
-
-
-def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
-    """Return the kind of a candidate, with its side where it has one."""
-    side = parameters.get("side")
-    name = kind.replace("_", " ").replace("+", " + ")
-    return name if side is None else f"{name}, {side.value}"
-
-
-def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
-    """Return the numbers of effects found, of the linear joints, and of every candidate."""
-    columns = ("", "between", "number", "value", "low", "high", "±", "unit", "confidence")
-    found = [
-        (
-            effect.kind.replace("_", " "), " - ".join(effect.between), name,
-            *interval(estimate), f"{effect.confidence:.2f}",
-        )
-        for effect in diagnosis.effects
-        for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
-    ]  # fmt: skip
-    linear = [
-        ("linear joint", place, number, *interval(estimate), "")
-        for name, estimate in diagnosis.linear.items()
-        for number, place in [name.split(" ", 1)]
-    ]
-    tried = [
-        (
-            candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
-            *interval(estimate), "",
-        )
-        for c in diagnosis.candidates
-        if c.held_out_error is not None
-        for name, estimate in c.parameters.items()
-    ]  # fmt: skip
-    tables = [
-        Table("Found, with 95 % intervals", columns, [*found, *linear]),
-        Table("Candidates that were fitted, with 95 % intervals", columns[:-1],
-              [row[:-1] for row in tried]),
-    ]  # fmt: skip
-    return [table for table in tables if table.rows]
-
-
-def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
-    """Return value, low, high, half width in per cent, and unit, for people."""
-    if isinstance(estimate.value, str):
-        return estimate.value, "", "", "", ""
-    unit, factor = _SHOWN_UNITS.get(estimate.unit, (estimate.unit, 1.0))
-    value = estimate.value * factor
-    low, high = (
-        "" if end is None or not math.isfinite(end) else _number(end * factor)
-        for end in (estimate.low, estimate.high)
-    )
-    half = ""
-    if estimate.low is not None and estimate.high is not None and value:
-        half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
-    return _number(value), low, high, half, unit
-
-
-def shown_value(estimate: Estimate) -> str:
-    """Return a value in the unit that people use, without it."""
-    return interval(estimate)[0]
-
-
-def _number(value: float) -> str:
-    """Return four digits, in full where that is short."""
-    rounded = float(f"{value:.4g}")
-    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
-        return f"{rounded:.10g}"
-    return f"{rounded:.3e}"
 
 
 def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:

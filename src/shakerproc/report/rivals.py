@@ -36,10 +36,14 @@ def rivals(diagnosis: Diagnosis) -> list[Tried]:
 def effect_of(tried: Tried) -> AbstractEffect | None:
     """Return the effect with the numbers of a candidate; None for several at once."""
     made = EFFECTS.get(tried.kind)
-    if made is None or set(made.parameters) - set(tried.parameters):
+    if made is None or not tried.parameters:
         return None
-    return made(**{
-        name: p.value for name, p in tried.parameters.items() if name in made.parameters
+    known = made.estimated()
+    needed = {name for name, parameter in known.items() if not parameter.optional}
+    if needed - set(tried.parameters):
+        return None
+    return made.of_numbers({
+        name: p.value for name, p in tried.parameters.items() if name in known
     })
 
 

@@ -74,6 +74,11 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
     """Print verdict, error ladder and candidates."""
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     output.data(result.sentence, json_target=json_target)
+    if result.confidence is not None:
+        output.data(
+            f"exactly right with a probability of {100.0 * result.confidence:.0f} %",
+            json_target=json_target,
+        )
     errors = result.errors
     output.print_table(
         ["error", "fitted", "held_out"],
@@ -110,6 +115,10 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
             f"next test: {test.excitation} at {test.level}, {low:.4g} to {high:.4g} Hz{like}: "
             f"{test.reason}",
             json_target=json_target,
+        )
+    if result.outside is not None:
+        output.message(
+            "`shakerproc add table` writes the missing force into a model, without a name."
         )
     for note in result.notes:
         output.message(note)

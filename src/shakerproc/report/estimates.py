@@ -1,0 +1,84 @@
+"""Numbers of a diagnosis with their intervals, for people."""
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from shakerproc.diagnosis.result import Diagnosis, Estimate
+from shakerproc.report.page import Table
+
+_SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
+    "m": ("mm", 1e3),
+    "kg": ("g", 1e3),
+    "m/s^2": ("m/s²", 1.0),
+    "1": ("-", 1.0),
+}
+
+
+def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
+    """Return the kind of a candidate, with its side where it has one."""
+    side = parameters.get("side")
+    name = kind.replace("_", " ").replace("+", " + ")
+    return name if side is None else f"{name}, {side.value}"
+
+
+def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
+    """Return the numbers of effects found, of the linear joints, and of every candidate."""
+    columns = ("", "between", "number", "value", "low", "high", "±", "unit", "confidence")
+    found = [
+        (
+            effect.kind.replace("_", " "), " - ".join(effect.between), name,
+            *interval(estimate), f"{effect.confidence:.2f}",
+        )
+        for effect in diagnosis.effects
+        for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
+    ]  # fmt: skip
+    linear = [
+        ("linear joint", place, number, *interval(estimate), "")
+        for name, estimate in diagnosis.linear.items()
+        for number, place in [name.split(" ", 1)]
+    ]
+    tried = [
+        (
+            candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
+            *interval(estimate), "",
+        )
+        for c in diagnosis.candidates
+        if c.held_out_error is not None
+        for name, estimate in c.parameters.items()
+    ]  # fmt: skip
+    tables = [
+        Table("Found, with 95 % intervals", columns, [*found, *linear]),
+        Table("Candidates that were fitted, with 95 % intervals", columns[:-1],
+              [row[:-1] for row in tried]),
+    ]  # fmt: skip
+    return [table for table in tables if table.rows]
+
+
+def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
+    """Return value, low, high, half width in per cent, and unit, for people."""
+    if isinstance(estimate.value, str):
+        return estimate.value, "", "", "", ""
+    unit, factor = _SHOWN_UNITS.get(estimate.unit, (estimate.unit, 1.0))
+    value = estimate.value * factor
+    low, high = (
+        "" if end is None or not math.isfinite(end) else _number(end * factor)
+        for end in (estimate.low, estimate.high)
+    )
+    half = ""
+    if estimate.low is not None and estimate.high is not None and value:
+        half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
+    return _number(value), low, high, half, unit
+
+
+def shown_value(estimate: Estimate) -> str:
+    """Return a value in the unit that people use, without it."""
+    return interval(estimate)[0]
+
+
+def _number(value: float) -> str:
+    """Return four digits, in full where that is short."""
+    rounded = float(f"{value:.4g}")
+    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
+        return f"{rounded:.10g}"
+    return f"{rounded:.3e}"

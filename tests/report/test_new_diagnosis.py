@@ -1,0 +1,106 @@
+"""What the report says of a diagnosis by free-run simulation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.report.test_evidence import DIAGNOSIS
+
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Outside
+from shakerproc.diagnosis.result import Errors, Estimate, Tried
+from shakerproc.diagnosis.updated import updated_model
+from shakerproc.models import EFFECTS, Element, Excitation, Model
+from shakerproc.report import free_law as drawing
+from shakerproc.report.estimates import interval
+from shakerproc.report.evidence import ONE_METHOD, TWO_METHODS, diagnosis_section, error_ladder
+from shakerproc.report.methods import methods_of
+from shakerproc.report.rivals import effect_of
+
+ALONG = Outside(
+    ("base", "coupon"), (-1e-4, 0.0, 1e-4), (0.0,), ((-2.0,), (0.0,), (2.0,)),
+    ((0.1,), (0.0,), (0.1,)),
+)  # fmt: skip
+ACROSS = Outside(
+    ("base", "coupon"), (0.0,), (-0.1, 0.0, 0.1), ((-3.0, 0.0, 3.0),), ((0.1,) * 3,)
+)
+BOTH = Outside(
+    ("base", "coupon"), (-1e-4, 0.0, 1e-4), (-0.1, 0.0, 0.1),
+    tuple(tuple(2e4 * z + 30.0 * v for v in (-0.1, 0.0, 0.1)) for z in (-1e-4, 0.0, 1e-4)),
+    ((0.0,) * 3,) * 3,
+)  # fmt: skip
+
+
+def errors(*horizons):
+    old = DIAGNOSIS.errors
+    told = {str(i): length for i, length in enumerate(horizons)}
+    return Errors(old.fitted, old.held_out, old.noise_floor, told)
+
+
+@pytest.mark.parametrize(("law", "lines"), [(ALONG, 3), (ACROSS, 3), (BOTH, 3)])
+def test_a_law_without_a_name_is_drawn(law, lines):
+    drawn = drawing.free_law(law)
+    assert "base and coupon" in drawn.title
+    x = np.linspace(-0.1, 0.1, 5) if len(law.displacement) == 1 else np.linspace(-1e-4, 1e-4, 5)
+    curves = drawing._forces(law, x, along_velocity=len(law.displacement) == 1)
+    assert len(curves) == lines
+    if law is BOTH:  # linear in both: the spline goes through it exactly
+        for (_, force), v in zip(curves, (-0.1, 0.0, 0.1), strict=True):
+            np.testing.assert_allclose(force, 2e4 * x + 30.0 * v, atol=1e-12)
+
+
+def test_the_report_shows_the_law_and_says_how_far_ahead_it_predicts():
+    found = replace(
+        DIAGNOSIS, verdict="outside library", effects=(), outside=ALONG, confidence=0.93,
+        errors=errors(None, 0.5),
+    )  # fmt: skip
+    section = diagnosis_section(found, None)
+    assert any("probability of 93 %" in text for text in section.paragraphs)
+    assert "Missing force" in [part.title for part in section.parts]
+    assert "windows of 0.5 s" in error_ladder(found).caption
+    whole = replace(found, errors=errors(None))
+    assert "of whole tests" in error_ladder(whole).caption
+    assert "One sample ahead" in error_ladder(DIAGNOSIS).caption
+    assert ONE_METHOD != TWO_METHODS
+
+
+def test_the_methods_are_those_of_the_room():
+    told = methods_of([], diagnosed=True, free_run=True)
+    assert any("free-run simulations" in text for text in told.paragraphs)
+    assert any("Cameron" in text for text in told.references)
+
+
+def test_the_updated_model_has_the_law_the_modes_and_every_own_number():
+    joint = ("base", "coupon")
+    made = (EFFECTS["spring"](1e5), EFFECTS["gap"](5e4, 1e-4), EFFECTS["damper"](3.0))
+    model = Model(
+        "x",
+        {"coupon": 0.1},
+        tuple(Element(e, joint) for e in made),
+        Excitation("force", "coupon"),
+    )
+    numbers = {
+        "stiffness base-coupon": 1.1e5, "gap.stiffness base-coupon": 4e4,
+        "clearance base-coupon": 2e-4, "mass coupon": 0.12,
+    }  # fmt: skip
+    found = replace(
+        DIAGNOSIS, verdict="outside library", effects=(), outside=ALONG,
+        modes=(FurtherMode(500.0, 0.01, 1e-3, {"coupon": 1.0}),),
+        linear={name: Estimate(value, None, None, "") for name, value in numbers.items()},
+    )  # fmt: skip
+    new = updated_model(model, found)
+    assert new.masses["coupon"] == 0.12
+    assert new.elements[0].effect.stiffness == 1.1e5
+    assert new.elements[1].effect == EFFECTS["gap"](4e4, 2e-4)
+    assert new.elements[2] == model.elements[2]
+    assert new.elements[3].effect.force == ALONG.force
+    assert [mode.frequency for mode in new.modes] == [500.0]
+
+
+def test_a_candidate_of_two_elements_in_series_is_an_effect():
+    numbers = {"stiffness": 1e5, "clearance": 1e-4, "sliding_force": 3.0}
+    tried = Tried(
+        "series", ("base", "coupon"), 0.1, 0.1,
+        {name: Estimate(value, None, None, "") for name, value in numbers.items()},
+    )  # fmt: skip
+    assert effect_of(tried) == EFFECTS["series"].of_numbers(numbers)
+    assert interval(tried.parameters["clearance"])[0]
