@@ -66,7 +66,7 @@ def test_a_log_becomes_modes_shapes_tracks_and_figures(analysed, structure):
      channels: {a6: {role: ignore}, a7: {role: ignore}, a8: {role: ignore}}}
 """
     done, out = analysed(tests)
-    document = json.loads((out / "modal.json").read_text())
+    document = json.loads((out / "report.json").read_text())
     assert document["schema"] == "shakerproc-modal/1"
     for test in document["tests"]:
         modes = test["modes"]
@@ -92,7 +92,7 @@ def test_a_log_becomes_modes_shapes_tracks_and_figures(analysed, structure):
 def test_output_only_where_the_log_wants_it(analysed, structure):
     log = LOG.replace("order: 40", "order: 40, inputs: none")
     done, out = analysed("  - {id: 1, recording: 1.csv}\n", "--no-figures", log=log)
-    found = json.loads((out / "modal.json").read_text())["tests"][0]["modes"]
+    found = json.loads((out / "report.json").read_text())["tests"][0]["modes"]
     places = np.array([mode["frequency_hz"]["value"] for mode in found])
     for frequency in structure.frequency:
         assert np.min(np.abs(places / frequency - 1.0)) < 0.02

@@ -303,9 +303,7 @@ def as_wanted(
     if poles.size > model.poles.size:
         model = fit(lines, poles)
     while settings.modes is not None and model.poles.size > settings.modes:
-        without = [fit(lines, np.delete(model.poles, i), 0) for i in range(model.poles.size)]
-        least = int(np.argmin([one.deviance for one in without]))
-        model = fit(lines, without[least].poles)
+        model = fit(lines, np.delete(model.poles, int(np.argmin(model.losses))))
     if settings.modes is not None and model.poles.size < settings.modes:
         notes.append(
             f"{settings.modes} modes were asked for, the measurement shows {model.poles.size}"

@@ -15,6 +15,7 @@ from shakerproc.modal.basis import (
     slopes_of,
     stacked,
 )
+from shakerproc.modal.least_squares import orthonormal
 from shakerproc.modal.lines import Lines
 
 STEPS: Final = 25
@@ -52,6 +53,8 @@ class Fit:
         Rms of what it leaves over the rms of the output, over the lines [-].
     deviance : float
         -2 ln(likelihood) up to a constant.
+    losses : (n_modes,) array
+        How much it rises without each mode.
     n_parameters : int
         Real numbers that were fitted.
     settled : bool
@@ -67,6 +70,7 @@ class Fit:
     noise: FloatArray
     unexplained: FloatArray
     deviance: float
+    losses: FloatArray
     n_parameters: int
     settled: bool
 
@@ -85,6 +89,8 @@ class _Linear:
     left: FloatArray  # (n_outputs, 2 n_lines), weighted
     noise: FloatArray
     deviance: float
+    scaled: FloatArray  # coefficients of columns of length 1
+    inverse: FloatArray  # (n_columns, n_columns) of the triangular factor of these columns
 
 
 def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> Fit:
@@ -169,19 +175,37 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
     matrix = np.concatenate([basis.columns.reshape(-1, target.shape[1]), rest])
     scale = np.linalg.norm(matrix, axis=1)
     scale[scale == 0.0] = 1.0
-    q, r = scipy.linalg.qr(
-        (matrix / scale[:, np.newaxis]).T, mode="economic", check_finite=False
-    )
+    q, r = orthonormal((matrix / scale[:, np.newaxis]).T)
     shared = q.T @ target.T
-    diagonal = np.abs(np.diag(r))
-    r = r + np.diag(np.where(diagonal < 1e-13, 1e-13, 0.0))
-    coefficients = scipy.linalg.solve_triangular(r, shared) / scale[:, np.newaxis]
+    scaled = scipy.linalg.solve_triangular(r, shared)
     left = target - (q @ shared).T
     noise = np.maximum(
         2.0 * np.mean(left**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
     )
     n = target.shape[1]
-    return _Linear(q, coefficients, left, noise, float(n * np.sum(np.log(noise))))
+    inverse = scipy.linalg.solve_triangular(r, np.eye(r.shape[0]))
+    return _Linear(
+        q=q,
+        coefficients=scaled / scale[:, np.newaxis],
+        left=left,
+        noise=noise,
+        deviance=float(n * np.sum(np.log(noise))),
+        scaled=scaled,
+        inverse=inverse,
+    )
+
+
+def _losses(linear: _Linear, n_modes: int, n_columns: int) -> FloatArray:
+    """Return how much the deviance rises without each mode, its neighbours adapted."""
+    n = linear.left.shape[1]
+    losses = np.empty(n_modes)
+    for mode in range(n_modes):
+        own = slice(mode * n_columns, (mode + 1) * n_columns)
+        spread = linear.inverse[own] @ linear.inverse[own].T
+        part = linear.scaled[own]
+        more = np.sum(part * np.linalg.solve(spread, part), axis=0)
+        losses[mode] = n * np.sum(np.log1p(2.0 * more / n / linear.noise))
+    return losses
 
 
 def _normal_equations(
@@ -284,6 +308,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
             / _power(lines.outputs)
         ),
         deviance=linear.deviance,
+        losses=_losses(linear, n_modes, n_columns)[by_frequency],
         n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
         settled=settled,
     )

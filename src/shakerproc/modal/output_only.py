@@ -80,7 +80,7 @@ def identify_output_only(
     .. [2] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9,
        586-596, 1981.
     """
-    samples, interval = _slower(responses, sample_rate, settings.band[1])
+    samples, interval, scale = _slower(responses, sample_rate, settings.band[1])
     n = samples.shape[0]
     n_rows = int(np.clip(2.0 / (settings.band[0] * interval), settings.order / n + 2, ROWS / n))
     if samples.shape[1] < 4 * BLOCKS * n_rows:
@@ -109,7 +109,7 @@ def identify_output_only(
         poles=poles,
         damping_error=errors[0],
         frequency_error=errors[1],
-        shapes=normalised(shapes),
+        shapes=normalised(shapes * scale),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
         model=None,
@@ -120,15 +120,16 @@ def identify_output_only(
 
 def _slower(
     responses: FloatArray, sample_rate: float, highest: float
-) -> tuple[FloatArray, float]:
-    """Return the samples at 2.5 times the highest frequency, and their interval [s]."""
+) -> tuple[FloatArray, float, FloatArray]:
+    """Return samples at 2.5 times the highest frequency, their interval [s], their scale."""
     centred = responses - responses.mean(axis=1, keepdims=True)
     n = centred.shape[1]
     wanted = min(n, int(np.ceil(2.5 * highest * n / sample_rate)))
     spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
     slower = scipy.fft.irfft(spectrum, wanted)
-    scale = np.std(slower, axis=1, keepdims=True)
-    return slower / np.where(scale > 0.0, scale, 1.0), n / sample_rate / wanted
+    scale = np.std(slower, axis=1)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    return slower / scale[:, np.newaxis], n / sample_rate / wanted, scale
 
 
 def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:

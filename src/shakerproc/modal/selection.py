@@ -22,6 +22,12 @@ UNKNOWN: Final = 0.4
 SMOOTHED: Final = 41
 """Lines over which the noise is smoothed."""
 
+FAR: Final = 3.0
+"""Loss of a mode, in prices of a mode, above which it is needed without a closer look [-]."""
+
+NEAR: Final = 0.3
+"""Gain of a candidate where it stands, in prices of a mode, from which on it is refined [-]."""
+
 SAME: Final = 0.1
 """Distance of two poles, in units of the smaller damping, below which they are one [-]."""
 
@@ -109,7 +115,11 @@ def _grown(
     for pole in more:
         if np.any(np.abs(model.poles - pole) < reach * -model.poles.real):
             continue
-        trial = fit(lines, np.append(model.poles, pole), FEW_STEPS)
+        larger = np.append(model.poles, pole)
+        gain = model.deviance - fit(lines, larger, 0).deviance
+        if gain < NEAR * _price(lines):
+            continue
+        trial = fit(lines, larger, FEW_STEPS)
         if _is_better(lines, trial, model) and _sound(trial, band):
             model = trial
     return model
@@ -157,9 +167,16 @@ def _sound(model: Fit, band: tuple[float, float]) -> bool:
     return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
 
 
+def _price(lines: Lines) -> float:
+    """Return what Schwarz' criterion asks for one more mode."""
+    n_inputs = lines.inputs.shape[0]
+    n_each = 2 + lines.outputs.shape[0] * 2 * (n_inputs + lines.transient)
+    return float(n_each * np.log(2 * lines.outputs.size))
+
+
 def _is_better(lines: Lines, larger: Fit, smaller: Fit) -> bool:
     n_values = 2 * lines.outputs.size
-    return larger.criterion(n_values) < smaller.criterion(n_values) - MARGIN
+    return bool(larger.criterion(n_values) < smaller.criterion(n_values) - MARGIN)
 
 
 def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
@@ -171,13 +188,10 @@ def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
     if kept.size < model.poles.size:
         model = fit(lines, kept, FEW_STEPS)
     while model.poles.size:
-        without = [fit(lines, np.delete(model.poles, i), 0) for i in range(model.poles.size)]
-        weakest = int(np.argmin([one.deviance for one in without]))
-        n_values = 2 * lines.outputs.size
-        loss = without[weakest].criterion(n_values) - model.criterion(n_values)
-        if loss > 20.0 * MARGIN * np.log(n_values):
+        weakest = int(np.argmin(model.losses))
+        if model.losses[weakest] > FAR * _price(lines):
             break  # far from needless: no search would make up for it
-        smaller = fit(lines, without[weakest].poles, FEW_STEPS)
+        smaller = fit(lines, np.delete(model.poles, weakest), FEW_STEPS)
         if _is_better(lines, model, smaller):
             break
         model = smaller

@@ -88,6 +88,7 @@ def modal(
     print_analysis(analysis, json)
     with output.results(folder, "modal"):
         _write(folder, analysis, document, figures=figures)
+        _write_page(folder, analysis, [log, *([against] if against else [])])
     output.message(f"results in {folder}")
     if analysis.failed:
         output.finish(1)
@@ -135,8 +136,23 @@ def _write(
     files.write_csv(folder / "modes.csv", mode_columns(analysis))
     files.write_csv(folder / "shapes.csv", shape_columns(analysis))
     files.write_csv(folder / "tracks.csv", track_columns(analysis))
-    files.write_json(folder / "modal.json", document)
+    files.write_json(folder / "report.json", document)
     if figures:
         from shakerproc.report.modal_figures import draw_modal
 
         draw_modal(analysis, folder)
+
+
+def _write_page(folder: Path, analysis: "ModalAnalysis", logs: list[Path]) -> None:
+    import hashlib
+
+    from shakerproc.cli.write_up import command
+    from shakerproc.report.modal import modal_report
+    from shakerproc.report.page import write_report
+
+    inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]
+    inputs += [
+        (f"test {one.name}", one.test.require_recording().name, one.sha256)
+        for one in analysis.tests
+    ]
+    write_report(folder / "report.html", modal_report(analysis, command(), tuple(inputs)))

@@ -1,0 +1,250 @@
+"""A modal analysis as a report: sections with tables, diagrams and moving shapes."""
+
+import importlib.metadata
+import platform
+from typing import Final
+
+import numpy as np
+
+from shakerproc.modal.from_log import ModalAnalysis, TestModes
+from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.shapes import mac
+from shakerproc.modal.stabilisation import frequency_of
+from shakerproc.modal.tracking import mac_over
+from shakerproc.report import svg
+from shakerproc.report.methods import Methods
+from shakerproc.report.modal_drawings import matrix, moving_shape
+from shakerproc.report.modal_figures import indicator
+from shakerproc.report.page import Report, Section, Table
+from shakerproc.report.run_view import Drawing
+
+MOST_MODES: Final = 20
+"""Modes of a matrix that is drawn."""
+
+_WITH_INPUT: Final = (
+    "Candidates are the poles that stay in place over the orders of a least-squares complex "
+    "frequency fit (Peeters et al., 2004) of the discrete Fourier transforms of inputs and "
+    "responses over the whole record, its transient taken up by terms of its own, so that no "
+    "window smears the peaks. Modes are those that Schwarz' criterion needs; poles, residues, "
+    "transients and residual terms are refined by maximum likelihood. Their 95 % intervals "
+    "come from the scatter of the lines about the model (White), which holds for noise that is "
+    "coloured or shared by the sensors, not for what drifts from test to test: that is the "
+    "scatter over tests."
+)
+_OUTPUT_ONLY: Final = (
+    "Where no input was measured, poles come from covariance-driven stochastic subspace "
+    "identification (Peeters and De Roeck, 1999) over orders; intervals from leaving out one "
+    "of twelve blocks at a time. The excitation is taken for broadband."
+)
+_REFERENCES: Final = (
+    "B. Peeters, H. Van der Auweraer, P. Guillaume and J. Leuridan, The PolyMAX "
+    "frequency-domain method, Shock and Vibration 11, 395-409, 2004.",
+    "M. El-Kafafy, P. Guillaume and B. Peeters, Modal parameter estimation by combining "
+    "stochastic and deterministic frequency-domain approaches, Mechanical Systems and Signal "
+    "Processing 35, 52-68, 2013.",
+    "R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, 2nd "
+    "ed., Wiley, 2012.",
+    "B. Peeters and G. De Roeck, Reference-based stochastic subspace identification for "
+    "output-only modal analysis, Mechanical Systems and Signal Processing 13, 855-878, 1999.",
+    "R. J. Allemang, The modal assurance criterion, Sound and Vibration 37, 14-23, 2003.",
+)
+
+
+def modal_report(
+    analysis: ModalAnalysis, command: str, inputs: tuple[tuple[str, str, str], ...]
+) -> Report:
+    """Return the report of a modal analysis.
+
+    Parameters
+    ----------
+    analysis : ModalAnalysis
+        What was found.
+    command : str
+        How it was made.
+    inputs : tuple of (str, str, str)
+        Files that went in: what they are, their names and their SHA-256.
+    """
+    sections = [_test_section(one, i) for i, one in enumerate(analysis.tests, 1)]
+    over = _over_tests(analysis)
+    if over is not None:
+        sections.insert(0, over)
+    if not sections:
+        sections = [Section("Modes", "modes", ["No test could be analysed."])]
+    return Report(
+        title=f"{analysis.title}: modes",
+        runs=(),
+        command=command,
+        verdict=_verdict(analysis),
+        sections=sections,
+        inputs=inputs,
+        methods=_methods(analysis),
+    )
+
+
+def _verdict(analysis: ModalAnalysis) -> str:
+    told = [f"test {one.name}: {one.modes.poles.size} modes" for one in analysis.tests[:12]]
+    failed = [f"test {name} left out: {reason}" for name, reason in analysis.failed]
+    return ". ".join([", ".join(told), *failed]).strip(". ") + "."
+
+
+def _methods(analysis: ModalAnalysis) -> Methods:
+    output_only = any(one.modes.model is None for one in analysis.tests)
+    with_input = any(one.modes.model is not None for one in analysis.tests)
+    names = ("numpy", "scipy")
+    packages = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
+    return Methods(
+        [*([_WITH_INPUT] if with_input else []), *([_OUTPUT_ONLY] if output_only else [])],
+        _REFERENCES,
+        f"{packages}, Python {platform.python_version()} on {platform.system()}",
+    )
+
+
+def _test_section(one: TestModes, number: int) -> Section:
+    modes = one.modes
+    said = [one.test.excitation or "", one.test.level_text, one.test.joint, one.test.specimen]
+    heading = ", ".join([f"Test {one.name}", *(word for word in said if word)])
+    opening = [
+        f"{modes.poles.size} modes from {one.band[0]:.4g} to {one.band[1]:.4g} Hz; input: "
+        f"{', '.join(one.inputs) or 'not measured'}; {len(one.sensors)} sensors. Intervals: "
+        f"{modes.interval_from}.",
+        *(f"{note[0].upper()}{note[1:].removesuffix('.')}." for note in one.notes),
+    ]
+    figures = [_stabilisation(one), *_synthesis(one)]
+    parts = []
+    if len(one.sensors) > 1 and modes.poles.size:
+        parts.append(Section("Mode shapes", "shapes", figures=[*_shapes(one), *_own_mac(one)]))
+    table = [_mode_table(one)] if modes.poles.size else []
+    return Section(heading, f"test-{number}", opening, table, figures, parts)
+
+
+def _mode_table(one: TestModes) -> Table:
+    modes = one.modes
+    rows = [
+        (
+            str(i + 1),
+            f"{modes.frequency[i]:.6g}",
+            f"{modes.frequency_bounds[0, i]:.6g} to {modes.frequency_bounds[1, i]:.6g}",
+            f"{100 * modes.damping[i]:.4g}",
+            f"{100 * modes.damping_bounds[0, i]:.4g} to {100 * modes.damping_bounds[1, i]:.4g}",
+            f"{modes.collinearity[i]:.3f}",
+        )
+        for i in range(modes.poles.size)
+    ]
+    columns = ("mode", "f_n [Hz]", "95 % [Hz]", "ζ [%]", "95 % [%]", "phase collinearity")
+    return Table("Modes", columns, rows)
+
+
+def _stabilisation(one: TestModes) -> Drawing:
+    diagram = one.modes.diagram
+    frequency, level = indicator(one)
+    top = float(diagram.order.max(initial=2)) + 4.0
+    logs = np.log10(np.maximum(level, 1e-5 * float(np.nanmax(level))))
+    scaled = top * (0.05 + 0.9 * (logs - logs.min()) / max(float(np.ptp(logs)), 1e-9))
+    places = frequency_of(diagram.poles)
+    order = diagram.order.astype(float)
+    kept, loose = diagram.cluster >= 0, ~diagram.stable
+    other = diagram.stable & ~kept
+    shown = "mean |H1|" if one.functions is not None else "mean density"
+    drawing = svg.plot(
+        [
+            svg.Curve(f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True),
+            svg.Curve("not stable", places[loose], order[loose], 7, dots=True),
+            svg.Curve("stable", places[other], order[other], 5, dots=True),
+            svg.Curve("stable, in a cluster", places[kept], order[kept], 0, dots=True),
+        ],
+        svg.Axis("frequency [Hz]", *one.band),
+        svg.Axis("order", 0.0, top),
+        title=f"Stabilisation diagram of test {one.name}",
+        marks=[svg.Mark(float(f), f"{i}") for i, f in enumerate(one.modes.frequency, 1)],
+        width=1120,
+        height=330,
+    )
+    caption = "Poles of every order; dashed lines: the modes that were kept."
+    return Drawing("Stabilisation diagram", caption, drawing, broad=True)
+
+
+def _synthesis(one: TestModes) -> list[Drawing]:
+    functions = one.functions
+    if functions is None:
+        return []
+    found = []
+    for k, sensor in enumerate(one.sensors):
+        for j, name in enumerate(one.inputs):
+            measured = np.abs(functions.measured[k, j])
+            model = np.abs(functions.synthesis[k, j])
+            top = float(np.nanmax(measured))
+            if not top > 0.0:
+                continue
+            low = max(float(np.nanmin(measured[measured > 0.0])), 1e-5 * top)
+            drawing = svg.plot(
+                [
+                    svg.Curve("measured", functions.frequency, measured, 7, wide=True),
+                    svg.Curve("modal model", functions.frequency, model, 1),
+                ],
+                svg.Axis("frequency [Hz]", *one.band),
+                svg.Axis("|H1|", low / 1.5, 2.0 * top, logarithmic=True),
+                title=f"Response function of {sensor.name} over {name}",
+            )
+            caption = f"The model leaves {one.unexplained[k]:.2%} rms of the response."
+            found.append(Drawing(f"{sensor.name} over {name}", caption, drawing))
+    return found
+
+
+def _shapes(one: TestModes) -> list[Drawing]:
+    geometry = geometry_of(one.positions, one.directions)
+    modes = one.modes
+    return [
+        Drawing(
+            f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
+            f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}",
+            moving_shape(geometry, modes.shapes[i], f"Shape of mode {i + 1}"),
+        )
+        for i in range(modes.poles.size)
+    ]
+
+
+def _own_mac(one: TestModes) -> list[Drawing]:
+    labels = [f"{f:.4g}" for f in one.modes.frequency]
+    if not 1 < len(labels) <= MOST_MODES:
+        return []
+    drawing = matrix(labels, labels, mac(one.modes.shapes, one.modes.shapes), "MAC")
+    caption = "Of every pair of modes [Hz]. Off the diagonal large: too few sensors to tell."
+    return [Drawing("MAC", caption, drawing)]
+
+
+def _over_tests(analysis: ModalAnalysis) -> Section | None:
+    """Return each mode through the tests; None where there is one test only."""
+    if len(analysis.tests) < 2:
+        return None
+    rows = []
+    for number, track in enumerate(analysis.tracks, 1):
+        for sighting in track.sightings:
+            one = analysis.tests[sighting.test]
+            modes, i = one.modes, sighting.mode
+            seen = analysis.tests[track.sightings[0].test].modes
+            shift = modes.frequency[i] / seen.frequency[track.sightings[0].mode] - 1.0
+            rows.append((
+                str(number), one.name, one.test.level_text, f"{modes.frequency[i]:.6g}",
+                f"{shift:+.2%}", f"{100 * modes.damping[i]:.4g}",
+                "" if sighting.mac is None else f"{sighting.mac:.3f}",
+            ))  # fmt: skip
+    columns = ("mode", "test", "level", "f_n [Hz]", "shift", "ζ [%]", "MAC with the first")
+    figures = []
+    first = analysis.tests[0]
+    for one in analysis.tests[1:]:
+        names = (first.sensor_names, one.sensor_names)
+        values = mac_over(first.modes.shapes, one.modes.shapes, names)
+        if values is None or not values.size or max(values.shape) > MOST_MODES:
+            continue
+        labels = [[f"{f:.4g}" for f in t.modes.frequency] for t in (first, one)]
+        figures.append(
+            Drawing(
+                f"MAC of test {first.name} and test {one.name}",
+                f"Rows: test {first.name}; columns: test {one.name} [Hz].",
+                matrix(labels[0], labels[1], values, "MAC"),
+            )
+        )
+    notes = [f"{note[0].upper()}{note[1:]}." for note in analysis.notes]
+    return Section(
+        "Modes over the tests", "over-tests", notes, [Table("", columns, rows)], figures
+    )
