@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc import __version__
 from shakerproc.cli import output
-from shakerproc.modal.from_log import ModalAnalysis, TestModes
+from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 from shakerproc.testlog import TestLog

@@ -1,12 +1,9 @@
 """Modal analysis, arrays in and arrays out: poles, stabilisation, residues, shapes, MAC."""
 
-from shakerproc.modal.identification import (
-    ModeSet,
-    Settings,
-    identify_functions,
-    identify_samples,
-)
-from shakerproc.modal.likelihood import Fit, response_functions
+from shakerproc.modal.identification import identify_functions, identify_samples
+from shakerproc.modal.modal_model import Fit, response_functions
+from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.shapes import mac, normalised, phase_collinearity
 from shakerproc.modal.stabilisation import Diagram, damping_of, frequency_of
 
@@ -18,6 +15,7 @@ __all__ = [
     "damping_of",
     "frequency_of",
     "identify_functions",
+    "identify_output_only",
     "identify_samples",
     "mac",
     "normalised",

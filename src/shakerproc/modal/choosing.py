@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import Channel, ChannelUse, Recording
 from shakerproc.errors import SpectrumError
-from shakerproc.modal.identification import ModeSet
+from shakerproc.modal.mode_set import ModeSet
 from shakerproc.testlog import Modal, Test
 
 MUCH_LEFT: Final = 0.3

@@ -1,15 +1,16 @@
 """The tests of a log, modally analysed: which channels, which band, what is in the way."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc import spectra
-from shakerproc.data import Channel, ComplexArray, FloatArray, Recording
+from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import ShakerprocError, SpectrumError
+from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
 from shakerproc.modal.choosing import (
     band_of,
     inputs_of,
@@ -17,10 +18,11 @@ from shakerproc.modal.choosing import (
     responses_of,
     uses_of,
 )
-from shakerproc.modal.identification import ModeSet, Settings, identify_samples
-from shakerproc.modal.likelihood import response_functions
+from shakerproc.modal.identification import identify_samples
+from shakerproc.modal.modal_model import response_functions
+from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
-from shakerproc.modal.tracking import Track, common, tracks_of
+from shakerproc.modal.tracking import common, tracks_of
 from shakerproc.runs import find_crop, open_test
 from shakerproc.testlog import Modal, Test, TestLog
 
@@ -29,111 +31,6 @@ SHOWN_SEGMENTS: Final = 8
 
 MOST_SEGMENT: Final = 2**15
 """Samples of such a segment at most."""
-
-Place = tuple[float, float, float]
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Functions:
-    """Response functions of a test, measured and synthesised alike.
-
-    Attributes
-    ----------
-    frequency : (n_frequencies,) array
-        Within the band [Hz].
-    measured, synthesis : (n_responses, n_inputs, n_frequencies) complex array
-        H1 of the measurement, and of what the model answers to the same input, both through
-        the same window, so that leakage is the same in both [response unit/input unit].
-    coherence : (n_responses, n_frequencies) array
-        Multiple coherence of the measurement [-].
-    """
-
-    frequency: FloatArray
-    measured: ComplexArray
-    synthesis: ComplexArray
-    coherence: FloatArray
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class TestModes:
-    """Modes of one test.
-
-    Attributes
-    ----------
-    name : str
-        Its id, with the name of the log in front where there are two.
-    test : Test
-        What the log says.
-    sensors : tuple of Channel
-        Rows of the shapes.
-    positions, directions : tuple
-        Where they sit [m] and measure [-]; None where the log does not say it.
-    inputs : tuple of str
-        Names of the inputs.
-    band : (float, float)
-        Where modes were looked for [Hz].
-    modes : ModeSet
-        What was found.
-    functions : Functions, optional
-        None where no input was measured.
-    density : (n_responses + 1, n_frequencies) array
-        Frequencies of the band [Hz] first, then densities of the responses [unit²/Hz].
-    unexplained : (n_responses,) array
-        Rms of what the model leaves over the rms measured, in the band [-].
-    notes : tuple of str
-        What the user should know, a sentence each.
-    sha256 : str
-        Of the recording.
-    """
-
-    __test__ = False
-
-    name: str
-    test: Test
-    sensors: tuple[Channel, ...]
-    positions: tuple[Place | None, ...]
-    directions: tuple[Place | None, ...]
-    inputs: tuple[str, ...]
-    band: tuple[float, float]
-    modes: ModeSet
-    functions: Functions | None
-    density: FloatArray
-    unexplained: FloatArray
-    notes: tuple[str, ...]
-    sha256: str
-
-    @property
-    def sensor_names(self) -> list[str]:
-        """Names of the sensors, in the order of the shapes."""
-        return [channel.name for channel in self.sensors]
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ModalAnalysis:
-    """Modes of the tests of a log, or of two.
-
-    Attributes
-    ----------
-    title : str
-        Of the log.
-    tests : tuple of TestModes
-        Those that could be analysed.
-    tracks : tuple of Track
-        Each mode through the tests.
-    failed : tuple of (str, str)
-        Names of those that could not, and why.
-    notes : tuple of str
-        What concerns several tests.
-    """
-
-    title: str
-    tests: tuple[TestModes, ...]
-    tracks: tuple[Track, ...]
-    failed: tuple[tuple[str, str], ...]
-    notes: tuple[str, ...]
 
 
 def analyse_log(

@@ -1,20 +1,21 @@
 """From the samples of inputs and responses to modes with their intervals."""
 
-from dataclasses import dataclass, replace
-from typing import Final, Literal, TypeAlias, final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.likelihood import Fit, fit
+from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines, lines_of_functions, lines_of_samples
+from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
 from shakerproc.modal.selection import selected
-from shakerproc.modal.shapes import normalised, phase_collinearity
+from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
     Diagram,
     candidates,
-    damping_of,
     frequency_of,
     stabilisation,
 )
@@ -28,105 +29,11 @@ KEPT_ORDERS: Final = 4
 LOW_ORDERS: Final = 6
 """Poles of orders up to this are tried as well: noise hides what higher orders spread out."""
 
-NORMAL_95: Final = 1.959964
-"""Half-width of a 95 % interval in standard deviations [-]."""
+PART: Final = 2.5
+"""Ratio of the ends of the parts that a wide band is cut into for more candidates [-]."""
 
-Method: TypeAlias = Literal["input and response spectra", "response functions", "output only"]
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """What the user may say of a modal analysis.
-
-    Attributes
-    ----------
-    band : (float, float)
-        Where modes are looked for [Hz].
-    modes : int, optional
-        How many there are; by default as many as the measurement needs.
-    order : int
-        Highest order of the stabilisation diagram.
-    keep : tuple of float
-        Frequencies near which a pole is kept, whatever the automatic selection says [Hz].
-    """
-
-    band: tuple[float, float]
-    modes: int | None = None
-    order: int = 60
-    keep: tuple[float, ...] = ()
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ModeSet:
-    """Modes of one record.
-
-    Attributes
-    ----------
-    method : str
-        What they were found from.
-    poles : (n_modes,) complex array
-        By frequency [rad/s].
-    frequency, damping : (n_modes,) arrays
-        Undamped natural frequencies [Hz] and damping ratios [-].
-    frequency_error, damping_error : (n_modes,) arrays
-        Standard deviations of their logarithms [-].
-    shapes : (n_modes, n_responses) complex array
-        Turned to their mean phase, largest component 1 [-].
-    participation : (n_modes, n_inputs) complex array
-        How strongly each input drives the mode, largest 1 [-].
-    collinearity : (n_modes,) array
-        Modal phase collinearity, 1 for a real mode [-].
-    diagram : Diagram
-        Stabilisation diagram.
-    model : Fit, optional
-        The fitted modal model; None where there is none, output only.
-    interval_from : str
-        What the intervals are made of.
-    notes : tuple of str
-        What the user should know, a sentence each.
-    """
-
-    method: Method
-    poles: ComplexArray
-    frequency_error: FloatArray
-    damping_error: FloatArray
-    shapes: ComplexArray
-    participation: ComplexArray
-    diagram: Diagram
-    model: Fit | None
-    interval_from: str
-    notes: tuple[str, ...] = ()
-
-    @property
-    def frequency(self) -> FloatArray:
-        """Undamped natural frequencies [Hz]."""
-        return frequency_of(self.poles)
-
-    @property
-    def damping(self) -> FloatArray:
-        """Damping ratios [-]."""
-        return damping_of(self.poles)
-
-    @property
-    def collinearity(self) -> FloatArray:
-        """Modal phase collinearity of each mode [-]."""
-        return phase_collinearity(self.shapes)
-
-    @property
-    def frequency_bounds(self) -> FloatArray:
-        """Limits of the 95 % intervals, (2, n_modes) [Hz]."""
-        return _bounds(self.frequency, self.frequency_error)
-
-    @property
-    def damping_bounds(self) -> FloatArray:
-        """Limits of the 95 % intervals, (2, n_modes) [-]."""
-        return _bounds(self.damping, self.damping_error)
-
-
-def _bounds(values: FloatArray, errors: FloatArray) -> FloatArray:
-    return np.stack([values * np.exp(-NORMAL_95 * errors), values * np.exp(NORMAL_95 * errors)])
+PART_ORDER: Final = 40
+"""Highest order in such a part."""
 
 
 def identify_samples(
@@ -163,7 +70,8 @@ def identify_samples(
     ones = np.full((1, lines.frequency.size), level, dtype=np.complex128)
     driven = np.concatenate([lines.inputs, ones])
     diagram = _diagram(lines, driven, lines.outputs[:, np.newaxis], settings)
-    return _modes(lines, diagram, settings, "input and response spectra")
+    parts = _of_parts(lines, driven, lines.outputs[:, np.newaxis])
+    return _modes(lines, diagram, parts, settings, "input and response spectra")
 
 
 def identify_functions(
@@ -198,7 +106,8 @@ def identify_functions(
     lines = lines_of_functions(frequency[kept], functions[..., kept])
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
-    found = _modes(lines, diagram, settings, "response functions")
+    parts = _of_parts(lines, ones, functions[..., kept])
+    found = _modes(lines, diagram, parts, settings, "response functions")
     shapes, participation = split_residues(
         found.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
     )
@@ -231,7 +140,30 @@ def orders_of(settings: Settings) -> range:
     return range(2, settings.order + 1, 2)
 
 
-def _modes(lines: Lines, diagram: Diagram, settings: Settings, method: Method) -> ModeSet:
+def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> ComplexArray:
+    """Return poles of clusters in parts of a wide band, where one fit sees the loudest only."""
+    low, high = float(lines.frequency[0]), float(lines.frequency[-1])
+    n_parts = int(np.log(high / low) / np.log(PART))
+    if n_parts < 2:
+        return np.zeros(0, dtype=np.complex128)
+    ratio = (high / low) ** (1.0 / n_parts)
+    found = []
+    for part in range(n_parts):
+        begin, end = low * ratio**part, low * ratio ** (part + 1)
+        kept = (lines.frequency >= 0.9 * begin) & (lines.frequency <= 1.1 * end)
+        order = min(PART_ORDER, int(kept.sum()) // (driven.shape[0] + outputs.shape[1]))
+        if order < 8:
+            continue
+        own = lines.frequency[kept]
+        sums = lagged_sums(own, driven[:, kept], outputs[..., kept], order)
+        diagram = stabilisation(sums, range(2, order + 1, 2), (begin, end))
+        found.append(candidates(diagram)[0])
+    return np.concatenate([np.zeros(0, dtype=np.complex128), *found])
+
+
+def _modes(
+    lines: Lines, diagram: Diagram, parts: ComplexArray, settings: Settings, method: Method
+) -> ModeSet:
     thin = thinned(lines)
     poles, _, counts = candidates(diagram)
     by_count = np.argsort(-counts)
@@ -239,7 +171,7 @@ def _modes(lines: Lines, diagram: Diagram, settings: Settings, method: Method) -
     ordered = poles[by_count]
     notes = [] if thin is lines else [_told_thin(lines, thin)]
     low = diagram.poles[diagram.order <= LOW_ORDERS]
-    doubtful = np.concatenate([ordered[~certain], low])
+    doubtful = np.concatenate([ordered[~certain], parts, low])
     thin, model = selected(thin, ordered[certain], doubtful, settings.band)
     model, more = as_wanted(thin, model, diagram, settings)
     shapes, participation = split_residues(model.residues)

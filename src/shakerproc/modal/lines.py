@@ -1,12 +1,22 @@
 """What is fitted: spectra of inputs and responses at the lines of a band."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
+
+NEIGHBOURS: Final = 20
+"""Lines to either side that a line's input is compared with."""
+
+SILENT: Final = 1e-5
+"""Share of the largest power below which the input does not reach [-]."""
+
+EMPTY: Final = 1e-2
+"""Share of the power of the strongest neighbour below which a line has no input [-]."""
 
 
 @final
@@ -84,12 +94,34 @@ def lines_of_samples(
         raise ValueError(
             f"the band from {band[0]:g} to {band[1]:g} Hz holds {kept.sum()} lines"
         )
+    driven = scipy.fft.rfft(inputs)
+    kept[kept] = excited_lines(driven[:, kept])
     return Lines(
         frequency[kept],
-        scipy.fft.rfft(inputs)[:, kept],
+        driven[:, kept],
         scipy.fft.rfft(outputs)[:, kept],
         1.0 / sample_rate,
     )
+
+
+def excited_lines(inputs: ComplexArray) -> NDArray[np.bool_]:
+    """Return which lines have an input: a periodic one leaves those between its lines empty.
+
+    Parameters
+    ----------
+    inputs : (n_inputs, n_lines) complex array
+        Spectra of the inputs [unit of the channel s].
+
+    Returns
+    -------
+    (n_lines,) array of bool
+        Those that the input reaches; of a periodic input only its own.
+    """
+    power = np.sum(np.abs(inputs) ** 2, axis=0)
+    around = scipy.ndimage.maximum_filter1d(power, 2 * NEIGHBOURS + 1, mode="nearest")
+    driven = around > SILENT * power.max()
+    lit = driven & (power > EMPTY * around)
+    return np.asarray(lit if lit.sum() < driven.sum() // 2 else driven)
 
 
 def lines_of_functions(frequency: FloatArray, functions: ComplexArray) -> Lines:

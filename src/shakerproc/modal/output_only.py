@@ -7,7 +7,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.identification import ModeSet, Settings, orders_of
+from shakerproc.modal.identification import orders_of
+from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import normalised, phase_collinearity
 from shakerproc.modal.stabilisation import (
@@ -29,6 +30,9 @@ LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
 
 KEPT_ORDERS: Final = 3
 """A mode stays over one in so many of the orders."""
+
+UNKNOWN: Final = 0.8
+"""Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
 MOST_DAMPING: Final = 0.1
 """Damping above which a pole is not taken for a mode of the structure [-]."""
@@ -104,6 +108,8 @@ def identify_output_only(
         real &= np.isin(np.arange(poles.size), strongest)
     poles, shapes = poles[real], shapes[real]
     errors = _jackknife(parts, n_rows, interval, poles, orders[len(orders) // 2])
+    known = errors[0] < UNKNOWN
+    poles, shapes, errors = poles[known], shapes[known], errors[:, known]
     return ModeSet(
         method="output only",
         poles=poles,

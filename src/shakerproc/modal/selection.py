@@ -6,8 +6,9 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.likelihood import Fit, fit
+from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines
+from shakerproc.modal.modal_model import Fit
 from shakerproc.modal.stabilisation import damping_of
 
 FEW_STEPS: Final = 6
@@ -18,6 +19,9 @@ MARGIN: Final = 10.0
 
 UNKNOWN: Final = 0.4
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
+
+LARGEST_DAMPING: Final = 0.25
+"""Damping ratio above which a pole is not taken for a mode [-]."""
 
 SMOOTHED: Final = 41
 """Lines over which the noise is smoothed."""
@@ -66,6 +70,11 @@ def selected(
     if not best.poles.size:
         return lines, best
     weighted = reweighted(lines, best)
+    again = _pruned(weighted, fit(weighted, best.poles, FEW_STEPS), band)
+    more = _grown(weighted, again, np.concatenate([certain, doubtful]), band, 0.5)
+    if more.poles.size > best.poles.size:  # what louder noise elsewhere had hidden
+        best = more
+        weighted = reweighted(lines, fit(lines, best.poles, 0))
     return weighted, _certain(weighted, _pruned(weighted, fit(weighted, best.poles), band))
 
 
@@ -73,6 +82,7 @@ def _certain(lines: Lines, model: Fit) -> Fit:
     """Return the model without modes whose damping it does not know at all."""
     while model.poles.size:
         errors = np.sqrt(np.diag(model.covariance))[::2]
+        errors = np.where(damping_of(model.poles) > LARGEST_DAMPING, np.inf, errors)
         worst = int(np.argmax(errors))
         if errors[worst] < UNKNOWN:
             break
@@ -163,7 +173,7 @@ def apart(poles: ComplexArray) -> ComplexArray:
 def _sound(model: Fit, band: tuple[float, float]) -> bool:
     frequency = np.abs(model.poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    damped = (damping_of(model.poles) < 0.25) & (damping_of(model.poles) > 2e-5)
+    damped = (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
     return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
 
 
@@ -183,7 +193,7 @@ def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
     """Return the model without the modes that it does not need."""
     frequency = np.abs(model.poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    inside &= (damping_of(model.poles) < 0.25) & (damping_of(model.poles) > 2e-5)
+    inside &= (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
     kept = apart(model.poles[inside])
     if kept.size < model.poles.size:
         model = fit(lines, kept, FEW_STEPS)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.modal.from_log import ModalAnalysis, TestModes
+from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of

@@ -9,7 +9,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.modal.from_log import ModalAnalysis
+    from shakerproc.modal.analysis import ModalAnalysis
     from shakerproc.testlog import Modal
 
 
