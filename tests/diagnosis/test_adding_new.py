@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.diagnosis.one_mass import JOINT, STIFFNESS, arrays_of, one_mass
+from tests.diagnosis.one_mass import JOINT, QUIET, RATE, STIFFNESS, arrays_of, one_mass
 
 from shakerproc.diagnosis import TestArrays
 from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import effect_files, load_effects
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
+from shakerproc.simulate import simulate
 
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 CUBIC = 2e11
@@ -161,3 +162,40 @@ def test_an_effect_of_the_user_s_own_is_added_like_any_other():
         effect_files.forget_effects()
     assert found.parameters["force"].value == pytest.approx(3.0, rel=0.03)
     assert found.parameters["pitch"].value == pytest.approx(8e-4, rel=0.03)
+
+
+def chain(*more):
+    """Return two masses in a row, with more elements."""
+    made = [
+        (EFFECTS["spring"](1e5), ("base", "a")), (EFFECTS["damper"](12.0), ("base", "a")),
+        (EFFECTS["spring"](3e5), ("a", "b")), (EFFECTS["damper"](10.0), ("a", "b")),
+    ]  # fmt: skip
+    return Model(
+        "chain", {"a": 1.0, "b": 0.5}, tuple(Element(*one) for one in [*made, *more]),
+        Excitation("base acceleration"), {"top": Sensor("a"), "tip": Sensor("b")},
+    )  # fmt: skip
+
+
+def shaken(truth, level, number):
+    """Return a test of a chain at an rms level [m/s^2]."""
+    rng = np.random.default_rng(number)
+    frequency = np.fft.rfftfreq(5000, 1.0 / RATE)
+    inside = (frequency > 10.0) & (frequency < 300.0)
+    drive = np.fft.irfft(inside * (rng.standard_normal((2, frequency.size)).T @ (1.0, 1j)))
+    drive = np.concatenate([np.zeros(QUIET), level * drive / drive.std()])
+    run = simulate(truth, drive, RATE, growth=False, tolerance=1e-8)
+    noisy = [
+        rows + 0.005 * rows.std() * rng.standard_normal(rows.shape)
+        for rows in (drive[None], np.array([run.outputs[name] for name in ("top", "tip")]))
+    ]
+    return TestArrays(f"test {number}", RATE, *noisy, band=(10.0, 300.0))
+
+
+@pytest.mark.slow
+def test_an_effect_may_stand_where_the_model_has_nothing():
+    """Friction between the base and the far mass, which no element joins."""
+    truth = chain((EFFECTS["coulomb_friction"](2.0), ("base", "b")))
+    tests = [shaken(truth, 3.0, 1), shaken(truth, 6.0, 2)]
+    found = add_to_arrays("coulomb_friction", chain(), tests, between=("b", "base"))
+    assert found.element.between == ("b", "base")
+    assert found.parameters["sliding_force"].value == pytest.approx(2.0, rel=0.02)

@@ -248,11 +248,28 @@ def _errors(fitted: Fitted) -> tuple[Errors, str]:
 
 
 def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element:
-    """Return an element with as many digits as its intervals bear out."""
-    if not numbers:
-        return element
+    """Return an element with as many digits as its intervals bear out, a table with six."""
+    if isinstance(element.effect, Table):
+        return Element(_rounded(element.effect), element.between)
     values = {name: shortened(one) for name, one in numbers.items()}
     return Element(EFFECTS[element.effect.kind].of_numbers(values), element.between)
+
+
+def _rounded(table: Table) -> Table:
+    """Return a table with six digits of every number."""
+
+    def row(values: Sequence[float], unit: str) -> tuple[float, ...]:
+        return tuple(within(value, unit, None, None) for value in values)
+
+    def rows(values: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+        return tuple(row(one, "N") for one in values)
+
+    return Table(
+        row(table.displacement, "m"),
+        row(table.velocity, "m/s"),
+        rows(table.force),
+        None if table.band is None else rows(table.band),
+    )
 
 
 def shortened(estimate: Estimate) -> float | str:

@@ -173,7 +173,9 @@ def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
         json_target=json,
     )
     rows = [[name, p.value, p.low, p.high, p.unit] for name, p in added.parameters.items()]
-    output.print_table(["parameter", "value", "low", "high", "unit"], rows, json_target=json)
+    if rows:
+        columns = ["parameter", "value", "low", "high", "unit"]
+        output.print_table(columns, rows, json_target=json)
     output.write_json(
         {
             "schema": "shakerproc-add/1",

@@ -102,7 +102,10 @@ def _next_mode(
     if fall < GAIN_ENOUGH:
         return None
     moving = np.concatenate([free, np.ones(3, bool)])
-    found = richer, solve([test], richer, start, [extra], moving)
+    try:
+        found = richer, solve([test], richer, start, [extra], moving)
+    except ValueError:  # it grew heavier than its place: no mode, but physics that is missing
+        return None
     before = solve([test], parameters, solution.values, [extra], free)
     if found[1].chi_square > before.chi_square - GAIN_ENOUGH:
         return None
