@@ -196,7 +196,8 @@ def _functions(
         window="periodic hann",
         detrend="mean",
     )
-    shown = (cross.frequency >= band[0]) & (cross.frequency <= band[1])
+    edge = 2.0 * cross.bin_width  # where the window mixes in what lies outside the band
+    shown = (cross.frequency >= band[0] + edge) & (cross.frequency <= band[1] - edge)
     driven = range(n_inputs)
     return Functions(
         cross.frequency[shown],

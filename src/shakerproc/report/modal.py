@@ -149,8 +149,8 @@ def _stabilisation(one: TestModes) -> Drawing:
         [
             svg.Curve(f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True),
             svg.Curve("not stable", places[loose], order[loose], 7, dots=True),
-            svg.Curve("stable", places[other], order[other], 5, dots=True),
-            svg.Curve("stable, in a cluster", places[kept], order[kept], 0, dots=True),
+            svg.Curve("stable", places[other], order[other], 5, points=True),
+            svg.Curve("stable, in a cluster", places[kept], order[kept], 0, points=True),
         ],
         svg.Axis("frequency [Hz]", *one.band),
         svg.Axis("order", 0.0, top),
