@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.growth import Stages, dominant_frequency, stages_of
+from shakerproc.diagnosis.estimation.growth import Stages, stages_of
 from shakerproc.diagnosis.estimation.one_more import Known
 from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.joints import identifications, joints_of, scales_of
@@ -25,8 +25,6 @@ class Campaign:
         Those that may be fitted to.
     known : mapping of joint to mapping of str to Identification
         What each effect says of each joint.
-    frequency : float
-        Of the fastest joint's motion [Hz].
     stages : Stages
         Windows that grow.
     """
@@ -34,7 +32,6 @@ class Campaign:
     data: DataSet
     fitted: tuple[Test, ...]
     known: Known
-    frequency: float
     stages: Stages
 
 
@@ -42,13 +39,11 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
     """Return what hypotheses share, from a model with its further modes and the tests."""
     data = DataSet(model, tuple(tests))
     motions = {joint: data.across(joint) for joint in joints_of(model)}
-    frequency = max(dominant_frequency(own) for own in motions.values())
     return Campaign(
         data=data,
         fitted=tuple(test for test in tests if not test.arrays.hold_out),
         known={
             j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()
         },
-        frequency=frequency,
-        stages=stages_of(data, frequency),
+        stages=stages_of(data),
     )

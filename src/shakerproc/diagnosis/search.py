@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, at_horizon, forms_of
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried, forms_of
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
@@ -20,13 +20,17 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.screening.pairs import screen_pairs
-from shakerproc.diagnosis.selection.scores import Score, as_fitted, gain, ranked, scored
+from shakerproc.diagnosis.selection.scores import (
+    FAR,
+    LEAST,
+    Score,
+    as_fitted,
+    gain,
+    ranked,
+    scored,
+)
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Model
-
-FAR: Final = 6.0
-"""Standard errors by which a hypothesis may predict worse than the best on short windows and is
-still fitted at the horizon: once in 10^9 by chance [-]."""
 
 LONGER: Final = 0.2
 """Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
@@ -81,7 +85,8 @@ def _searched(
     say("the model's own numbers")
     none = hypothesis_of(model)
     nothing = np.zeros(none.size)
-    linear = grown(data, none, nothing, stages)
+    perfect = np.ones(data.n_sensors), np.zeros(data.n_sensors)
+    linear = grown(data, none, [nothing], stages, perfect)
     if linear is None:
         whole = whole_tests(data, held_out=False)
         linear = fit(data, none, nothing, whole, rounds=ROUNDS)
@@ -96,14 +101,14 @@ def _searched(
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
     say("at the horizon")
-    form, done = _form(campaign, singles, linear)
-    base = _at_horizon(data, [linear], form, done)
-    comparable = _comparable(data, singles, campaign.known)
-    effects = ranked(_at_horizon(data, comparable, form, done))
+    forms, done = _forms(campaign, singles, linear)
+    base = _at_horizon(data, [linear], forms, done)
+    comparable = _comparable(data, singles, campaign.known, linear)
+    effects = ranked(_at_horizon(data, comparable, forms, done))
     found = Found(
         data=data,
         linear_model=linear_model,
-        form=form,
+        form=forms[-1],
         before=_as_it_is(original, linear),
         linear=base[0] if base else Score(linear, np.full(1, np.inf)),
         effects=tuple(effects),
@@ -111,7 +116,7 @@ def _searched(
         ruled_out=_ruled_out(starts, singles),
         failed=one_more.failed,
     )
-    return found if found.explained else _with_more(found, campaign, singles, say)
+    return found if found.explained else _with_more(found, campaign, forms, singles, say)
 
 
 def _as_it_is(original: Model, linear: Fit) -> Fit:
@@ -124,7 +129,7 @@ def _as_it_is(original: Model, linear: Fit) -> Fit:
 
 
 def _at_horizon(
-    data: DataSet, fits: Sequence[Fit], form: Form, done: Mapping[Fit, Score]
+    data: DataSet, fits: Sequence[Fit], forms: Sequence[Form], done: Mapping[Fit, Score]
 ) -> list[Score]:
     """Return fits carried over to the horizon and scored there; those that fail left out.
 
@@ -134,8 +139,8 @@ def _at_horizon(
         The tests.
     fits : sequence of Fit
         On shorter windows.
-    form : Form
-        What they are carried over to.
+    forms : sequence of Form
+        What they are carried over to, one after the other.
     done : mapping of Fit to Score
         Those that have been already.
     """
@@ -144,18 +149,22 @@ def _at_horizon(
         if one in done:
             scores.append(done[one])
             continue
-        refitted = at_horizon(data, one, form)
-        score = None if refitted is None else scored(data, refitted, form.held_out)
+        refitted = carried(data, one, forms)
+        score = None if refitted is None else scored(data, refitted, forms[-1].held_out)
         if score is not None:
             scores.append(score)
     return scores
 
 
 def _with_more(
-    found: Found, campaign: Campaign, singles: Sequence[Fit], say: Callable[[str], None]
+    found: Found,
+    campaign: Campaign,
+    forms: Sequence[Form],
+    singles: Sequence[Fit],
+    say: Callable[[str], None],
 ) -> Found:
     """Return what pairs of effects, and a force without a name, explain beyond singles."""
-    data, form = found.data, found.form
+    data = found.data
     pairs: list[Fit] = []
     failed = dict(found.failed)
     for first in singles[:FIRSTS]:
@@ -175,9 +184,9 @@ def _with_more(
         pairs += second.found(starts[:SECONDS])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
-    scores = _at_horizon(data, pairs[:FIRSTS], form, {})
+    scores = _at_horizon(data, pairs[:FIRSTS], forms, {})
     say("a force without a name")
-    free = _at_horizon(data, _free(campaign, found.linear.fit), form, {})
+    free = _at_horizon(data, _free(campaign, found.linear.fit), forms, {})
     return replace(
         found,
         effects=tuple(ranked([*found.effects, *scores])),
@@ -208,12 +217,16 @@ def _ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, 
     return tuple(start for start in first if (start.kind, start.between) not in tried)
 
 
-def _comparable(data: DataSet, singles: Sequence[Fit], known: Known) -> list[Fit]:
+def _comparable(data: DataSet, singles: Sequence[Fit], known: Known, linear: Fit) -> list[Fit]:
     """Return the fits that do not predict far worse than the best on the longest windows.
 
     A law that contains another one that it does not outdo is left out: the simpler stands in.
+    The model without any is contained in all.
     """
     scores = [score for one in singles if (score := as_fitted(data, one)) is not None]
+    none = as_fitted(data, linear)
+    if none is not None:
+        scores = [score for score in scores if gain(score, none).mean > LEAST]
     best = min(scores, key=lambda score: score.mean, default=None)
     near = [s for s in scores if best is not None and (s is best or gain(best, s).t < FAR)]
     return [s.fit for s in near if not any(_contains(s, other, known) for other in near)]
@@ -227,10 +240,10 @@ def _contains(richer: Score, simpler: Score, known: Known) -> bool:
     return nested and richer.mean >= simpler.mean
 
 
-def _form(
+def _forms(
     campaign: Campaign, singles: Sequence[Fit], linear: Fit
-) -> tuple[Form, dict[Fit, Score]]:
-    """Return the longest horizon at which the best is predicted as well as at shorter ones.
+) -> tuple[list[Form], dict[Fit, Score]]:
+    """Return the forms up to the longest that is predicted as well as the shorter ones.
 
     Parameters
     ----------
@@ -243,20 +256,22 @@ def _form(
 
     Returns
     -------
-    Form, mapping of Fit to Score
-        The horizon, and how the best effect and the model without any are scored there.
+    list of Form, mapping of Fit to Score
+        The horizons, the last of which hypotheses are compared in, and how the best effect
+        and the model without any are scored there.
     """
-    forms = forms_of(campaign.data, campaign.frequency)
-    best: tuple[float, Form, dict[Fit, Score]] | None = None
-    for form in forms if singles else ():
-        if not len(form.held_out) or not len(form.fitted):
-            continue
-        done = {
-            one: score
-            for one in (singles[0], linear)
-            for score in _at_horizon(campaign.data, [one], form, {})
-        }
-        least = min((score.mean for score in done.values()), default=np.inf)
-        if best is None or least < best[0] + LONGER:
-            best = min(least, np.inf if best is None else best[0]), form, done
-    return best[1:] if best is not None else (forms[-1], {})
+    data = campaign.data
+    forms = [f for f in forms_of(data) if len(f.held_out) * len(f.fitted)]
+    here = {one: one for one in (*singles[:1], linear)}
+    chosen, least = 0, np.inf
+    done: dict[Fit, Score] = {}
+    for i, form in enumerate(forms if singles else ()):
+        refitted = {one: carried(data, fit, [form]) for one, fit in here.items()}
+        here = {one: fit for one, fit in refitted.items() if fit is not None}
+        scores = {one: scored(data, fit, form.held_out) for one, fit in here.items()}
+        known = {one: score for one, score in scores.items() if score is not None}
+        level = min((score.mean for score in known.values()), default=np.inf)
+        if level < least + LONGER:
+            chosen, done = i, known
+        least = min(least, level)
+    return (forms[: chosen + 1], done) if singles else (forms, {})

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.diagnosis.one_mass import DAMPING, STIFFNESS, added, data_of, one_mass
 
-from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
+from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import (
     fit,
     predicted_rows,
@@ -51,7 +51,7 @@ def errors_over_spread(found, truth):
 
     To a thousandth a response is calibrated; a dozen blocks do not tell less.
     """
-    spread = np.sqrt(np.diag(covariance(found)))[: found.x.size]
+    spread = np.sqrt(np.diag(found.covariance))[: found.x.size]
     return np.abs(found.x - truth) / np.maximum(spread, 1e-3)
 
 
@@ -93,7 +93,7 @@ def test_a_window_that_runs_away_does_not_rule_the_fit(linear):
     assert found.failed == 1
     assert np.exp(found.x) == pytest.approx([1.1, 0.8], rel=0.02)
     assert np.all(errors_over_spread(found, np.log([1.1, 0.8])) < 3.0)
-    assert np.all(np.isfinite(covariance(found)))
+    assert np.all(np.isfinite(found.covariance))
 
 
 def test_where_all_windows_run_away_there_is_no_fit(linear):
@@ -110,24 +110,24 @@ def test_slopes_are_those_of_the_residual(with_gap):
     windows = both(with_gap)[1]
     search = Linearisation(with_gap, hypothesis, windows)
     here = Point(x, np.array([1.02]), np.zeros(1), windows.starts)
-    residual, predicted, _ = search.residual(here)
-    slopes = search.linearise(here, residual, predicted)
+    state = search.residual(here)
+    residual, slopes = state[0], search.linearise(here, state)
     for k, change in enumerate(STEP * np.eye(x.size)):
         there = search.residual(replace(here, x=x + change))[0]
-        assert slopes.slopes[0][:, k] == pytest.approx(
+        assert slopes.slopes[0][..., k] == pytest.approx(
             (there[0] - residual[0]) / STEP, rel=1e-9
         )
     louder = search.residual(replace(here, gain=here.gain + 0.1))[0]
     later = search.residual(replace(here, delay=here.delay + 1e-5))[0]
     by_channel = [(louder[0] - residual[0]) / 0.1, (later[0] - residual[0]) / 1e-5]
-    found = slopes.slopes[0][:, -2:].T
+    found = np.moveaxis(slopes.slopes[0][..., -2:], -1, 0)
     assert found == pytest.approx(np.array(by_channel), rel=1e-6, abs=1e-9)
     for k, scale in enumerate(windows.scales):
         moved = windows.starts.copy()
-        moved[0, k] += 1e-3 * scale
+        moved[:, k] += 1e-3 * scale
         there = search.residual(replace(here, starts=moved))[0]
         change = (there[0] - residual[0]) / 1e-3
-        assert np.linalg.norm(slopes.own[0][:, k] - change) < 0.02 * np.linalg.norm(change)
+        assert np.linalg.norm(slopes.own[0][..., k] - change) < 0.02 * np.linalg.norm(change)
 
 
 def test_starts_are_fitted_where_the_numbers_stand(linear):

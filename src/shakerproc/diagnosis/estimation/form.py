@@ -1,10 +1,12 @@
 """The form of the residual in which hypotheses are compared: whole tests, or windows."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows
+from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 
 HORIZONS: Final = (15.0, 50.0)
@@ -36,17 +38,31 @@ class Form:
     held_out: Windows
 
 
-def at_horizon(data: DataSet, found: Fit, form: Form) -> Fit | None:
-    """Return a fit carried over to the windows of the horizon."""
-    return fit(
-        data, found.hypothesis, found.x, form.fitted, rounds=ROUNDS,
-        channels=(found.gain, found.delay),
-    )  # fmt: skip
+def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:
+    """Return a fit carried over to one form after the other; None where it runs away.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        On shorter windows.
+    forms : sequence of Form
+        The next ones, the shorter first: a long one alone is full of local minima.
+    """
+    here: Fit | None = found
+    for form in forms:
+        if here is not None and len(form.fitted):
+            here = fit(
+                data, here.hypothesis, here.x, form.fitted, rounds=ROUNDS,
+                channels=(here.gain, here.delay),
+            )  # fmt: skip
+    return here
 
 
-def forms_of(data: DataSet, frequency: float) -> list[Form]:
+def forms_of(data: DataSet) -> list[Form]:
     """Return windows of every horizon, and whole tests where they begin at rest."""
-    rate = data.tests[0].sample_rate
+    rate, frequency = data.tests[0].sample_rate, data.frequency
     found = []
     for periods in HORIZONS:
         run_in = TAPS + int(RUN_IN * rate / frequency)

@@ -7,9 +7,9 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.residuals import TAPS, DataSet, Windows
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
+from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 
@@ -32,24 +32,9 @@ class Stages:
     rounds: tuple[int, ...] = ROUNDS
 
 
-def dominant_frequency(motions: Sequence[JointMotion]) -> float:
-    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
-    velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
-    displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
-    return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
-
-
-def stages_of(data: DataSet, frequency: float) -> Stages:
-    """Return the windows of a search.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    frequency : float
-        Of the joint's motion [Hz].
-    """
-    rate = data.tests[0].sample_rate
+def stages_of(data: DataSet) -> Stages:
+    """Return the windows of a search."""
+    rate, frequency = data.tests[0].sample_rate, data.frequency
     return Stages(
         tuple(
             windows_of(data, TAPS + int(n * rate / frequency), held_out=False, most=most)
@@ -61,15 +46,34 @@ def stages_of(data: DataSet, frequency: float) -> Stages:
 def grown(
     data: DataSet,
     hypothesis: Hypothesis,
-    x: FloatArray,
+    starts: Sequence[FloatArray],
     stages: Stages,
-    channels: tuple[FloatArray, FloatArray] | None = None,
+    channels: tuple[FloatArray, FloatArray],
 ) -> Fit | None:
-    """Return a hypothesis fitted through all lengths; None where it runs away in one."""
+    """Return a hypothesis fitted through all lengths; None where it runs away in one.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    hypothesis : Hypothesis
+        What is fitted.
+    starts : sequence of (n_x,) array
+        Where to start: every length begins at the best of these and of where the length
+        before ended.
+    stages : Stages
+        The windows.
+    channels : pair of (n_sensors,) arrays
+        Gains and delays to start from.
+    """
     found: Fit | None = None
     for windows, rounds in zip(stages.windows, stages.rounds, strict=True):
-        found = fit(data, hypothesis, x, windows, rounds=rounds, channels=channels)
+        tried = [(x, channels) for x in starts]
+        if found is not None:
+            tried.append((found.x, (found.gain, found.delay)))
+        levels = [level_at(data, hypothesis, x, windows, own) for x, own in tried]
+        x, own = tried[int(np.argmin(levels))]
+        found = fit(data, hypothesis, x, windows, rounds=rounds, channels=own)
         if found is None:
             return None
-        x, channels = found.x, (found.gain, found.delay)
     return found

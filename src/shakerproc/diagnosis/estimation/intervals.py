@@ -1,10 +1,4 @@
-"""Intervals of 95 % from the scatter between blocks, model error included.
-
-References
-----------
-.. [1] A. C. Cameron and D. L. Miller, "A practitioner's guide to cluster-robust inference",
-   Journal of Human Resources 50, 317-372, 2015.
-"""
+"""Intervals of 95 % from the scatter between blocks, model error included."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -13,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.normal_equations import UNTOLD
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
 from shakerproc.diagnosis.result import Estimate
@@ -23,29 +18,12 @@ WIDTH: Final = 1.96
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""
 
-LEAST: Final = 1e-6
-"""Information below which nothing is known of a coordinate [-]."""
-
-UNTOLD: Final = 2.0
-"""Standard error of a logarithm from which a bound is no bound: a factor of seven [-]."""
-
-
-def covariance(fit: Fit) -> FloatArray:
-    """Return the covariance of x, gains and delays: sandwich over the blocks, (n, n) array."""
-    size = np.sqrt(np.maximum(np.diag(fit.information), LEAST))
-    scaled = fit.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
-    inverse = np.linalg.inv(scaled) / np.outer(size, size)
-    found: FloatArray = inverse @ fit.scores @ inverse
-    untold = np.diag(inverse) > UNTOLD**2
-    found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
-    return found
-
 
 def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect with their intervals."""
     _own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
     rows = added[index].astype(int)
-    part = covariance(fit)[np.ix_(rows, rows)]
+    part = fit.covariance[np.ix_(rows, rows)]
     return _numbers(fit.hypothesis.added[index], fit.x[rows], part)
 
 
@@ -106,7 +84,7 @@ def _unexercised(
 
 def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     """Return the model's own numbers with their intervals, by kind and joint."""
-    spread = np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
+    spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     names = element_names(fit.hypothesis.model.elements)
     out = {}
     for i, number in enumerate(fit.hypothesis.own):

@@ -7,6 +7,7 @@ References
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -21,6 +22,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
 )
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
+from shakerproc.errors import DiagnosisError
 
 SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
@@ -37,12 +39,14 @@ LEAST_DAMPING: Final = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A hypothesis fitted to windows.
 
     Attributes
     ----------
+    data : DataSet
+        The tests.
     hypothesis : Hypothesis
         What was fitted.
     x : (n_x,) array
@@ -62,16 +66,13 @@ class Fit:
         Mean square of the residual over the noise [-].
     count : int
         Residuals [-].
-    information : (n, n) array
-        Of x, gains and delays, starts eliminated [-].
-    scores : (n, n) array
-        Covariance of the slopes of the cost, summed over blocks [-].
     converged : bool
         Whether the last step changed the cost by next to nothing.
     failed : int
         Windows that ran away.
     """
 
+    data: DataSet
     hypothesis: Hypothesis
     x: FloatArray
     gain: FloatArray
@@ -82,10 +83,26 @@ class Fit:
     level: float
     chi_square: float
     count: int
-    information: FloatArray
-    scores: FloatArray
     converged: bool
     failed: int
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of x, gains and delays, (n, n) array; see `NormalEquations.covariance`.
+
+        Raises
+        ------
+        DiagnosisError
+            If the motion runs away.
+        """
+        linearisation = Linearisation(self.data, self.hypothesis, self.windows)
+        here = Point(self.x, self.gain, self.delay, self.starts)
+        state = linearisation.residual(here)
+        if state is None:
+            raise DiagnosisError(f"{'+'.join(self.hypothesis.kinds)}: its motion runs away.")
+        linearisation.correlation = correlation_of(state[0])
+        slopes = linearisation.linearise(here, state)
+        return NormalEquations(linearisation, here, slopes).covariance(slopes)
 
 
 def fit(
@@ -128,9 +145,8 @@ def fit(
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
-    slopes = None
     for _ in range(rounds):
-        slopes = linearisation.linearise(here, residual, predicted)
+        slopes = linearisation.linearise(here, (residual, predicted, cost))
         better = _better(NormalEquations(linearisation, here, slopes), cost, damping)
         if better is None:
             converged = True
@@ -141,11 +157,9 @@ def fit(
         cost = linearisation.cost(residual, here)
         if converged:
             break
-    if slopes is None:
-        slopes = linearisation.linearise(here, residual, predicted, physics=False)
-    last = NormalEquations(linearisation, here, slopes)
     count = sum(r.size for r in residual)
     return Fit(
+        data,
         hypothesis,
         here.x,
         here.gain,
@@ -156,11 +170,28 @@ def fit(
         level=linearisation.level(residual),
         chi_square=sum(float(np.sum(r**2)) for r in residual) / count,
         count=count,
-        information=last.information,
-        scores=last.scores(slopes),
         converged=converged,
         failed=int(predicted.failed.sum()),
     )
+
+
+def level_at(
+    data: DataSet,
+    hypothesis: Hypothesis,
+    x: FloatArray,
+    windows: Windows,
+    channels: tuple[FloatArray, FloatArray],
+) -> float:
+    """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
+
+    Parameters
+    ----------
+    data, hypothesis, x, windows, channels
+        As for `fit`.
+    """
+    linearisation = Linearisation(data, hypothesis, windows)
+    state = linearisation.residual(Point(x, *channels, windows.starts))
+    return float("inf") if state is None else linearisation.level(state[0])
 
 
 def _better(
@@ -201,7 +232,7 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
         state = linearisation.residual(here)
         if state is None:
             return None
-        slopes = linearisation.linearise(here, state[0], state[1], physics=False)
+        slopes = linearisation.linearise(here, state, physics=False)
         here = NormalEquations(linearisation, here, slopes).starts_alone()
     return replace(found, windows=windows, starts=here.starts)
 
@@ -212,4 +243,4 @@ def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | 
     state = linearisation.residual(Point(found.x, found.gain, found.delay, found.starts))
     if state is None:
         return None
-    return np.concatenate([linearisation.scales(row) for row in state[0]])
+    return linearisation.blocks(state[0])

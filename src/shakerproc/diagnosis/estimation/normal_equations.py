@@ -5,9 +5,13 @@ References
 .. [1] H. G. Bock, "Recent advances in parameter identification techniques for ODE", in
    "Numerical Treatment of Inverse Problems in Differential and Integral Equations",
    Birkhaeuser, 1983 (multiple shooting, elimination of local variables).
+.. [2] A. C. Cameron and D. L. Miller, "A practitioner's guide to cluster-robust inference",
+   Journal of Human Resources 50, 317-372, 2015.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
@@ -17,6 +21,12 @@ from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Linea
 
 LONGEST_STEP: Final = 0.7
 """Largest change of a coordinate in one step: a factor of two of a logarithm [-]."""
+
+LEAST: Final = 1e-6
+"""Information below which nothing is known of a coordinate [-]."""
+
+UNTOLD: Final = 2.0
+"""Standard error of a logarithm from which a bound is no bound: a factor of seven [-]."""
 
 GAINS: Final = (0.2, 5.0)
 """Between which the gain of a sensor is sought: factors beyond are wrong units [-]."""
@@ -44,31 +54,29 @@ class NormalEquations:
     def __init__(self, linearisation: Linearisation, at: Point, slopes: Linearised) -> None:
         self.linearisation, self.at = linearisation, at
         spread = linearisation.spread
-        n = spread.size
         prior = np.where(np.isfinite(spread), linearisation.correlation / spread**2, 0.0)
         self.normal: FloatArray = np.diag(prior)
         self.score: FloatArray = prior * linearisation.values(at)
         self.kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-        eliminated = np.zeros((n, n))
-        for i, failed in enumerate(slopes.failed):
-            if failed:
-                self.kept.append((np.zeros((0, 0)), np.zeros((0, n)), np.zeros(0)))
-                continue
+        eliminated = np.zeros_like(self.normal)
+        for i in range(len(slopes.residual)):
             r, p, s = self._weighted(slopes, i)
-            self.normal += p.T @ p
-            self.score += p.T @ r
-            own, mixed = s.T @ s, s.T @ p
-            self.kept.append((own, mixed, s.T @ r))
-            if own.size:
-                eliminated += mixed.T @ np.linalg.pinv(own, hermitian=True) @ mixed
+            flat = p.reshape(-1, spread.size)
+            self.normal += flat.T @ flat
+            self.score += flat.T @ r.ravel()
+            turned = s.transpose(0, 2, 1)
+            own, mixed = turned @ s, turned @ p
+            self.kept.append((own, mixed, np.einsum("msr,mr->ms", turned, r)))
+            inner = mixed.transpose(0, 2, 1) @ _inverse(own) @ mixed
+            eliminated += np.sum(inner, axis=0)
         self.information: FloatArray = self.normal - eliminated
 
     def _weighted(
         self, slopes: Linearised, index: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return residual and slopes of a window, by the scales of its blocks."""
+        """Return residual and slopes of a stack, by the scales of its blocks."""
         root = self.linearisation.weights(slopes.residual[index])
-        wide = root[:, None]
+        wide = root[..., None]
         return (
             root * slopes.residual[index],
             wide * slopes.slopes[index],
@@ -80,15 +88,14 @@ class NormalEquations:
         normal, score = self.normal.copy(), self.score.copy()
         inverses: list[FloatArray] = []
         for own, mixed, left in self.kept:
-            if not own.size:
-                inverses.append(own)
-                continue
-            diagonal = np.diag(own)
-            held = own + np.diag(damping * diagonal + 1e-12 * (diagonal.max() or 1.0))
-            inverse: FloatArray = np.asarray(np.linalg.inv(held), np.float64)
+            diagonal = np.diagonal(own, axis1=1, axis2=2)
+            most = diagonal.max(axis=1, initial=0.0, keepdims=True)
+            held = damping * diagonal + 1e-12 * np.where(most > 0.0, most, 1.0)
+            inverse: FloatArray = np.linalg.inv(own + held[:, :, None] * np.eye(own.shape[1]))
             inverses.append(inverse)
-            normal -= mixed.T @ inverse @ mixed
-            score -= mixed.T @ inverse @ left
+            turned = mixed.transpose(0, 2, 1) @ inverse
+            normal -= np.sum(turned @ mixed, axis=0)
+            score -= np.einsum("mns,ms->n", turned, left)
         step = self._solved(normal, score, damping)
         n_x, n_s = self.at.x.size, self.at.gain.size
         change = np.clip(step[:n_x], -LONGEST_STEP, LONGEST_STEP)
@@ -97,27 +104,33 @@ class NormalEquations:
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], *GAINS)
         return Point(x, gain, self.at.delay + moved[n_x + n_s :], self._starts(moved, inverses))
 
-    def scores(self, slopes: Linearised) -> FloatArray:
-        """Return the covariance of the slopes of the cost, from their scatter over blocks."""
-        out = np.zeros_like(self.information)
+    def covariance(self, slopes: Linearised) -> FloatArray:
+        """Return the covariance of x, gains and delays from the scatter over blocks.
+
+        A sandwich whose slopes of the cost are those that each block would have if it had
+        taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has
+        next to no residual of its own in it.
+        """
+        size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
+        scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
+        inverse = np.linalg.inv(scaled) / np.outer(size, size)
+        scatter, count = np.zeros_like(inverse), 0
         for i, (own, mixed, _) in enumerate(self.kept):
-            if slopes.failed[i]:
-                continue
             left, columns, by_start = self._weighted(slopes, i)
-            if own.size:
-                columns = columns - by_start @ np.linalg.pinv(own, hermitian=True) @ mixed
-            parts = max(1, round(left.size / min(self.linearisation.cluster, left.size)))
-            first = np.linspace(0, left.size, parts + 1).astype(int)[:-1]
-            summed = np.add.reduceat(columns * left[:, None], first, axis=0)
-            out += summed.T @ summed
-        return out
+            columns = columns - by_start @ (_inverse(own) @ mixed)
+            for rows, short in _clusters(left, columns, self.linearisation.cluster):
+                without = np.eye(size.size) - (rows.T @ rows) @ inverse
+                alone = np.linalg.lstsq(without, rows.T @ short, rcond=1e-9)[0]
+                scatter += np.outer(alone, alone)
+                count += 1
+        found: FloatArray = inverse @ scatter @ inverse * max(count - 1, 1) / max(count, 1)
+        untold = np.diag(inverse) > UNTOLD**2
+        found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
+        return found
 
     def starts_alone(self) -> Point:
         """Return where an undamped step of the starts leads, all else standing."""
-        inverses: list[FloatArray] = [
-            np.asarray(np.linalg.pinv(own, hermitian=True), np.float64) if own.size else own
-            for own, _, _ in self.kept
-        ]
+        inverses = [_inverse(own) for own, _, _ in self.kept]
         still = np.zeros(self.normal.shape[0])
         return replace(self.at, starts=self._starts(still, inverses))
 
@@ -141,9 +154,24 @@ class NormalEquations:
         if self.at.starts is None or scales is None:
             return None
         starts = self.at.starts.copy()
-        for i, (inverse, (own, mixed, left)) in enumerate(
-            zip(inverses, self.kept, strict=True)
-        ):
-            if own.size:
-                starts[i] += scales * np.clip(-inverse @ (left + mixed @ moved), -1.0, 1.0)
+        stacks = self.linearisation.stacks
+        for stack, inverse, (_, mixed, left) in zip(stacks, inverses, self.kept, strict=True):
+            change = np.einsum("mst,mt->ms", inverse, left + mixed @ moved)
+            starts[stack.members] -= scales * np.clip(change, -1.0, 1.0)
         return starts
+
+
+def _clusters(
+    left: FloatArray, columns: FloatArray, size: float
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield slopes and residual of every block of every window of a stack."""
+    parts = max(1, round(left.shape[1] / min(size, left.shape[1])))
+    edges = np.linspace(0, left.shape[1], parts + 1).astype(int)
+    for rows, short in zip(columns, left, strict=True):
+        for a, b in pairwise(edges):
+            yield rows[a:b], short[a:b]
+
+
+def _inverse(own: FloatArray) -> FloatArray:
+    """Return the pseudo-inverse of every window's part, (n_members, n_starts, n_starts)."""
+    return np.asarray(np.linalg.pinv(own, hermitian=True), np.float64) if own.size else own

@@ -8,11 +8,12 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.growth import Stages, grown
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
 from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, gain
 from shakerproc.models import Model
 from shakerproc.models.identification import Contained, Identification
 
@@ -27,6 +28,10 @@ FITTED: Final = 2
 
 KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
+
+LEAST_KEPT: Final = 2
+"""Of these so many however far behind the best, and as many that the screening found best:
+two steps tell little of a curved law [-]."""
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 """Kind, joint, and the words of the variant."""
@@ -70,16 +75,43 @@ class OneMore:
                 self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
             else:
                 first[group] = best
-        promising = sorted(first.values(), key=lambda one: one.level)[:KEPT]
         self.say("longer windows")
         rest = replace(
             self.stages, windows=self.stages.windows[1:], rounds=self.stages.rounds[1:]
         )
         grew = [
-            grown(self.data, one.hypothesis, one.x, rest, (one.gain, one.delay))
-            for one in promising
-        ]
+            grown(
+                self.data, first[group].hypothesis, [first[group].x, self._screened(own)], rest,
+                (first[group].gain, first[group].delay),
+            )
+            for group, own in self._promising(groups, first)
+        ]  # fmt: skip
         return sorted([one for one in grew if one is not None], key=lambda one: one.level)
+
+    def _promising(
+        self, groups: Mapping[Group, Sequence[Start]], first: Mapping[Group, Fit]
+    ) -> list[tuple[Group, Start]]:
+        """Return the best few and those that are not far behind, with their best start.
+
+        Of the best few half are those that explained most in the screening: what remembers
+        longer than the shortest windows last shows in those as little as anything.
+        """
+        order = sorted(first, key=lambda group: first[group].level)
+        screened = sorted(first, key=lambda group: min(s.left for s in groups[group]))
+        scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
+        near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
+        chosen = dict.fromkeys([*order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
+        return [(group, min(groups[group], key=lambda s: s.left)) for group in chosen]
+
+    def _screened(self, start: Start) -> FloatArray:
+        """Return the coordinates that a start of the screening means."""
+        one = addition(
+            start.kind, start.between, self.known[start.between][start.kind], start.values
+        )
+        none = self.on.hypothesis
+        return np.concatenate([
+            own_start(none, start), self.on.x[len(none.own) :], one.transformed(start.values)
+        ])  # fmt: skip
 
     def _size(self, kind: str, joint: Joint) -> int:
         return len(self.known[joint][kind].free)
@@ -94,30 +126,25 @@ class OneMore:
         none = self.on.hypothesis
         for start in starts[:STARTS]:
             one = addition(kind, joint, identification, start.values)
-            for own in (own_start(none, start), np.zeros(len(none.own)), self.linear):
-                x = np.concatenate([
-                    own,
-                    self.on.x[len(none.own) :],
-                    one.transformed(start.values),
-                ])
-                tried.append((none.with_added(one), x))
+            screened = self._screened(start)
+            n = len(none.own)
+            tried += [
+                (none.with_added(one), np.concatenate([own, screened[n:]]))
+                for own in (screened[:n], np.zeros(n), self.linear)
+            ]
         for contained in identification.contains:
             for (other, place, _words), fitted in simpler.items():
                 if other == contained.kind and place == joint:
                     tried += self._extended(group, contained, fitted)
-        rough = self._fits(tried, 0)
-        best = sorted(rough, key=lambda one: one.level)[:FITTED]
-        good = self._fits([(one.hypothesis, one.x) for one in best], FIRST_ROUNDS)
-        return min(good, key=lambda one: one.level) if good else None
-
-    def _fits(self, tried: Sequence[tuple[Hypothesis, FloatArray]], rounds: int) -> list[Fit]:
-        """Return fits to the shortest windows, those that run away left out."""
         channels, windows = (self.on.gain, self.on.delay), self.stages.windows[0]
+        levels = np.array([level_at(self.data, h, x, windows, channels) for h, x in tried])
+        best = [tried[i] for i in np.argsort(levels)[:FITTED] if np.isfinite(levels[i])]
         fits = [
-            fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
-            for hypothesis, x in tried
+            fit(self.data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
+            for h, x in best
         ]
-        return [one for one in fits if one is not None]
+        good = [one for one in fits if one is not None]
+        return min(good, key=lambda one: one.level) if good else None
 
     def _extended(
         self, group: Group, contained: Contained, fitted: Fit
@@ -133,6 +160,10 @@ class OneMore:
                 x = np.concatenate([*before, one.transformed(values)])
                 out.append((self.on.hypothesis.with_added(one), x))
         return out[:STARTS]
+
+
+def _is_near(score: Score | None, best: Score | None) -> bool:
+    return score is not None and best is not None and gain(best, score).t < FAR
 
 
 def as_in(none: Hypothesis, other: Model) -> FloatArray:

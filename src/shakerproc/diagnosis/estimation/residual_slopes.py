@@ -1,24 +1,21 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
-from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.residuals import (
     BLOCK_S,
-    TAPS,
     DataSet,
     Predicted,
     Windows,
-    difference,
     predict,
-    weighted,
 )
+from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
@@ -35,7 +32,8 @@ RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
 
 State: TypeAlias = tuple[list[FloatArray], Predicted, float]
-"""Residuals of every window, the prediction, and the cost with the prior."""
+"""Residuals of every stack of windows, (n_members, n_residuals) arrays over the noise, the
+prediction, and the cost with the prior."""
 
 
 @final
@@ -62,24 +60,21 @@ class Point:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """Residual of every window and its slopes.
+    """Residual of every stack of windows and its slopes; all 0 for windows that ran away.
 
     Attributes
     ----------
-    residual : list of (n_residuals,) array
+    residual : list of (n_members, n_residuals) array
         Over the noise [-].
-    slopes : list of (n_residuals, n) array
+    slopes : list of (n_members, n_residuals, n) array
         By coordinates, gains and delays.
-    own : list of (n_residuals, n_starts) array
+    own : list of (n_members, n_residuals, n_starts) array
         By the window's own start, over its scales.
-    failed : (n_windows,) array of bool
-        Which windows ran away.
     """
 
     residual: list[FloatArray]
     slopes: list[FloatArray]
     own: list[FloatArray]
-    failed: NDArray[np.bool_]
 
 
 @final
@@ -107,11 +102,12 @@ class Linearisation:
 
     def __init__(self, data: DataSet, hypothesis: Hypothesis, windows: Windows) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
+        self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
         rate = data.tests[0].sample_rate
         self.cluster = BLOCK_S * rate * data.n_sensors
-        self.block = BLOCK_S * rate if windows.starts is None else np.inf
+        self.block = data.block_s * rate if windows.starts is None else np.inf
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
             np.full(data.n_sensors, GAIN_SPREAD),
@@ -132,14 +128,13 @@ class Linearisation:
         if predicted is None or predicted.failed.all():
             return None
         rows = []
-        for i, outputs in enumerate(predicted.outputs):
-            if predicted.failed[i]:
-                count = int(self.windows.counted[i][TAPS:].sum()) * len(outputs)
-                rows.append(np.full(count, RUNAWAY))
-                continue
-            recorded = at.gain[:, None] * (outputs - at.delay[:, None] * self._rate(i, outputs))
-            left = difference(self.data, self.windows, i, recorded)
-            rows.append(weighted(self.data, self.windows, i, left))
+        for stack in self.stacks:
+            outputs = stack.of(predicted.outputs)
+            late = at.delay[:, None] * stack.slope_in_time(outputs)
+            recorded = at.gain[:, None] * (outputs - late)
+            left = _flat(stack.weighted(stack.measured - recorded))
+            left[predicted.failed[stack.members]] = RUNAWAY
+            rows.append(left)
         return rows, predicted, self.cost(rows, at)
 
     def cost(self, rows: list[FloatArray], at: Point) -> float:
@@ -155,75 +150,62 @@ class Linearisation:
 
     def level(self, rows: list[FloatArray]) -> float:
         """Return the mean logarithm of 1 + mean square, block by block [-]."""
-        return float(np.mean(np.concatenate([np.log1p(self.scales(row)) for row in rows])))
+        return float(np.mean(np.log1p(self.blocks(rows))))
 
-    def sizes(self, row: FloatArray) -> FloatArray:
-        """Return the number of residuals in each block of a window."""
-        count = max(1, round(row.size / self.block))
-        edges = np.linspace(0, row.size, count + 1).astype(int)
+    def blocks(self, rows: list[FloatArray]) -> FloatArray:
+        """Return the mean square of every block of every window [-]."""
+        return np.concatenate([self.scales(row).ravel() for row in rows])
+
+    def sizes(self, rows: FloatArray) -> FloatArray:
+        """Return the number of residuals in each block of the windows of a stack."""
+        count = max(1, round(rows.shape[1] / self.block))
+        edges = np.linspace(0, rows.shape[1], count + 1).astype(int)
         return np.diff(edges).astype(float)
 
-    def scales(self, row: FloatArray) -> FloatArray:
-        """Return the mean square of each block of a window [-]."""
-        sizes = self.sizes(row)
+    def scales(self, rows: FloatArray) -> FloatArray:
+        """Return the mean square of each block, (n_members, n_blocks) array [-]."""
+        sizes = self.sizes(rows)
         first = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
-        return np.add.reduceat(row**2, first) / sizes
+        return np.add.reduceat(rows**2, first, axis=1) / sizes
 
-    def weights(self, row: FloatArray) -> FloatArray:
+    def weights(self, rows: FloatArray) -> FloatArray:
         """Return the root of the weight of every residual: the slope of its block's cost."""
-        root = 1.0 / np.sqrt(1.0 + self.scales(row))
-        return np.repeat(root, self.sizes(row).astype(int))
+        root = 1.0 / np.sqrt(1.0 + self.scales(rows))
+        return np.repeat(root, self.sizes(rows).astype(int), axis=1)
 
     def values(self, at: Point) -> FloatArray:
         """Return x, gains and delays, each less what is expected of it."""
         return np.concatenate([at.x, at.gain - 1.0, at.delay])
 
-    def _rate(self, index: int, outputs: FloatArray) -> FloatArray:
-        """Return the slope of a window's outputs in time [unit of the sensor/s]."""
-        test = int(self.windows.table[index, 0])
-        rate: FloatArray = np.gradient(outputs, axis=1) * self.data.tests[test].sample_rate
-        return rate
-
-    def linearise(
-        self,
-        at: Point,
-        residual: list[FloatArray],
-        predicted: Predicted,
-        *,
-        physics: bool = True,
-    ) -> Linearised:
+    def linearise(self, at: Point, state: State, *, physics: bool = True) -> Linearised:
         """Return the slopes of the residual; without `physics`, by the starts alone."""
-        sizes = [row.size for row in residual]
-        columns: list[list[FloatArray]] = [[] for _ in sizes]
+        residual, predicted, _ = state
+        slopes: list[list[FloatArray]] = [[] for _ in self.stacks]
         if physics:
-            for change in self._by_coordinates(at, predicted, sizes):
-                _append(columns, change)
-            for i, outputs in enumerate(predicted.outputs):
-                columns[i] += self._by_channels(at, i, outputs)
-        own: list[list[FloatArray]] = [[] for _ in sizes]
-        for change in self._by_starts(at, predicted, sizes):
+            for change in self._by_coordinates(at, predicted):
+                _append(slopes, change)
+            for columns, stack in zip(slopes, self.stacks, strict=True):
+                columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
+        own: list[list[FloatArray]] = [[] for _ in self.stacks]
+        for change in self._by_starts(at, predicted):
             _append(own, change)
+        count = self.spread.size
         return Linearised(
             residual,
-            [_table(c, n, self.spread.size) for c, n in zip(columns, sizes, strict=True)],
-            [_table(c, n, 0) for c, n in zip(own, sizes, strict=True)],
-            predicted.failed,
+            [_table(c, r, count) for c, r in zip(slopes, residual, strict=True)],
+            [_table(c, r, 0) for c, r in zip(own, residual, strict=True)],
         )
 
-    def _by_coordinates(
-        self, at: Point, here: Predicted, sizes: Sequence[int]
-    ) -> Iterator[list[FloatArray]]:
+    def _by_coordinates(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each coordinate, away from its bound."""
         for k in range(at.x.size):
             step = STEP if at.x[k] + STEP <= self.high[k] else -STEP
             moved = at.x.copy()
             moved[k] += step
             there = self.predict(moved, at.starts)
-            yield self._differences(at.gain / step, here, there, sizes)
+            yield self._differences(at.gain / step, here, there)
 
-    def _by_starts(
-        self, at: Point, here: Predicted, sizes: Sequence[int]
-    ) -> Iterator[list[FloatArray]]:
+    def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""
         if at.starts is None or self.windows.scales is None:
             return
@@ -231,36 +213,38 @@ class Linearisation:
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
             there = self.predict(at.x, shifted)
-            yield self._differences(at.gain / STEP, here, there, sizes)
-
-    def _by_channels(self, at: Point, index: int, outputs: FloatArray) -> list[FloatArray]:
-        """Return the slopes of a window by the gain, then by the delay, of each sensor."""
-        found = []
-        for rows in (-outputs, at.gain[:, None] * self._rate(index, outputs)):
-            for s in range(at.gain.size):
-                alone = np.zeros_like(rows)
-                alone[s] = rows[s]
-                found.append(weighted(self.data, self.windows, index, alone))
-        return found
+            yield self._differences(at.gain / STEP, here, there)
 
     def _differences(
-        self,
-        factor: FloatArray,
-        here: Predicted,
-        there: Predicted | None,
-        sizes: Sequence[int],
+        self, factor: FloatArray, here: Predicted, there: Predicted | None
     ) -> list[FloatArray]:
         """Return how the residual changes, times a factor of each sensor; 0 where it cannot."""
         if there is None:
-            return [np.zeros(size) for size in sizes]
+            return [np.zeros((stack.members.size, stack.size)) for stack in self.stacks]
         found = []
-        for i, size in enumerate(sizes):
-            if here.failed[i] or there.failed[i]:
-                found.append(np.zeros(size))
-                continue
-            change = factor[:, None] * (here.outputs[i] - there.outputs[i])
-            found.append(weighted(self.data, self.windows, i, change))
+        for stack in self.stacks:
+            change = stack.of(here.outputs) - stack.of(there.outputs)
+            rows = _flat(stack.weighted(factor[:, None] * change))
+            rows[(here.failed | there.failed)[stack.members]] = 0.0
+            found.append(rows)
         return found
+
+
+def _by_channels(at: Point, stack: Stack, outputs: FloatArray) -> list[FloatArray]:
+    """Return the slopes of windows by the gain, then by the delay, of each sensor."""
+    found = []
+    for rows in (-outputs, at.gain[:, None] * stack.slope_in_time(outputs)):
+        weighted = stack.weighted(rows)
+        for s in range(at.gain.size):
+            alone = np.zeros_like(weighted)
+            alone[:, s] = weighted[:, s]
+            found.append(_flat(alone))
+    return found
+
+
+def _flat(rows: FloatArray) -> FloatArray:
+    """Return what counts of all sensors one after the other, (n_members, n_residuals)."""
+    return rows.reshape(len(rows), -1)
 
 
 def _append(columns: list[list[FloatArray]], one: list[FloatArray]) -> None:
@@ -268,9 +252,9 @@ def _append(columns: list[list[FloatArray]], one: list[FloatArray]) -> None:
         own.append(column)
 
 
-def _table(columns: list[FloatArray], n_rows: int, n_columns: int) -> FloatArray:
+def _table(columns: list[FloatArray], rows: FloatArray, count: int) -> FloatArray:
     """Return columns side by side; zeros where there are none."""
-    return np.array(columns).T if columns else np.zeros((n_rows, n_columns))
+    return np.stack(columns, axis=-1) if columns else np.zeros((*rows.shape, count))
 
 
 def correlation_of(rows: list[FloatArray]) -> float:
@@ -284,8 +268,8 @@ def correlation_of(rows: list[FloatArray]) -> float:
     """
     squared, power = 0.0, 0.0
     for row in rows:
-        size = scipy.fft.next_fast_len(2 * row.size, real=True)
-        spectrum = np.abs(scipy.fft.rfft(row, size)) ** 2
+        size = scipy.fft.next_fast_len(2 * row.shape[1], real=True)
+        spectrum = np.abs(scipy.fft.rfft(row, size, axis=1)) ** 2
         squared += 2.0 * float(np.sum(spectrum**2)) / size
-        power += float(np.sum(row**2)) ** 2
+        power += float(np.sum(np.sum(row**2, axis=1) ** 2))
     return max(1.0, squared / power) if power > 0.0 else 1.0

@@ -4,6 +4,7 @@ Whole tests from rest, windows with starts of their own and component tests are 
 table of windows; what differs is where a window begins and whether its start is fitted.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
@@ -16,6 +17,8 @@ from shakerproc.compare.prediction import as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
+from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
+from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
 from shakerproc.models.effects import AttachedMode
 from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare
@@ -29,10 +32,12 @@ ENVELOPE_S: Final = 0.05
 
 BLOCK_S: Final = 0.5
 """Length of the blocks of which every third is kept for the score where no test is marked, and
-in which the residual of a whole test has one scale [s]."""
+the longest in which the residual of a whole test has one scale [s]."""
 
-TAPS: Final = 21
-"""Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""
+BLOCK_PERIODS: Final = 30.0
+"""Length of the blocks in which the residual of a whole test has one scale, in periods of the
+joint's motion: what passes in a resonance of half a per cent of damping before the motion is
+another [-]."""
 
 HIGHEST_SHARE: Final = 0.3
 """Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
@@ -127,6 +132,16 @@ class DataSet:
         each = [np.mean(motion**2, axis=1) for motion in self.motions]
         return np.asarray(np.sqrt(np.mean(each, axis=0)))
 
+    @cached_property
+    def frequency(self) -> float:
+        """Frequency of the motion of the joint that moves fastest [Hz]."""
+        return max(frequency_of(self.across(joint)) for joint in joints_of(self.model))
+
+    @property
+    def block_s(self) -> float:
+        """Length of the blocks in which the residual of a whole test has one scale [s]."""
+        return min(BLOCK_S, BLOCK_PERIODS / self.frequency)
+
     def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
         """Return, for each test, the motion of the second place less that of the first."""
         return tuple(joint_motion(self.model, motion, joint) for motion in self.motions)
@@ -146,6 +161,16 @@ class DataSet:
         return tuple(_low_pass(test) for test in self.tests)
 
     @cached_property
+    def _stacks(self) -> dict[Windows, tuple[Stack, ...]]:
+        return {}
+
+    def stacks(self, windows: Windows) -> tuple[Stack, ...]:
+        """Return windows side by side; those of each set are made once."""
+        if windows not in self._stacks:
+            self._stacks[windows] = stacks_of(self, windows)
+        return self._stacks[windows]
+
+    @cached_property
     def high_pass(self) -> tuple[FloatArray, ...]:
         """High-pass of each test, as second-order sections."""
         return tuple(
@@ -154,6 +179,13 @@ class DataSet:
             )
             for test in self.tests
         )
+
+
+def frequency_of(motions: Sequence[JointMotion]) -> float:
+    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
+    velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
+    displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
+    return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
 
 
 def _every_third(test: Test) -> NDArray[np.bool_]:
@@ -235,28 +267,3 @@ def _of_all_motions(model: Model, starts: FloatArray | None) -> FloatArray | Non
         if host in rows:
             whole[:, i], whole[:, n_all + i] = starts[:, rows[host]], starts[:, n + rows[host]]
     return whole
-
-
-def weighted(data: DataSet, windows: Windows, index: int, rows: FloatArray) -> FloatArray:
-    """Return what counts of a window's rows, over the noise, as one vector.
-
-    All pass the low-pass of the data; whole tests a high-pass too, for which windows with
-    starts of their own are too short. The first samples, in which the filter fills, never
-    count.
-    """
-    test = int(windows.table[index, 0])
-    rows = np.asarray(scipy.signal.lfilter(data.low_pass[test], np.ones(1), rows))
-    if windows.starts is None:
-        rows = scipy.signal.sosfilt(data.high_pass[test], rows)
-    first = int(windows.table[index, 1])
-    scaled = rows / data.noise[test][:, first : first + rows.shape[1]]
-    counted = windows.counted[index]
-    kept: FloatArray = scaled[:, TAPS:][:, counted[TAPS:]].ravel()
-    return kept
-
-
-def difference(data: DataSet, windows: Windows, index: int, outputs: FloatArray) -> FloatArray:
-    """Return measured less predicted in a window, (n_sensors, n_samples) array."""
-    test, first, size = windows.table[index]
-    left: FloatArray = data.measured[test][:, first : first + size] - outputs
-    return left

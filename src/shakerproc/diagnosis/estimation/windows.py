@@ -1,10 +1,14 @@
 """Which parts of the tests are simulated: whole tests from rest, or windows with own starts."""
 
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+
+Place: TypeAlias = tuple[float, int, int]
+"""Mean response over the noise, test and first sample."""
 
 
 def whole_tests(data: DataSet, *, held_out: bool) -> Windows:
@@ -49,7 +53,9 @@ def windows_of(
     held_out : bool
         Whether to take what is held out, or what is fitted to.
     most : int
-        Windows at most; those with the largest responses are taken, spread over all tests.
+        Windows at most, from all tests; from small to large responses, half of them from the
+        largest quarter: an effect shows where the response is large, and what the model is
+        without it where it is small.
     run_in : int
         Samples at the beginning of a window that tell its start and do not count.
     """
@@ -63,7 +69,7 @@ def windows_of(
         ]
         found.append(sorted(places, reverse=True))
     share = max(1, most // max(1, sum(bool(places) for places in found)))
-    chosen = sorted((i, a) for places in found for _, i, a in places[:share])
+    chosen = sorted((i, a) for places in found for _, i, a in _spread(places, share))
     table = np.array([(i, a, length) for i, a in chosen], np.int64).reshape(-1, 3)
     starts = np.array([data.motions[test][:, first] for test, first, _ in table])
     scales = data.motion_sizes
@@ -74,3 +80,12 @@ def windows_of(
     short[:, 2] = run_in
     own = Windows(short, (np.ones(run_in, bool),) * len(table), starts, scales)
     return replace(whole, run_in=own)
+
+
+def _spread(places: list[Place], count: int) -> list[Place]:
+    """Return as many places, in the order of their responses, denser at the beginning."""
+    if len(places) <= count:
+        return places
+    ranks = len(places) * np.linspace(0.0, 1.0, count, endpoint=False) ** 2
+    each = np.maximum(ranks.astype(int), np.arange(count))
+    return [places[i] for i in each]

@@ -17,6 +17,13 @@ from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 ALIKE: Final = 2.0
 """Standard errors within which two predictions are equally good: 95 % of a normal law [-]."""
 
+FAR: Final = 6.0
+"""Standard errors by which a hypothesis may predict worse than the best on short windows and is
+still fitted at the horizon: once in 10^9 by chance [-]."""
+
+LEAST: Final = 0.01
+"""Gain below which an effect does not matter: what is left falls by half a per cent [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

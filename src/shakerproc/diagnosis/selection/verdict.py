@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
-from shakerproc.diagnosis.estimation.intervals import covariance, estimates, linear_estimates
+from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
@@ -27,7 +27,7 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
-from shakerproc.diagnosis.selection.scores import Score, gain, simplest_alike
+from shakerproc.diagnosis.selection.scores import LEAST, Score, gain, simplest_alike
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
@@ -128,7 +128,8 @@ def judged(
 
 def _standing(found: Found) -> list[Score]:
     """Return the hypotheses that predict best and better than none, the simplest first."""
-    better = [s for s in found.effects if gain(s, found.linear).t > SURE]
+    over = [(s, gain(s, found.linear)) for s in found.effects]
+    better = [s for s, own in over if own.t > SURE and own.mean > LEAST]
     return simplest_alike(better) if better else []
 
 
@@ -166,7 +167,7 @@ def _errors(found: Found, fit: Fit, before_fitted: float, before_held: float) ->
 def _faults(found: Found, fit: Fit) -> list[Finding]:
     """Return gains and delays beyond what is usual, with their intervals."""
     n, n_sensors = fit.hypothesis.size, fit.gain.size
-    spread = 1.96 * np.sqrt(np.maximum(np.diag(covariance(fit)), 0.0))
+    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     gains, delays = fit.gain, fit.delay
     if found.corrected:
         gains = gains * applied_gain(found.linear_model)

@@ -1,0 +1,99 @@
+"""Windows of one test and one length side by side, so that one call treats them all."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+
+if TYPE_CHECKING:
+    from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+
+TAPS: Final = 21
+"""Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Stack:
+    """Windows of one test and one length, of which the same samples count.
+
+    Attributes
+    ----------
+    members : (n_members,) array of int
+        Which windows.
+    measured : (n_members, n_sensors, n) array
+        What the sensors recorded [unit of the sensor].
+    noise : (n_members, n_sensors, n_counted) array
+        Standard deviation of what counts [unit of the sensor].
+    counted : (n,) array of bool
+        Which samples count; never the first, in which the filter fills.
+    low_pass : (TAPS,) array
+        Coefficients that keep the compared band [-].
+    high_pass : array or None
+        Second-order sections, for windows that begin at rest: those with starts of their own
+        are too short for it.
+    sample_rate : float
+        Samples per second [Hz].
+    """
+
+    members: NDArray[np.int64]
+    measured: FloatArray
+    noise: FloatArray
+    counted: NDArray[np.bool_]
+    low_pass: FloatArray
+    high_pass: FloatArray | None
+    sample_rate: float
+
+    @property
+    def size(self) -> int:
+        """Residuals of one window."""
+        return int(self.noise.shape[1] * self.noise.shape[2])
+
+    def of(self, outputs: Sequence[FloatArray]) -> FloatArray:
+        """Return the members' part of what every window has, (n_members, n_sensors, n)."""
+        return np.array([outputs[i] for i in self.members])
+
+    def weighted(self, rows: FloatArray) -> FloatArray:
+        """Return what counts of rows, over the noise, (n_members, n_sensors, n_counted)."""
+        rows = scipy.ndimage.convolve1d(
+            rows, self.low_pass, axis=-1, mode="constant", origin=-(TAPS // 2)
+        )
+        if self.high_pass is not None:
+            rows = scipy.signal.sosfilt(self.high_pass, rows)
+        kept: FloatArray = rows[..., self.counted] / self.noise
+        return kept
+
+    def slope_in_time(self, rows: FloatArray) -> FloatArray:
+        """Return the slope of rows in time [unit of the sensor/s]."""
+        return np.asarray(np.gradient(rows, axis=-1)) * self.sample_rate
+
+
+def stacks_of(data: "DataSet", windows: "Windows") -> tuple[Stack, ...]:
+    """Return windows side by side."""
+    alike: dict[tuple[int, int, bytes], list[int]] = {}
+    for i, (test, _first, size) in enumerate(windows.table):
+        mask = windows.counted[i]
+        alike.setdefault((int(test), int(size), mask.tobytes()), []).append(i)
+    return tuple(_stack(data, windows, np.array(members)) for members in alike.values())
+
+
+def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> Stack:
+    test, _, size = windows.table[members[0]]
+    counted = windows.counted[members[0]].copy()
+    counted[:TAPS] = False
+    firsts = windows.table[members, 1]
+    noise = np.array([data.noise[test][:, a : a + size][:, counted] for a in firsts])
+    return Stack(
+        members=members,
+        measured=np.array([data.measured[test][:, a : a + size] for a in firsts]),
+        noise=noise,
+        counted=counted,
+        low_pass=data.low_pass[test],
+        high_pass=data.high_pass[test] if windows.starts is None else None,
+        sample_rate=data.tests[test].sample_rate,
+    )
