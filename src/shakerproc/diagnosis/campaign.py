@@ -6,9 +6,8 @@ from typing import final
 
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.growth import Stages, stages_of
-from shakerproc.diagnosis.estimation.one_more import Known
 from shakerproc.diagnosis.estimation.residuals import DataSet
-from shakerproc.diagnosis.hypotheses.joints import identifications, joints_of, scales_of
+from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
 from shakerproc.models import Model
 
 
@@ -20,7 +19,9 @@ class Campaign:
     Attributes
     ----------
     data : DataSet
-        The tests, and the model with its further modes.
+        The tests, and the model with its further modes, as it is fitted.
+    sampled : DataSet
+        The same as it is scored: its accelerations as the recorder took them.
     fitted : tuple of Test
         Those that may be fitted to.
     known : mapping of joint to mapping of str to Identification
@@ -30,6 +31,7 @@ class Campaign:
     """
 
     data: DataSet
+    sampled: DataSet
     fitted: tuple[Test, ...]
     known: Known
     stages: Stages
@@ -41,6 +43,7 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
     motions = {joint: data.across(joint) for joint in joints_of(model)}
     return Campaign(
         data=data,
+        sampled=data,
         fitted=tuple(test for test in tests if not test.arrays.hold_out),
         known={
             j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, final
 
 from shakerproc.diagnosis.estimation.form import Form
@@ -9,15 +10,15 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.errors import error_of, floor_of
 from shakerproc.diagnosis.selection.scores import Score
 
-EXPLAINED: Final = 1.1
-"""Logarithm of 1 + mean square of the residual over the noise, up to which it is noise: twice
-the noise, which is known to some 3 dB [-]."""
+EXCESS: Final = 1.5
+"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Found:
     """All that the search found.
 
@@ -61,7 +62,8 @@ class Found:
         """The hypothesis that predicts best."""
         return min((self.linear, *self.effects), key=lambda score: score.mean)
 
-    @property
+    @cached_property
     def explained(self) -> bool:
-        """Whether the best leaves no more than noise: quiet blocks alone tell nothing."""
-        return self.best.mean < EXPLAINED
+        """Whether the best leaves no more than the noise and what it becomes in the model."""
+        fit, held_out = self.best.fit, self.form.held_out
+        return error_of(self.data, fit, held_out) <= EXCESS * floor_of(self.data, fit, held_out)

@@ -1,6 +1,6 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -9,32 +9,23 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried, forms_of
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
-from shakerproc.diagnosis.estimation.one_more import Known, OneMore, as_in, grouped, own_start
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped, own_start
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.selection.scores import (
-    FAR,
-    LEAST,
-    Score,
-    as_fitted,
     gain,
     ranked,
-    scored,
 )
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Model
-
-LONGER: Final = 0.2
-"""Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
-numbers add up over it by as much, unpredictable motion by far more [-]."""
 
 FIRSTS: Final = 2
 """Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
@@ -85,8 +76,7 @@ def _searched(
     say("the model's own numbers")
     none = hypothesis_of(model)
     nothing = np.zeros(none.size)
-    perfect = np.ones(data.n_sensors), np.zeros(data.n_sensors)
-    linear = grown(data, none, [nothing], stages, perfect)
+    linear = grown(data, none, nothing, stages)
     if linear is None:
         whole = whole_tests(data, held_out=False)
         linear = fit(data, none, nothing, whole, rounds=ROUNDS)
@@ -101,17 +91,15 @@ def _searched(
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
     say("at the horizon")
-    forms, done = _forms(campaign, singles, linear)
-    base = _at_horizon(data, [linear], forms, done)
-    comparable = _comparable(data, singles, campaign.known, linear)
-    effects = ranked(_at_horizon(data, comparable, forms, done))
+    campaign = as_sampled(campaign, [linear, *singles])
+    forms, base, effects = compared(campaign, linear, singles)
     found = Found(
-        data=data,
+        data=campaign.sampled,
         linear_model=linear_model,
         form=forms[-1],
         before=_as_it_is(original, linear),
-        linear=base[0] if base else Score(linear, np.full(1, np.inf)),
-        effects=tuple(effects),
+        linear=base,
+        effects=tuple(ranked(effects)),
         free=None,
         ruled_out=_ruled_out(starts, singles),
         failed=one_more.failed,
@@ -126,34 +114,6 @@ def _as_it_is(original: Model, linear: Fit) -> Fit:
         linear, hypothesis=none, x=np.zeros(none.size), gain=np.ones_like(linear.gain),
         delay=np.zeros_like(linear.delay),
     )  # fmt: skip
-
-
-def _at_horizon(
-    data: DataSet, fits: Sequence[Fit], forms: Sequence[Form], done: Mapping[Fit, Score]
-) -> list[Score]:
-    """Return fits carried over to the horizon and scored there; those that fail left out.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    fits : sequence of Fit
-        On shorter windows.
-    forms : sequence of Form
-        What they are carried over to, one after the other.
-    done : mapping of Fit to Score
-        Those that have been already.
-    """
-    scores = []
-    for one in fits:
-        if one in done:
-            scores.append(done[one])
-            continue
-        refitted = carried(data, one, forms)
-        score = None if refitted is None else scored(data, refitted, forms[-1].held_out)
-        if score is not None:
-            scores.append(score)
-    return scores
 
 
 def _with_more(
@@ -184,9 +144,9 @@ def _with_more(
         pairs += second.found(starts[:SECONDS])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
-    scores = _at_horizon(data, pairs[:FIRSTS], forms, {})
+    scores = along(campaign, pairs[:FIRSTS], forms)
     say("a force without a name")
-    free = _at_horizon(data, _free(campaign, found.linear.fit), forms, {})
+    free = along(campaign, _free(campaign, found.linear.fit), forms)
     return replace(
         found,
         effects=tuple(ranked([*found.effects, *scores])),
@@ -215,63 +175,3 @@ def _ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, 
     tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
     first = [own[0] for own in grouped(starts).values()]
     return tuple(start for start in first if (start.kind, start.between) not in tried)
-
-
-def _comparable(data: DataSet, singles: Sequence[Fit], known: Known, linear: Fit) -> list[Fit]:
-    """Return the fits that do not predict far worse than the best on the longest windows.
-
-    A law that contains another one that it does not outdo is left out: the simpler stands in.
-    The model without any is contained in all.
-    """
-    scores = [score for one in singles if (score := as_fitted(data, one)) is not None]
-    none = as_fitted(data, linear)
-    if none is not None:
-        scores = [score for score in scores if gain(score, none).mean > LEAST]
-    best = min(scores, key=lambda score: score.mean, default=None)
-    near = [s for s in scores if best is not None and (s is best or gain(best, s).t < FAR)]
-    return [s.fit for s in near if not any(_contains(s, other, known) for other in near)]
-
-
-def _contains(richer: Score, simpler: Score, known: Known) -> bool:
-    """Return whether a law has another one as a limit, and predicts no better."""
-    one, other = richer.fit.hypothesis.added[-1], simpler.fit.hypothesis.added[-1]
-    limits = [c.kind for c in known[one.between][one.kind].contains if c.limit]
-    nested = other.kind in limits and other.between == one.between
-    return nested and richer.mean >= simpler.mean
-
-
-def _forms(
-    campaign: Campaign, singles: Sequence[Fit], linear: Fit
-) -> tuple[list[Form], dict[Fit, Score]]:
-    """Return the forms up to the longest that is predicted as well as the shorter ones.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The tests.
-    singles : sequence of Fit
-        Single effects, the best first; without any the longest horizon will do.
-    linear : Fit
-        The model without any.
-
-    Returns
-    -------
-    list of Form, mapping of Fit to Score
-        The horizons, the last of which hypotheses are compared in, and how the best effect
-        and the model without any are scored there.
-    """
-    data = campaign.data
-    forms = [f for f in forms_of(data) if len(f.held_out) * len(f.fitted)]
-    here = {one: one for one in (*singles[:1], linear)}
-    chosen, least = 0, np.inf
-    done: dict[Fit, Score] = {}
-    for i, form in enumerate(forms if singles else ()):
-        refitted = {one: carried(data, fit, [form]) for one, fit in here.items()}
-        here = {one: fit for one, fit in refitted.items() if fit is not None}
-        scores = {one: scored(data, fit, form.held_out) for one, fit in here.items()}
-        known = {one: score for one, score in scores.items() if score is not None}
-        level = min((score.mean for score in known.values()), default=np.inf)
-        if level < least + LONGER:
-            chosen, done = i, known
-        least = min(least, level)
-    return (forms[: chosen + 1], done) if singles else (forms, {})

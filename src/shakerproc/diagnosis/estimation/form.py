@@ -1,10 +1,11 @@
 """The form of the residual in which hypotheses are compared: whole tests, or windows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
@@ -36,6 +37,19 @@ class Form:
     fitted: Windows
     scored_fitted: Windows
     held_out: Windows
+
+    def knowing(self, data: DataSet, found: Fit) -> "Form":
+        """Return the form with what noise of the input becomes in the motion of a fit."""
+        fitted = with_passed_noise(data, found, self.fitted)
+        alike = self.scored_fitted is self.fitted
+        return replace(
+            self,
+            fitted=fitted,
+            scored_fitted=fitted
+            if alike
+            else with_passed_noise(data, found, self.scored_fitted),
+            held_out=with_passed_noise(data, found, self.held_out),
+        )
 
 
 def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:

@@ -1,6 +1,5 @@
 """Windows that grow: short ones widen the basin of attraction, long ones sharpen it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -43,37 +42,39 @@ def stages_of(data: DataSet) -> Stages:
     )
 
 
-def grown(
-    data: DataSet,
-    hypothesis: Hypothesis,
-    starts: Sequence[FloatArray],
-    stages: Stages,
-    channels: tuple[FloatArray, FloatArray],
+def grown(data: DataSet, hypothesis: Hypothesis, x: FloatArray, stages: Stages) -> Fit | None:
+    """Return a hypothesis fitted through all lengths; None where it runs away in one."""
+    found: Fit | None = None
+    for windows, rounds in zip(stages.windows, stages.rounds, strict=True):
+        if found is None:
+            found = fit(data, hypothesis, x, windows, rounds=rounds)
+        else:
+            found = lengthened(data, found, x, windows, rounds)
+        if found is None:
+            return None
+    return found
+
+
+def lengthened(
+    data: DataSet, found: Fit, other: FloatArray, windows: Windows, rounds: int
 ) -> Fit | None:
-    """Return a hypothesis fitted through all lengths; None where it runs away in one.
+    """Return a fit to longer windows; None where it runs away.
 
     Parameters
     ----------
     data : DataSet
         The tests.
-    hypothesis : Hypothesis
-        What is fitted.
-    starts : sequence of (n_x,) array
-        Where to start: every length begins at the best of these and of where the length
-        before ended.
-    stages : Stages
-        The windows.
-    channels : pair of (n_sensors,) arrays
-        Gains and delays to start from.
+    found : Fit
+        To shorter windows.
+    other : (n_x,) array
+        Where to start if that is better than where the shorter windows ended.
+    windows : Windows
+        The longer ones.
+    rounds : int
+        Steps at most.
     """
-    found: Fit | None = None
-    for windows, rounds in zip(stages.windows, stages.rounds, strict=True):
-        tried = [(x, channels) for x in starts]
-        if found is not None:
-            tried.append((found.x, (found.gain, found.delay)))
-        levels = [level_at(data, hypothesis, x, windows, own) for x, own in tried]
-        x, own = tried[int(np.argmin(levels))]
-        found = fit(data, hypothesis, x, windows, rounds=rounds, channels=own)
-        if found is None:
-            return None
-    return found
+    channels = found.gain, found.delay
+    starts = (found.x, other)
+    levels = [level_at(data, found.hypothesis, x, windows, channels) for x in starts]
+    x = starts[int(np.argmin(levels))]
+    return fit(data, found.hypothesis, x, windows, rounds=rounds, channels=channels)

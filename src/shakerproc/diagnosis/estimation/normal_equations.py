@@ -91,7 +91,8 @@ class NormalEquations:
             diagonal = np.diagonal(own, axis1=1, axis2=2)
             most = diagonal.max(axis=1, initial=0.0, keepdims=True)
             held = damping * diagonal + 1e-12 * np.where(most > 0.0, most, 1.0)
-            inverse: FloatArray = np.linalg.inv(own + held[:, :, None] * np.eye(own.shape[1]))
+            damped = own + held[:, :, None] * np.eye(own.shape[1])
+            inverse: FloatArray = np.asarray(np.linalg.inv(damped), np.float64)
             inverses.append(inverse)
             turned = mixed.transpose(0, 2, 1) @ inverse
             normal -= np.sum(turned @ mixed, axis=0)

@@ -1,21 +1,21 @@
 """The search for one more effect on top of a hypothesis, over windows that grow."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.growth import Stages, grown
+from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
-from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, gain
+from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.models import Model
-from shakerproc.models.identification import Contained, Identification
+from shakerproc.models.identification import Contained
 
 STARTS: Final = 6
 """Starts from which each effect in each joint is fitted to the shortest windows [-]."""
@@ -35,8 +35,6 @@ two steps tell little of a curved law [-]."""
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 """Kind, joint, and the words of the variant."""
-
-Known: TypeAlias = Mapping[Joint, Mapping[str, Identification]]
 
 
 def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
@@ -76,21 +74,24 @@ class OneMore:
             else:
                 first[group] = best
         self.say("longer windows")
-        rest = replace(
-            self.stages, windows=self.stages.windows[1:], rounds=self.stages.rounds[1:]
-        )
-        grew = [
-            grown(
-                self.data, first[group].hypothesis, [first[group].x, self._screened(own)], rest,
-                (first[group].gain, first[group].delay),
-            )
-            for group, own in self._promising(groups, first)
-        ]  # fmt: skip
-        return sorted([one for one in grew if one is not None], key=lambda one: one.level)
+        promising = self._promising(groups, first)
+        screened = {kind: self._screened(start) for kind, start in promising.items()}
+        standing = {group: first[group] for group in promising}
+        for windows, rounds in zip(
+            self.stages.windows[1:], self.stages.rounds[1:], strict=True
+        ):
+            longer = {
+                group: lengthened(self.data, one, screened[group], windows, rounds)
+                for group, one in standing.items()
+            }
+            fits = {group: one for group, one in longer.items() if one is not None}
+            worth = worth_a_fit(list(fits.values()), self.known)
+            standing = {group: one for group, one in fits.items() if one in worth}
+        return sorted(standing.values(), key=lambda one: one.level)
 
     def _promising(
         self, groups: Mapping[Group, Sequence[Start]], first: Mapping[Group, Fit]
-    ) -> list[tuple[Group, Start]]:
+    ) -> dict[Group, Start]:
         """Return the best few and those that are not far behind, with their best start.
 
         Of the best few half are those that explained most in the screening: what remembers
@@ -101,7 +102,7 @@ class OneMore:
         scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
         near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
         chosen = dict.fromkeys([*order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
-        return [(group, min(groups[group], key=lambda s: s.left)) for group in chosen]
+        return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
 
     def _screened(self, start: Start) -> FloatArray:
         """Return the coordinates that a start of the screening means."""

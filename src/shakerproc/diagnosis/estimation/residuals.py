@@ -65,6 +65,9 @@ class Windows:
         Rms of these over all tests, what a change of a start is held against.
     run_in : Windows, optional
         The same windows, of which only what starts are fitted to counts.
+    passed : tuple of (n_sensors, n_samples) array, optional
+        What noise of the input becomes in each window, standard deviation [unit of the
+        sensor]; none where nothing is known of the motion yet.
     """
 
     table: NDArray[np.int64]
@@ -72,6 +75,7 @@ class Windows:
     starts: FloatArray | None = None
     scales: FloatArray | None = None
     run_in: "Windows | None" = None
+    passed: tuple[FloatArray, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.table)
@@ -88,10 +92,14 @@ class DataSet:
         Says what each sensor measures; its linear part completes the measured motion.
     tests : tuple of Test
         In the order of the log.
+    points : bool
+        Whether accelerations are compared as values at the samples; else as means over the
+        sample that follows.
     """
 
     model: Model
     tests: tuple[Test, ...]
+    points: bool = False
 
     @property
     def n_sensors(self) -> int:
@@ -106,7 +114,9 @@ class DataSet:
 
     @cached_property
     def measured(self) -> tuple[FloatArray, ...]:
-        """Responses, accelerations as means over the sample that follows, (n_sensors, n)."""
+        """Responses, accelerations as means or values (see `points`), (n_sensors, n)."""
+        if self.points:
+            return tuple(test.responses for test in self.tests)
         return tuple(as_means(self.model, test.responses) for test in self.tests)
 
     @cached_property
@@ -245,7 +255,7 @@ def predict(
         If the model cannot be assembled.
     """
     runs = Runs(data.inputs, windows.table, _of_all_motions(model, starts))
-    found = free_runs(model, runs, tolerance=TOLERANCE, means=True)
+    found = free_runs(model, runs, tolerance=TOLERANCE, means=not data.points)
     return Predicted(found.outputs, found.failed)
 
 

@@ -87,11 +87,13 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
     counted = windows.counted[members[0]].copy()
     counted[:TAPS] = False
     firsts = windows.table[members, 1]
-    noise = np.array([data.noise[test][:, a : a + size][:, counted] for a in firsts])
+    noise = np.array([data.noise[test][:, a : a + size] for a in firsts])
+    if windows.passed is not None:
+        noise = np.hypot(noise, [windows.passed[i] for i in members])
     return Stack(
         members=members,
         measured=np.array([data.measured[test][:, a : a + size] for a in firsts]),
-        noise=noise,
+        noise=noise[..., counted],
         counted=counted,
         low_pass=data.low_pass[test],
         high_pass=data.high_pass[test] if windows.starts is None else None,

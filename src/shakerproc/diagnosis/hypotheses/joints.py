@@ -13,6 +13,9 @@ from shakerproc.models.identification import Identification, JointScales
 
 Joint: TypeAlias = tuple[str, str]
 
+Known: TypeAlias = Mapping[Joint, Mapping[str, Identification]]
+"""What each effect says of each joint."""
+
 
 def joints_of(model: Model) -> tuple[Joint, ...]:
     """Return the pairs of places between which the model has elements, each once."""

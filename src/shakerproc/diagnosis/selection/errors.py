@@ -1,7 +1,6 @@
 """The free-run error of a model in the form in which the tests can be predicted."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +9,8 @@ from shakerproc.compare.floor import floor_shares
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows, predict
-from shakerproc.errors import ModelError
+from shakerproc.diagnosis.estimation.passed_noise import prediction_of, under_noise
+from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows
 
 
 def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Scored] | None:
@@ -20,7 +19,7 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Score
     Tests of which nothing counts are left out; None where the motion runs away.
     """
     settled = with_starts_fitted(data, found, windows)
-    predicted = None if settled is None else _predicted(data, settled, windows)
+    predicted = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or predicted is None:
         return None
     out = {}
@@ -34,14 +33,6 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Score
         measured = data.measured[i]
         out[i] = Scored(measured, simulated, test.sample_rate, test.arrays.band, counted)
     return out
-
-
-def _predicted(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
-    try:
-        model = found.hypothesis.model_at(found.x)
-        return predict(data, model, windows, found.starts)
-    except ModelError:
-        return None
 
 
 def _gathered(
@@ -72,25 +63,19 @@ def error_of_scored(tests: Mapping[int, Scored] | None) -> float:
 def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
     """Return the error that even the true model has: noise, and noise sent through it."""
     settled = with_starts_fitted(data, found, windows)
-    still = None if settled is None else _predicted(data, settled, windows)
+    still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
         return float("nan")
-    generator = np.random.default_rng(0)
-    shaken = tuple(
-        replace(test, input=test.input + test.noise_density.drawn(
-            test.n_samples, test.sample_rate, generator))
-        for test in data.tests
-    )  # fmt: skip
-    noisy = _predicted(replace(data, tests=shaken), settled, windows)
-    if noisy is None:
+    noisy = list(under_noise(data, settled, windows))
+    if not noisy:
         return float("nan")
     shares = []
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
         if counted.any():
-            moved = _gathered(data, windows, noisy, i)[0] - simulated
+            moved = [_gathered(data, windows, one, i)[0] - simulated for one in noisy]
             one = Scored(
                 data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
             )
-            shares.append(floor_shares(one, test.noise_density, moved))
+            shares.append(floor_shares(one, test.noise_density, np.array(moved)))
     return pooled(shares)

@@ -17,6 +17,9 @@ from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 ALIKE: Final = 2.0
 """Standard errors within which two predictions are equally good: 95 % of a normal law [-]."""
 
+SURE: Final = 3.0
+"""Standard errors by which one must predict better than another: by chance 1 in 700 [-]."""
+
 FAR: Final = 6.0
 """Standard errors by which a hypothesis may predict worse than the best on short windows and is
 still fitted at the horizon: once in 10^9 by chance [-]."""

@@ -9,7 +9,7 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.found import EXCESS, Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import (
@@ -27,15 +27,12 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
-from shakerproc.diagnosis.selection.scores import LEAST, Score, gain, simplest_alike
+from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simplest_alike
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
-
-SURE: Final = 3.0
-"""Standard errors by which an effect must predict better than none: by chance 1 in 700 [-]."""
 
 GAIN_TOLERANCE: Final = 0.03
 """Gain error of a sensor from which it is a fault: three times its spread [-]."""
@@ -48,9 +45,6 @@ NEGLIGIBLE: Final = 0.01
 
 SHARE: Final = 0.06
 """Share of the error of the model as it is that an effect may leave; to be calibrated [-]."""
-
-EXCESS: Final = 1.5
-"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
 
 LIMIT: Final = 50.0
 """Largest t that is told apart in the scores [-]."""

@@ -1,0 +1,97 @@
+"""What noise of the input becomes in a model: little, but where motions grow apart."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.compare.prediction import DRAWS
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
+from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows, predict
+from shakerproc.errors import ModelError
+
+
+def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
+    """Return what a fit says in windows, from its starts there; None where it cannot."""
+    try:
+        return predict(data, found.hypothesis.model_at(found.x), windows, found.starts)
+    except ModelError:
+        return None
+
+
+def under_noise(data: DataSet, found: Fit, windows: Windows) -> Iterator[Predicted]:
+    """Yield the same with as much noise again on the inputs, drawn afresh each time."""
+    generator = np.random.default_rng(0)
+    for _ in range(DRAWS):
+        shaken = tuple(
+            replace(test, input=test.input + test.noise_density.drawn(
+                test.n_samples, test.sample_rate, generator))
+            for test in data.tests
+        )  # fmt: skip
+        noisy = prediction_of(replace(data, tests=shaken), found, windows)
+        if noisy is not None:
+            yield noisy
+
+
+NEARBY: Final = 1e-3
+"""Change of a coordinate within which a residual has to follow its slope, as no model is held
+to less (see `MODEL_SHARE`) [-]."""
+
+
+def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
+    """Return windows that know where the motion of a fit cannot be predicted.
+
+    Two motions of a contact that is just missed part. There a residual tells little of a
+    hypothesis, and its slopes hold for next to no change of the numbers. So what noise of the
+    input becomes in each window counts as noise there, and so does what the residual departs
+    from its slopes for a small change of each number.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        Whose model it is.
+    windows : Windows
+        Those that are to be fitted or scored.
+    """
+    settled = with_starts_fitted(data, found, windows)
+    if settled is None:
+        return windows
+    if windows.run_in is None:
+        settled = replace(settled, starts=windows.starts)
+    still = prediction_of(data, settled, windows)
+    noisy = list(under_noise(data, settled, windows)) if still is not None else []
+    if still is None or not noisy:
+        return windows
+    passed = []
+    bent = _bent(data, settled, windows, still)
+    for i, outputs in enumerate(still.outputs):
+        test = int(windows.table[i, 0])
+        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
+        length = max(1, round(data.block_s * data.tests[test].sample_rate))
+        passed.append(_envelope(squares + bent[i], length))
+    return replace(windows, passed=tuple(passed))
+
+
+def _bent(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list[FloatArray]:
+    """Return the squares of what outputs depart from their slopes, in every window."""
+    bent = [np.zeros_like(outputs) for outputs in still.outputs]
+    for change in NEARBY * np.eye(found.x.size):
+        both = [
+            prediction_of(data, replace(found, x=found.x + sign * change), windows)
+            for sign in (1.0, -1.0)
+        ]
+        if both[0] is not None and both[1] is not None:
+            for i, outputs in enumerate(still.outputs):
+                bent[i] += (0.5 * (both[0].outputs[i] + both[1].outputs[i]) - outputs) ** 2
+    return bent
+
+
+def _envelope(squares: FloatArray, length: int) -> FloatArray:
+    """Return the root of squares, evened out over a length in time."""
+    even = scipy.ndimage.uniform_filter1d(squares, length, axis=1, mode="nearest")
+    return np.asarray(np.sqrt(np.maximum(even, 0.0)))

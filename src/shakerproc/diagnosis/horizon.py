@@ -1,0 +1,101 @@
+"""The horizon: how far ahead the tests can be predicted, and what is worth a fit there."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
+from shakerproc.diagnosis.selection.standing import worth_a_fit
+
+LONGER: Final = 0.2
+"""Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
+numbers add up over it by as much, unpredictable motion by far more [-]."""
+
+
+def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
+    """Return the campaign whose accelerations are scored as the recorder took them.
+
+    A recorder with a filter hears of a jump what lies below half the sample rate: means over
+    a sample alias next to nothing. One without takes values at the samples, in which jumps
+    alias; so does then the simulation. Smooth motion is the same in both. Fits are always to
+    means, whose slopes do not jump.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Accelerations are scored as means.
+    fits : sequence of Fit
+        The best of these tells.
+    """
+    best = min(fits, key=lambda one: one.level)
+    points = replace(campaign.data, points=True)
+    means, values = as_fitted(campaign.data, best), as_fitted(points, best)
+    if means is None or values is None or gain(values, means).t < SURE:
+        return campaign
+    return replace(campaign, sampled=points)
+
+
+def compared(
+    campaign: Campaign, linear: Fit, singles: Sequence[Fit]
+) -> tuple[list[Form], Score, list[Score]]:
+    """Return hypotheses at the longest horizon at which the best is predicted as well.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The tests.
+    linear : Fit
+        The model without any effect.
+    singles : sequence of Fit
+        With one effect, the best first; those that fall behind are left at that horizon.
+
+    Returns
+    -------
+    list of Form, Score, list of Score
+        The horizons, the last of which hypotheses are compared in; the model without any
+        effect there; and those that may explain the tests.
+    """
+    forms = [f for f in forms_of(campaign.data) if len(f.held_out) * len(f.fitted)]
+    standing = [linear, *singles]
+    least, chosen = np.inf, 0
+    best = min(standing, key=lambda one: one.level)
+    base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
+    for i, form in enumerate(forms):
+        standing = worth_a_fit(standing, campaign.known)
+        forms[i] = form.knowing(campaign.data, best)
+        scores = along(campaign, standing, [forms[i]])
+        level = min((score.mean for score in scores), default=np.inf)
+        standing = [score.fit for score in scores]
+        best = min(scores, key=lambda score: score.mean).fit if scores else best
+        if level >= least + LONGER or not scores:
+            continue
+        least, chosen = min(least, level), i
+        bare = [score for score in scores if not score.fit.hypothesis.added]
+        base = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
+        effects = [score for score in scores if score.fit.hypothesis.added]
+    return forms[: chosen + 1], base, effects
+
+
+def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:
+    """Return fits carried over to one horizon after the other, and scored at the last.
+
+    Those that run away are left out.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The tests.
+    fits : sequence of Fit
+        On shorter windows.
+    forms : sequence of Form
+        What they are carried over to.
+    """
+    refitted = [carried(campaign.data, one, forms) for one in fits]
+    held_out = forms[-1].held_out
+    scores = [scored(campaign.sampled, one, held_out) for one in refitted if one is not None]
+    return [score for score in scores if score is not None]
