@@ -1,6 +1,6 @@
 """One effect that is asked for, fitted beside the model as the search fits all of them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -17,11 +17,13 @@ from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, own_start
 from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.estimation.windows import whole_tests
-from shakerproc.diagnosis.found import EXPLAINED
+from shakerproc.diagnosis.found import EXCESS
+from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.search import _as_it_is, _at_horizon, _form
+from shakerproc.diagnosis.search import as_it_is
+from shakerproc.diagnosis.selection.errors import error_of, floor_of
 from shakerproc.diagnosis.selection.scores import Score, gain
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
 from shakerproc.errors import DiagnosisError
@@ -61,6 +63,12 @@ class Fitted:
         fit = self.with_effect.fit
         return fit.hypothesis.model_at(fit.x).elements[-1]
 
+    @property
+    def explained(self) -> bool:
+        """Whether the model with the effect leaves no more than noise."""
+        fit, held_out = self.with_effect.fit, self.form.held_out
+        return error_of(self.data, fit, held_out) <= EXCESS * floor_of(self.data, fit, held_out)
+
 
 def fitted_effect(
     model: Model, tests: Sequence[Test], wanted: Wanted, say: Callable[[str], None]
@@ -75,7 +83,7 @@ def fitted_effect(
         return _in_component_tests(model, tests, wanted, say)
     linear = fit_linear(model, tests)
     found = _fitted(model, linear, tests, wanted, say)
-    if not is_unusual(linear) or found.with_effect.mean < EXPLAINED:
+    if not is_unusual(linear) or found.explained:
         return found
     say("the chain of measurement corrected")
     other = _fitted(model, linear, corrected(tests, linear), wanted, say)
@@ -105,8 +113,11 @@ def _fitted(
         fits = _effects(campaign, linear, linear_model, wanted, say)
     best = _best(fits, wanted)
     say("at the horizon")
-    form, done = _form(campaign, [best], linear)
-    return _carried(original, campaign, form, (linear, best, done), linear_model.notes)
+    campaign = as_sampled(campaign, [linear, best])
+    forms, without, effects = compared(campaign, linear, [] if wanted.is_free_law else [best])
+    scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]
+    found = _as_fitted(original, campaign, forms[-1], scores, best)
+    return replace(found, notes=linear_model.notes)
 
 
 def _in_component_tests(
@@ -132,11 +143,13 @@ def _in_component_tests(
     starts = with_own(component_tests.starts_of(campaign, looked_for), wanted)
     own = np.zeros(len(linear.hypothesis.own))
     one_more = OneMore(
-        campaign.data, linear, campaign.known, campaign.stages, linear=own, say=say
-    )
+        campaign.data, linear, campaign.known, campaign.stages, linear=own, say=say,
+        wanted=wanted.kind,
+    )  # fmt: skip
     fits = _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
     best = _best(fits, wanted)
-    return _carried(model, campaign, form, (linear, best, {}), ())
+    scores = along(campaign, [linear, best], [form])
+    return _as_fitted(model, campaign, form, scores, best)
 
 
 def _best(fits: Sequence[Fit], wanted: Wanted) -> Fit:
@@ -156,31 +169,29 @@ def _best(fits: Sequence[Fit], wanted: Wanted) -> Fit:
     return min(fits, key=lambda one: one.level)
 
 
-def _carried(
+def _as_fitted(
     original: Model,
     campaign: Campaign,
     form: Form,
-    fits: tuple[Fit, Fit, Mapping[Fit, Score]],
-    notes: tuple[str, ...],
+    scores: Sequence[Score],
+    best: Fit,
 ) -> Fitted:
-    """Return the model without and with the effect, carried over to the form and scored there.
+    """Return the model without and with the effect, scored in the form.
 
     Raises
     ------
     DiagnosisError
         If the motion runs away there.
     """
-    linear, best, done = fits
-    scores = [_at_horizon(campaign.data, [one], form, done) for one in (linear, best)]
-    if not all(scores):
+    if len(scores) < 2:  # without and with
         kinds = " and ".join(best.hypothesis.kinds) or Table.kind
         raise DiagnosisError(
             f"{kinds} cannot be fitted to these tests: the motion runs away in what was held "
             "out."
         )
-    (without,), (with_effect,) = scores
-    before = _as_it_is(original, linear)
-    return Fitted(campaign.data, notes, form, before, without, with_effect)
+    without, with_effect = scores
+    before = as_it_is(original, without.fit)
+    return Fitted(campaign.sampled, (), form, before, without, with_effect)
 
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
@@ -230,7 +241,9 @@ def _effects(
     starts = with_own(
         screen(data.model, campaign.fitted, tuple(looked_for), looked_for), wanted
     )
-    one_more = OneMore(data, linear, campaign.known, campaign.stages, linear=own, say=say)
+    one_more = OneMore(
+        data, linear, campaign.known, campaign.stages, linear=own, say=say, wanted=wanted.kind
+    )
     return _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
 
 

@@ -97,7 +97,7 @@ def _searched(
         data=campaign.sampled,
         linear_model=linear_model,
         form=forms[-1],
-        before=_as_it_is(original, linear),
+        before=as_it_is(original, linear),
         linear=base,
         effects=tuple(ranked(effects)),
         free=None,
@@ -107,7 +107,7 @@ def _searched(
     return found if found.explained else _with_more(found, campaign, forms, singles, say)
 
 
-def _as_it_is(original: Model, linear: Fit) -> Fit:
+def as_it_is(original: Model, linear: Fit) -> Fit:
     """Return the fit that is none: the numbers of the model file, perfect sensors."""
     none = hypothesis_of(original)
     return replace(

@@ -42,12 +42,18 @@ def stages_of(data: DataSet) -> Stages:
     )
 
 
-def grown(data: DataSet, hypothesis: Hypothesis, x: FloatArray, stages: Stages) -> Fit | None:
+def grown(
+    data: DataSet,
+    hypothesis: Hypothesis,
+    x: FloatArray,
+    stages: Stages,
+    channels: tuple[FloatArray, FloatArray] | None = None,
+) -> Fit | None:
     """Return a hypothesis fitted through all lengths; None where it runs away in one."""
     found: Fit | None = None
     for windows, rounds in zip(stages.windows, stages.rounds, strict=True):
         if found is None:
-            found = fit(data, hypothesis, x, windows, rounds=rounds)
+            found = fit(data, hypothesis, x, windows, rounds=rounds, channels=channels)
         else:
             found = lengthened(data, found, x, windows, rounds)
         if found is None:

@@ -51,10 +51,10 @@ class OneMore:
 
     def __init__(
         self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
-        say: Callable[[str], None],
+        say: Callable[[str], None], wanted: str = "",
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
-        self.linear = linear
+        self.linear, self.wanted = linear, wanted
         self.failed: dict[str, str] = {}
 
     def found(self, starts: Sequence[Start]) -> list[Fit]:
@@ -86,7 +86,11 @@ class OneMore:
             }
             fits = {group: one for group, one in longer.items() if one is not None}
             worth = worth_a_fit(list(fits.values()), self.known)
-            standing = {group: one for group, one in fits.items() if one in worth}
+            standing = {
+                group: one
+                for group, one in fits.items()
+                if one in worth or group[0] == self.wanted
+            }
         return sorted(standing.values(), key=lambda one: one.level)
 
     def _promising(
@@ -101,7 +105,8 @@ class OneMore:
         screened = sorted(first, key=lambda group: min(s.left for s in groups[group]))
         scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
         near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
-        chosen = dict.fromkeys([*order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
+        asked = [group for group in order if group[0] == self.wanted]
+        chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
         return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
 
     def _screened(self, start: Start) -> FloatArray:
