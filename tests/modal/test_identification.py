@@ -14,6 +14,7 @@ from shakerproc.modal import (
     phase_collinearity,
     response_functions,
 )
+from shakerproc.modal.geometry import geometry_of
 
 BAND = (3.0, 200.0)
 
@@ -102,3 +103,17 @@ def test_mac_and_collinearity_by_hand():
     circling = np.array([[1.0, 1.0j], [2.0j, -4.0j]])
     assert_allclose(phase_collinearity(circling), [0.0, 1.0], atol=1e-15)
     assert_allclose(normalised(circling[1:] * np.exp(0.3j)), [[-0.5, 1.0]], atol=1e-15)
+
+
+def test_sensors_on_a_line_are_seen_from_the_side_and_others_from_a_corner():
+    line = [(x, 0.0, 0.0) for x in (0.0, 1.0, 3.0)]
+    flat = geometry_of(line, [(0.0, 0.0, 1.0)] * 3)
+    assert_allclose(flat.rest @ [3.0, 0.0], [-4.0 / 3.0, -1.0 / 3.0, 5.0 / 3.0], atol=1e-12)
+    assert_allclose(flat.moved(np.array([1.0, 0.0, -1.0 + 0j]), 0.0)[:, 1] > 0.0, [1, 0, 0])
+    assert flat.edges in {((0, 1), (1, 2)), ((1, 2), (0, 1))}
+    tower = geometry_of([(0.0, 0.0, 1.0)] * 2 + [(0.0, 0.0, 9.0)] * 2,
+                        [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)] * 2)  # fmt: skip
+    assert tower.rest.shape == (2, 2)
+    assert np.linalg.norm(tower.motion, axis=2).max(axis=1).min() > 0.05  # both are seen
+    row = geometry_of([None, None], [None, None])
+    assert not row.scaled

@@ -81,14 +81,16 @@ def _view(places: FloatArray, along: FloatArray) -> FloatArray:
     """Return the two axes of the drawing, (2, 3): side on for a line, else from a corner."""
     centred = places - places.mean(axis=0)
     _, sizes, axes = np.linalg.svd(centred, full_matrices=True)
-    if sizes.size < 2 or sizes[1] < FLAT * max(sizes[0], 1e-300):
-        across = axes[0] * np.where(axes[0][np.argmax(np.abs(axes[0]))] < 0.0, -1.0, 1.0)
-        left = along - np.outer(along @ across, across)
+    across = axes[0] * np.where(axes[0][np.argmax(np.abs(axes[0]))] < 0.0, -1.0, 1.0)
+    left = along - np.outer(along @ across, across)
+    in_line = sizes.size < 2 or sizes[1] < FLAT * max(sizes[0], 1e-300)
+    if in_line and np.linalg.matrix_rank(left, tol=FLAT) < 2:
         up = left[int(np.argmax(np.linalg.norm(left, axis=1)))]
         size = float(np.linalg.norm(up))
         up = up / size if size > FLAT else np.cross(across, np.roll(across, 1))
         up = up * (-1.0 if up[int(np.argmax(np.abs(up)))] < 0.0 else 1.0)
-        return np.stack([across, up])
+        upright = abs(across[2]) > 0.7
+        return np.stack([up, across] if upright else [across, up])
     root = np.sqrt(0.5)
     return np.array([[root, -root, 0.0], [0.35, 0.35, 0.87]])
 

@@ -31,6 +31,9 @@ LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
 KEPT_ORDERS: Final = 3
 """A mode stays over one in so many of the orders."""
 
+TONE_DAMPING: Final = 1e-3
+"""Damping ratio below which a pole may be a tone [-]."""
+
 UNKNOWN: Final = 0.8
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
@@ -110,6 +113,11 @@ def identify_output_only(
     errors = _jackknife(parts, n_rows, interval, poles, orders[len(orders) // 2])
     known = errors[0] < UNKNOWN
     poles, shapes, errors = poles[known], shapes[known], errors[:, known]
+    hardly = frequency_of(poles[damping_of(poles) < TONE_DAMPING])
+    tones = [
+        f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
+        for value in hardly
+    ]
     return ModeSet(
         method="output only",
         poles=poles,
@@ -120,7 +128,7 @@ def identify_output_only(
         diagram=diagram,
         model=None,
         interval_from=f"scatter over {BLOCKS} blocks of the record (jackknife)",
-        notes=("output only: the input is taken for broadband, shapes have no scale",),
+        notes=("output only: the input is taken for broadband, shapes have no scale", *tones),
     )
 
 

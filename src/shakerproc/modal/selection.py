@@ -70,11 +70,10 @@ def selected(
     if not best.poles.size:
         return lines, best
     weighted = reweighted(lines, best)
-    again = _pruned(weighted, fit(weighted, best.poles, FEW_STEPS), band)
-    more = _grown(weighted, again, np.concatenate([certain, doubtful]), band, 0.5)
+    best = _pruned(weighted, fit(weighted, best.poles, FEW_STEPS), band)
+    more = _grown(weighted, best, np.concatenate([certain, doubtful]), band, 0.5)
     if more.poles.size > best.poles.size:  # what louder noise elsewhere had hidden
-        best = more
-        weighted = reweighted(lines, fit(lines, best.poles, 0))
+        best, weighted = more, reweighted(lines, more)
     return weighted, _certain(weighted, _pruned(weighted, fit(weighted, best.poles), band))
 
 
