@@ -22,7 +22,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
 )
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
-from shakerproc.errors import DiagnosisError
+from shakerproc.errors import DiagnosisError, ModelError
 
 SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
@@ -136,8 +136,11 @@ def fit(
     """
     n_sensors = data.n_sensors
     gain, delay = channels or (np.ones(n_sensors), np.zeros(n_sensors))
-    here = Point(x, gain, delay, windows.starts if starts is None else starts)
     linearisation = Linearisation(data, hypothesis, windows)
+    try:
+        here = linearisation.point(x, gain, delay, windows.starts if starts is None else starts)
+    except ModelError:
+        return None
     state = linearisation.residual(here)
     if state is None:
         return None
@@ -190,7 +193,10 @@ def level_at(
         As for `fit`.
     """
     linearisation = Linearisation(data, hypothesis, windows)
-    state = linearisation.residual(Point(x, *channels, windows.starts))
+    try:
+        state = linearisation.residual(linearisation.point(x, *channels, windows.starts))
+    except ModelError:
+        return float("inf")
     return float("inf") if state is None else linearisation.level(state[0])
 
 
@@ -227,7 +233,7 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
         return replace(found, windows=windows, starts=None)
     short = windows.run_in
     linearisation = Linearisation(data, found.hypothesis, short)
-    here = Point(found.x, found.gain, found.delay, short.starts)
+    here = linearisation.point(found.x, found.gain, found.delay, short.starts)
     for _ in range(START_ROUNDS):
         state = linearisation.residual(here)
         if state is None:

@@ -151,9 +151,9 @@ class NormalEquations:
         return step
 
     def _starts(self, moved: FloatArray, inverses: list[FloatArray]) -> FloatArray | None:
-        scales = self.linearisation.windows.scales
-        if self.at.starts is None or scales is None:
+        if self.at.starts is None:
             return None
+        scales = self.linearisation.sizes_of_starts(self.at)
         starts = self.at.starts.copy()
         stacks = self.linearisation.stacks
         for stack, inverse, (_, mixed, left) in zip(stacks, inverses, self.kept, strict=True):

@@ -10,7 +10,13 @@ import scipy  # its parts load when they are first used
 from shakerproc.compare.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows, predict
+from shakerproc.diagnosis.estimation.residuals import (
+    DataSet,
+    Predicted,
+    Windows,
+    moved_along,
+    predict,
+)
 from shakerproc.errors import ModelError
 
 
@@ -62,7 +68,9 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     if settled is None:
         return windows
     if windows.run_in is None:
-        settled = replace(settled, starts=windows.starts)
+        model = found.hypothesis.model_at(found.x)
+        starts = None if windows.starts is None else moved_along(model, windows.starts)
+        settled = replace(settled, starts=starts)
     still = prediction_of(data, settled, windows)
     noisy = list(under_noise(data, settled, windows)) if still is not None else []
     if still is None or not noisy:

@@ -13,6 +13,7 @@ from shakerproc.diagnosis.estimation.residuals import (
     DataSet,
     Predicted,
     Windows,
+    moved_along,
     predict,
 )
 from shakerproc.diagnosis.estimation.stacks import Stack
@@ -47,8 +48,8 @@ class Point:
         Coordinates of the hypothesis.
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
-    starts : (n_windows, 2 n_masses) array or None
-        Motion where windows begin.
+    starts : (n_windows, 2 n_motions) array or None
+        Motion where windows begin, of the masses and of the modes.
     """
 
     x: FloatArray
@@ -113,6 +114,21 @@ class Linearisation:
             np.full(data.n_sensors, GAIN_SPREAD),
             np.full(data.n_sensors, DELAY_SPREAD),
         ])
+
+    def point(
+        self, x: FloatArray, gain: FloatArray, delay: FloatArray, starts: FloatArray | None
+    ) -> Point:
+        """Return a point; starts that are of the masses alone are completed by the modes'."""
+        if starts is not None and starts.shape[1] == 2 * len(self.data.model.masses):
+            starts = moved_along(self.hypothesis.model_at(x), starts)
+        return Point(x, gain, delay, starts)
+
+    def sizes_of_starts(self, at: Point) -> FloatArray:
+        """Return what a change of each number of a start is held against [m], [m/s]."""
+        sizes = self.windows.scales
+        if at.starts is None or sizes is None:
+            return np.zeros(0)
+        return np.abs(moved_along(self.hypothesis.model_at(at.x), sizes))
 
     def predict(self, x: FloatArray, starts: FloatArray | None) -> Predicted | None:
         """Return what the model says; None where no model can have these numbers."""
@@ -207,9 +223,9 @@ class Linearisation:
 
     def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""
-        if at.starts is None or self.windows.scales is None:
+        if at.starts is None:
             return
-        for k, scale in enumerate(self.windows.scales):
+        for k, scale in enumerate(self.sizes_of_starts(at)):
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
             there = self.predict(at.x, shifted)

@@ -254,26 +254,44 @@ def predict(
     ModelError
         If the model cannot be assembled.
     """
-    runs = Runs(data.inputs, windows.table, _of_all_motions(model, starts))
+    runs = Runs(data.inputs, windows.table, _with_states(model, starts))
     found = free_runs(model, runs, tolerance=TOLERANCE, means=not data.points)
     return Predicted(found.outputs, found.failed)
 
 
-def _of_all_motions(model: Model, starts: FloatArray | None) -> FloatArray | None:
-    """Return starts of everything that moves: attached modes move with their place at first.
+def _with_states(model: Model, starts: FloatArray | None) -> FloatArray | None:
+    """Return starts with the memory of the laws, which begins with none.
 
-    Laws with memory begin with none; what comes of that is not counted (see `Windows`).
+    What comes of that is not counted (see `Windows`).
     """
     if starts is None:
         return None
-    n = len(model.masses)
-    names = motions_of(model)
-    n_all = sum(name.startswith("x ") for name in names)
-    whole = np.zeros((len(starts), len(names)))
-    whole[:, :n], whole[:, n_all : n_all + n] = starts[:, :n], starts[:, n:]
-    rows = {name: i for i, name in enumerate(model.masses)}
+    missing = len(motions_of(model)) - starts.shape[1]
+    return np.hstack([starts, np.zeros((len(starts), missing))])
+
+
+def moved_along(model: Model, rows: FloatArray) -> FloatArray:
+    """Return motions of the masses with those of attached and further modes, as they begin.
+
+    At first a mode moves with the places that it takes part in.
+
+    Parameters
+    ----------
+    model : Model
+        Says which modes there are.
+    rows : (..., 2 n_masses) array
+        Displacements [m], then velocities [m/s].
+
+    Returns
+    -------
+    (..., 2 n_motions) array
+        The same of the masses, the attached modes and the modes, in the engine's order.
+    """
+    masses = list(model.masses)
     hosts = [e.between[1] for e in model.elements if e.effect.kind == AttachedMode.kind]
-    for i, host in enumerate(hosts, start=n):
-        if host in rows:
-            whole[:, i], whole[:, n_all + i] = starts[:, rows[host]], starts[:, n + rows[host]]
-    return whole
+    shares = [{host: 1.0} for host in hosts]
+    shares += [dict(mode.participation) for mode in model.modes]
+    along = np.array([[share.get(mass, 0.0) for mass in masses] for share in shares])
+    whole = np.vstack([np.eye(len(masses)), along.reshape(-1, len(masses))])
+    x, v = rows[..., : len(masses)], rows[..., len(masses) :]
+    return np.concatenate([x @ whole.T, v @ whole.T], axis=-1)
