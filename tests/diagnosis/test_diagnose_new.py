@@ -21,6 +21,10 @@ def test_a_gap_is_found_with_its_numbers():
     for name, value in GAP.items():
         assert effect.parameters[name].value == pytest.approx(value, rel=0.02)
     assert found.errors.held_out.after < 0.05 * found.errors.held_out.before
+    low, high = found.where.displacement_m
+    assert 0.5 * GAP["clearance"] < low < high  # within the play nothing is missing
+    assert any(a < 60.0 and b > 40.0 for a, b in found.where.bands_hz)  # the resonance
+    assert found.where.tests == ("test 1",)
     assert json.loads(json.dumps(found.as_json()))["verdict"] == "effect found"
 
 
