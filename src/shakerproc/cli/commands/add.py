@@ -56,7 +56,6 @@ def add(
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.cli.judging import add_effect
-    from shakerproc.errors import DiagnosisError
     from shakerproc.model_files import add_element, read_model_file
     from shakerproc.testlog import read_testlog
 
@@ -73,19 +72,8 @@ def add(
         added = add_effect(
             effect, known, log, between=places, start=numbers, force=True, progress=advance
         )
-    for text in added.left_out:
-        output.warning(text)
-    joint = added.element.between
-    if added.worse and not force:
-        raise DiagnosisError(
-            f"{effect} between {' and '.join(joint)}: {added.worse}. No model is "
-            "written; --force writes it all the same."
-        )
-    if added.worse:
-        output.warning(f"written although {added.worse}")
-    for note in added.notes:
-        output.message(note)
-    title = f"{known.title}, with {effect.replace('_', ' ')} ({' to '.join(joint)})"
+    _judge(effect, added, force=force)
+    joint = " to ".join(added.element.between)
     add_element(
         model,
         added.element,
@@ -94,9 +82,32 @@ def add(
         changes=_changes(known, added.model),
         masses={n: m for n, m in added.model.masses.items() if m != known.masses[n]},
         modes=added.modes if modes else (),
-        title=title,
+        title=f"{known.title}, with {effect.replace('_', ' ')} ({joint})",
     )
     _tell(effect, added, new, json)
+
+
+def _judge(effect: str, added: "Added", *, force: bool) -> None:
+    """Say what must be known of a fit before it is written.
+
+    Raises
+    ------
+    DiagnosisError
+        If it is no gain, and not forced.
+    """
+    from shakerproc.errors import DiagnosisError
+
+    for text in added.left_out:
+        output.warning(text)
+    if added.worse and not force:
+        raise DiagnosisError(
+            f"{effect} between {' and '.join(added.element.between)}: {added.worse}. No model "
+            "is written; --force writes it all the same."
+        )
+    if added.worse:
+        output.warning(f"written although {added.worse}")
+    for note in added.notes:
+        output.message(note)
 
 
 def _provenance(log: "TestLog", added: "Added", own: dict[str, dict[str, str]]) -> "Provenance":

@@ -81,9 +81,9 @@ def proposed(
     standing: Sequence[Score],
     laboratory: Laboratory,
     *,
+    verdict: str,
     locked: Sequence[Locked],
-    outside: bool,
-    never_closed: Unexercised | None,
+    unclosed: Unexercised | None,
 ) -> tuple[NextTest, ...]:
     """Return the test that would settle what is open; nothing where nothing is.
 
@@ -95,23 +95,23 @@ def proposed(
         Those that explain the tests alike, the chosen one first.
     laboratory : Laboratory
         What the test has to keep to.
+    verdict : str
+        One of the five verdicts.
     locked : sequence of Locked
         Joints that never slipped.
-    outside : bool
-        Whether no effect of the library explains the tests.
-    never_closed : Unexercised, optional
+    unclosed : Unexercised, optional
         A clearance that no test closed.
     """
     if laboratory.model.excitation.imposed:  # as far as a machine for component tests moves
         return ()
-    if outside:
+    if verdict == "outside library":
         free = [found.free] if found.free is not None else []
         return _between(laboratory, [*free, *found.effects][:2])
-    if locked:
+    if locked and verdict == "cannot tell":
         kinds = dict.fromkeys(kind for one in standing for kind in one.fit.hypothesis.kinds)
         return slipping(laboratory, locked, tuple(kinds))
-    if never_closed is not None:
-        return _closing(found, laboratory, never_closed)
+    if unclosed is not None:
+        return _closing(found, laboratory, unclosed)
     return _between(laboratory, [*standing[:1], *ties(standing)])
 
 

@@ -69,18 +69,14 @@ def judged(
     standing = _standing(found)
     chosen = standing[0] if standing else found.linear
     fit = chosen.fit
-    form, data = found.form, found.data
-    before = [
-        scored_tests(data, found.before, part) for part in (form.scored_fitted, form.held_out)
-    ]
+    data, form = found.data, found.form
+    parts = (form.scored_fitted, form.held_out)
+    before = [scored_tests(data, found.before, part) for part in parts]
     errors = _errors(found, fit, *map(error_of_scored, before))
     alike = _indistinguishable(standing)
-    effects = [
-        Finding(one.kind, one.between, 0.99, estimates(fit, i))
-        for i, one in enumerate(fit.hypothesis.added)
-    ]
+    effects = _effects(fit)
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
-    never_closed = None
+    laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
     if _is_outside(found, chosen, errors):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
@@ -92,8 +88,8 @@ def judged(
     elif faults:
         verdict, sentence = "measurement fault", wording.fault_sentence(faults, errors)
     else:
-        never_closed = unexercised(found, clearances)
-        verdict, sentence = _nothing(errors, never_closed)
+        unclosed = unexercised(found, clearances)
+        verdict, sentence = _nothing(errors, unclosed)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -103,12 +99,7 @@ def judged(
         candidates=(*(tried(found, s) for s in found.effects), *untried(found)),
         where=where_it_fails(failed_tests(data, _joint(found, chosen), before)),
         next_test=proposed(
-            found,
-            standing,
-            Laboratory(data.tests, data.model, shaker, seed),
-            locked=locked if verdict == "cannot tell" else (),
-            outside=verdict == "outside library",
-            never_closed=never_closed,
+            found, standing, laboratory, verdict=verdict, locked=locked, unclosed=unclosed
         ),
         locked=locked,
         outside=outside,
@@ -118,6 +109,14 @@ def judged(
         scores=_features(found, standing, errors),
         seed=seed,
     )
+
+
+def _effects(fit: Fit) -> list[Finding]:
+    """Return the effects of a fit with their intervals."""
+    return [
+        Finding(one.kind, one.between, 0.99, estimates(fit, i))
+        for i, one in enumerate(fit.hypothesis.added)
+    ]
 
 
 def _standing(found: Found) -> list[Score]:
@@ -229,12 +228,11 @@ def _is_dry(effect: AbstractEffect) -> bool:
     )
 
 
-def _nothing(errors: Errors, never_closed: Unexercised | None) -> tuple[str, str]:
+def _nothing(errors: Errors, unclosed: Unexercised | None) -> tuple[str, str]:
     """Return the verdict where nothing was found: a clearance may never have been closed."""
-    if never_closed is not None:
-        return "cannot tell", wording.unexercised_sentence(
-            never_closed.clearance, never_closed.reach
-        )
+    if unclosed is not None:
+        sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
+        return "cannot tell", sentence
     return "nothing missing", wording.nothing_sentence(errors)
 
 
