@@ -146,3 +146,15 @@ def test_mistakes_in_the_log_have_line_and_column(tmp_path: Path, good, bad, say
     with pytest.raises(DocumentError, match=r"log\.yaml:\d+:\d+: ") as told:
         read_testlog(path)
     assert says in str(told.value)
+
+
+@pytest.mark.slow
+def test_batch_finds_the_modes_too(folder, capsys):
+    path = folder / "batch.yaml"
+    path.write_text(LOG + "  - {id: 1, recording: 2.csv, channels: {a6: {role: ignore}, "
+                    "a7: {role: ignore}, a8: {role: ignore}}}\n")  # fmt: skip
+    out = folder / "batch"
+    assert run("batch", path, "--modal", "--no-figures", "--workers", 1, "--out", out) == 0
+    assert len((out / "modal" / "modes.csv").read_text().splitlines()) == 1 + 4
+    assert (out / "report.html").is_file()
+    assert "modes:" in capsys.readouterr().err

@@ -10,6 +10,9 @@ from shakerproc.errors import SpectrumError
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.testlog import Modal, Test
 
+SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")
+"""Kinds of excitation that tell no modes."""
+
 MUCH_LEFT: Final = 0.3
 """Share of a response that modes leave, from which on it is said [-]."""
 

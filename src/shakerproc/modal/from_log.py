@@ -12,6 +12,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import ShakerprocError, SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
 from shakerproc.modal.choosing import (
+    SINGLE_FREQUENCIES,
     band_of,
     inputs_of,
     remarks_of,
@@ -118,7 +119,7 @@ def analyse_test(log: TestLog, test: Test, wish: Modal) -> TestModes:
 
 
 def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
-    if test.excitation in {"sine", "stepped sine"}:
+    if test.excitation in SINGLE_FREQUENCIES:
         raise SpectrumError(
             f"{recording.run}: excitation: {test.excitation} reaches single frequencies, which "
             "tell no modes; use random, a sweep or a shock"

@@ -30,7 +30,7 @@ def mac(first: ComplexArray, second: ComplexArray) -> FloatArray:
     shared = np.abs(a.conj() @ b.T) ** 2
     result: FloatArray = np.zeros(shared.shape)
     np.divide(shared, power, out=result, where=power > 0.0)
-    return result
+    return np.minimum(result, 1.0)
 
 
 def phase_collinearity(shapes: ComplexArray) -> FloatArray:

@@ -75,6 +75,9 @@ def batch(
             dir_okay=False,
         ),
     ] = None,
+    modal: Annotated[
+        bool, typer.Option("--modal", help="Find the modes of the tests too, in modal.")
+    ] = False,
     pdf: options.PdfOption = False,
     accept_changed: Annotated[
         bool,
@@ -132,6 +135,10 @@ def batch(
             document = write_up(
                 log.title, campaign, root, wish, evidence=evidence, verdict=verdict
             )
+        if modal:
+            from shakerproc.cli.modal_folder import modes_of_batch
+
+            modes_of_batch(log, root, json, figures=figures)
     output.write_json(document, json)
     tell(campaign, document, root, json)
     print_if(pdf, root / "report.html")

@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.modal.analysis import ModalAnalysis
     from shakerproc.testlog import Modal
 
 
@@ -64,6 +63,7 @@ def modal(
     Inputs are the controls, else the force channels; where there are none, output only. Modes
     are chosen automatically and followed from test to test.
     """
+    from shakerproc.cli.modal_folder import write_folder
     from shakerproc.cli.modal_tables import document_of, print_analysis
     from shakerproc.modal.from_log import analyse_log
     from shakerproc.testlog import read_testlog
@@ -86,9 +86,8 @@ def modal(
     document = document_of(analysis, read)
     output.write_json(document, json)
     print_analysis(analysis, json)
-    with output.results(folder, "modal"):
-        _write(folder, analysis, document, figures=figures)
-        _write_page(folder, analysis, [log, *([against] if against else [])])
+    logs = [log, *([against] if against else [])]
+    write_folder(folder, analysis, document, logs, figures=figures)
     output.message(f"results in {folder}")
     if analysis.failed:
         output.finish(1)
@@ -121,38 +120,3 @@ def _wish(
         modes=said.modes if count is None else count,
         order=said.order if order is None else order,
     )
-
-
-def _write(
-    folder: Path,
-    analysis: "ModalAnalysis",
-    document: dict[str, Any],
-    *,
-    figures: bool,
-) -> None:
-    from shakerproc import files
-    from shakerproc.cli.modal_tables import mode_columns, shape_columns, track_columns
-
-    files.write_csv(folder / "modes.csv", mode_columns(analysis))
-    files.write_csv(folder / "shapes.csv", shape_columns(analysis))
-    files.write_csv(folder / "tracks.csv", track_columns(analysis))
-    files.write_json(folder / "report.json", document)
-    if figures:
-        from shakerproc.report.modal_figures import draw_modal
-
-        draw_modal(analysis, folder)
-
-
-def _write_page(folder: Path, analysis: "ModalAnalysis", logs: list[Path]) -> None:
-    import hashlib
-
-    from shakerproc.cli.write_up import command
-    from shakerproc.report.modal import modal_report
-    from shakerproc.report.page import write_report
-
-    inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]
-    inputs += [
-        (f"test {one.name}", one.test.require_recording().name, one.sha256)
-        for one in analysis.tests
-    ]
-    write_report(folder / "report.html", modal_report(analysis, command(), tuple(inputs)))
