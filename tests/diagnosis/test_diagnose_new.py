@@ -2,7 +2,9 @@
 
 import json
 
+import numpy as np
 import pytest
+from tests.diagnosis.component import component, rod
 from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 
 from shakerproc.diagnosis import diagnose_arrays
@@ -35,3 +37,19 @@ def test_where_nothing_is_missing_no_effect_is_named():
     assert found.effects == ()
     assert found.linear["stiffness base-mass"].value == pytest.approx(1e5, rel=5e-3)
     assert found.errors.held_out.after < 3.0 * found.errors.noise_floor
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "kinds"),
+    [
+        (lambda x, _: 8e4 * np.sign(x) * np.maximum(np.abs(x) - 5e-4, 0.0), ["gap"]),
+        (lambda x, _: 0.0 * x, []),
+    ],
+)
+def test_component_tests_are_judged_by_the_force(law, kinds):
+    found = diagnose_arrays(rod(), [component(law, 1), component(law, 2)])
+    assert found.verdict == ("effect found" if kinds else "nothing missing")
+    assert [effect.kind for effect in found.effects] == kinds
+    assert found.linear["stiffness base-rod"].value == pytest.approx(3e4, rel=0.005)
+    assert found.errors.held_out.after < 0.01 * found.errors.held_out.before

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Final
 
 from shakerproc.compare.measured import Measured, Usable
+from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.result import Diagnosis
@@ -114,6 +115,8 @@ def diagnose_arrays(
         check(test, len(names))
     say = progress or (lambda _text: None)
     known = replace(model, sensors={name: model.sensors[name] for name in names})
-    found = search(known, prepared(tests), say)
+    imposed = known.excitation.imposed
+    seek = search_component_tests if imposed else search
+    found = seek(known, prepared(tests, imposed=imposed), say)
     say("the verdict")
     return judged(found, clearances=clearances, shaker=shaker, seed=seed)

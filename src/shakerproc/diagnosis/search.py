@@ -101,7 +101,7 @@ def _searched(
         linear=base,
         effects=tuple(ranked(effects)),
         free=None,
-        ruled_out=_ruled_out(starts, singles),
+        ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
     )
     return found if found.explained else _with_more(found, campaign, forms, singles, say)
@@ -170,7 +170,7 @@ def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
     return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
 
 
-def _ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
+def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
     """Return the best start of each effect and joint that was not fitted to longer windows."""
     tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
     first = [own[0] for own in grouped(starts).values()]

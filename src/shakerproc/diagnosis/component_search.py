@@ -1,0 +1,67 @@
+"""The search in component tests: the motion is imposed, the force is compared."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from shakerproc.diagnosis import component_tests
+from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.estimation.linear_parameters import Chain
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.search import as_it_is, ruled_out
+from shakerproc.diagnosis.selection.scores import ranked
+from shakerproc.errors import DiagnosisError
+from shakerproc.models import Model
+
+
+def search_component_tests(
+    model: Model, tests: Sequence[Test], say: Callable[[str], None]
+) -> Found:
+    """Return which single effect explains the force over an imposed motion, and how well.
+
+    Raises
+    ------
+    DiagnosisError
+        If the force cannot be simulated.
+    """
+    campaign = campaign_of(model, tests)
+    form = component_tests.form_of(campaign.data)
+    campaign = replace(campaign, stages=component_tests.stages_of(form))
+    data = campaign.data
+    say("the model's own numbers")
+    linear = component_tests.linear_fit(data, form)
+    if linear is None:
+        raise DiagnosisError(f"{model.title}: its force cannot be simulated in these tests.")
+    say("screening")
+    starts = component_tests.starts_of(campaign, campaign.known)
+    own = np.zeros(len(linear.hypothesis.own))
+    one_more = OneMore(data, linear, campaign.known, campaign.stages, linear=own, say=say)
+    singles = one_more.found(starts)
+    bare = along(campaign, [linear], [form])
+    if not bare:
+        raise DiagnosisError(
+            f"{model.title}: its force cannot be simulated in what is held out."
+        )
+    return Found(
+        data=data,
+        linear_model=_as_given(model, tests),
+        form=form,
+        before=as_it_is(model, linear),
+        linear=bare[0],
+        effects=tuple(ranked(along(campaign, singles, [form]))),
+        free=None,
+        ruled_out=ruled_out(starts, singles),
+        failed=one_more.failed,
+    )
+
+
+def _as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
+    """Return the linear model of tests whose chain of measurement is taken as it is."""
+    sensors, controls = len(model.sensors), len(tests[0].arrays.controls)
+    chain = Chain(np.ones(sensors), np.zeros(sensors), np.full(controls, 1.0 / controls))
+    return LinearModel(model, chain, (), {}, (), ())
