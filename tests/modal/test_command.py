@@ -20,7 +20,7 @@ testlog: 1
 channels:
   force: {{role: force}}
 {SENSORS}processing: {{crop: none}}
-modal: {{band: {{from: 3 Hz, to: 205 Hz}}, order: 40}}
+modal: {{band: {{from: 3 Hz, to: 205 Hz}}, order: 30}}
 tests:
 """
 
@@ -90,7 +90,7 @@ def test_a_log_becomes_modes_shapes_tracks_and_figures(analysed, structure):
 
 
 def test_output_only_where_the_log_wants_it(analysed, structure):
-    log = LOG.replace("order: 40", "order: 40, inputs: none")
+    log = LOG.replace("order: 30", "order: 30, inputs: none")
     done, out = analysed("  - {id: 1, recording: 1.csv}\n", "--no-figures", log=log)
     found = json.loads((out / "report.json").read_text())["tests"][0]["modes"]
     places = np.array([mode["frequency_hz"]["value"] for mode in found])
@@ -105,8 +105,8 @@ def test_output_only_where_the_log_wants_it(analysed, structure):
     ("log", "test", "says"),
     [
         (LOG.replace("205 Hz", "400 Hz"), "", "lies outside the data, which reach to 256 Hz"),
-        (LOG.replace("order: 40", "inputs: control"), "", "no channel has the role control"),
-        (LOG.replace("to: 205 Hz", "to: 7 Hz"), "", "order 40 is too high for 41 lines"),
+        (LOG.replace("order: 30", "inputs: control"), "", "no channel has the role control"),
+        (LOG.replace("to: 205 Hz", "to: 7 Hz"), "", "order 30 is too high for 41 lines"),
         (LOG, ", excitation: sine, frequency: 9 Hz", "reaches single frequencies"),
         (LOG.replace("role: response", "role: ignore"), "", "no channel has the role response"),
     ],
@@ -135,9 +135,9 @@ def test_sensors_without_position_and_a_single_one_are_told(analysed):
         ("direction: z", "direction: up", "expected x, y, z, -x, -y, -z or three numbers"),
         ("[100 mm,", "[100,", "expected a number with a unit of m"),
         ("to: 205 Hz", "to: 2 Hz", "expected from below to"),
-        ("order: 40", "keep: [300 Hz]", "expected a frequency of the band from 3 to 205 Hz"),
-        ("order: 40", "order: 2", "order"),
-        ("order: 40", "mode: 3", 'did you mean "modes"'),
+        ("order: 30", "keep: [300 Hz]", "expected a frequency of the band from 3 to 205 Hz"),
+        ("order: 30", "order: 2", "order"),
+        ("order: 30", "mode: 3", 'did you mean "modes"'),
     ],
 )
 def test_mistakes_in_the_log_have_line_and_column(tmp_path: Path, good, bad, says):
