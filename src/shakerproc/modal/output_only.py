@@ -12,6 +12,7 @@ from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import normalised, phase_collinearity
 from shakerproc.modal.stabilisation import (
+    Diagram,
     Tolerances,
     candidates,
     damping_of,
@@ -97,6 +98,30 @@ def identify_output_only(
             f"{4 * BLOCKS * n_rows * interval:.3g} s are needed"
         )
     parts = _correlations(samples, 2 * n_rows)
+    diagram, poles, shapes, errors = _modes(parts, n_rows, interval, settings)
+    tones = [
+        f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
+        for value in frequency_of(poles[damping_of(poles) < TONE_DAMPING])
+    ]
+    return ModeSet(
+        method="output only",
+        poles=poles,
+        damping_error=errors[0],
+        frequency_error=errors[1],
+        shapes=normalised(shapes * scale),
+        participation=np.ones((poles.size, 0), dtype=np.complex128),
+        diagram=diagram,
+        model=None,
+        interval_from=f"scatter over {BLOCKS} blocks of the record (jackknife)",
+        notes=("output only: the input is taken for broadband, shapes have no scale", *tones),
+    )
+
+
+def _modes(
+    parts: FloatArray, n_rows: int, interval: float, settings: Settings
+) -> tuple[Diagram, ComplexArray, ComplexArray, FloatArray]:
+    """Return the diagram, and poles, shapes and errors of what is taken for modes."""
+    n = parts.shape[-1]
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
     highest = min(settings.order, (n_rows - 1) * n)
     orders = [order for order in orders_of(settings) if order <= highest]
@@ -113,23 +138,7 @@ def identify_output_only(
     errors = _jackknife(parts, n_rows, interval, poles, orders[len(orders) // 2])
     known = errors[0] < UNKNOWN
     poles, shapes, errors = poles[known], shapes[known], errors[:, known]
-    hardly = frequency_of(poles[damping_of(poles) < TONE_DAMPING])
-    tones = [
-        f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
-        for value in hardly
-    ]
-    return ModeSet(
-        method="output only",
-        poles=poles,
-        damping_error=errors[0],
-        frequency_error=errors[1],
-        shapes=normalised(shapes * scale),
-        participation=np.ones((poles.size, 0), dtype=np.complex128),
-        diagram=diagram,
-        model=None,
-        interval_from=f"scatter over {BLOCKS} blocks of the record (jackknife)",
-        notes=("output only: the input is taken for broadband, shapes have no scale", *tones),
-    )
+    return diagram, poles, shapes, errors
 
 
 def _slower(

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -12,48 +12,54 @@ if TYPE_CHECKING:
     from shakerproc.testlog import Modal
 
 
+TestOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--test", metavar="ID", help="This test only; may be repeated."),
+]
+AgainstOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="TESTLOG", help="A second log: its modes beside these.", dir_okay=False
+    ),
+]
+FromOption: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        help="Lowest frequency [Hz].", show_default="the log's", callback=options.positive
+    ),
+]
+ToOption: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        help="Highest frequency [Hz].", show_default="the log's", callback=options.positive
+    ),
+]
+CountOption: TypeAlias = Annotated[
+    int | None,
+    typer.Option(help="How many modes.", min=1, max=200, show_default="as many as are needed"),
+]
+OrderOption: TypeAlias = Annotated[
+    int | None,
+    typer.Option(
+        help="Highest order of the stabilisation diagram.",
+        min=4,
+        max=400,
+        show_default="the log's, else 60",
+    ),
+]
+
+
 def modal(
     log: Annotated[
         Path,
         typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),
     ],
-    test: Annotated[
-        list[str] | None,
-        typer.Option("--test", metavar="ID", help="This test only; may be repeated."),
-    ] = None,
-    against: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="TESTLOG", help="A second log: its modes beside these.", dir_okay=False
-        ),
-    ] = None,
-    from_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Lowest frequency [Hz].", show_default="the log's", callback=options.positive
-        ),
-    ] = None,
-    to_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Highest frequency [Hz].", show_default="the log's", callback=options.positive
-        ),
-    ] = None,
-    count: Annotated[
-        int | None,
-        typer.Option(
-            help="How many modes.", min=1, max=200, show_default="as many as are needed"
-        ),
-    ] = None,
-    order: Annotated[
-        int | None,
-        typer.Option(
-            help="Highest order of the stabilisation diagram.",
-            min=4,
-            max=400,
-            show_default="the log's, else 60",
-        ),
-    ] = None,
+    test: TestOption = None,
+    against: AgainstOption = None,
+    from_hz: FromOption = None,
+    to_hz: ToOption = None,
+    count: CountOption = None,
+    order: OrderOption = None,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
     json: output.JsonOption = None,
