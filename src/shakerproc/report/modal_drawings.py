@@ -27,7 +27,7 @@ def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
 
     The motion is part of the drawing (SMIL), needs no script, and prints as its largest.
     """
-    low, high = geometry.rest.min(axis=0) - 0.2, geometry.rest.max(axis=0) + 0.2
+    low, high = geometry.rest.min(axis=0) - 0.27, geometry.rest.max(axis=0) + 0.27
     scale = min(
         (_WIDTH - 2 * _MARGIN) / (high[0] - low[0]), (_HEIGHT - 16) / (high[1] - low[1])
     )

@@ -155,7 +155,7 @@ def shapes_figure(one: TestModes) -> "Figure | None":
     axes = figure.subplots(rows, ACROSS, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    low, high = drawn.rest.min(axis=0) - 0.22, drawn.rest.max(axis=0) + 0.22
+    low, high = drawn.rest.min(axis=0) - 0.27, drawn.rest.max(axis=0) + 0.27
     for number, axis in zip(range(modes.poles.size), axes.flat, strict=False):
         moved = drawn.moved(modes.shapes[number], 0.0)
         for a, b in drawn.edges:
@@ -167,8 +167,8 @@ def shapes_figure(one: TestModes) -> "Figure | None":
         axis.plot(*moved.T, "o", color=style.COLOURS[0], ms=3.5)
         axis.set_xlim(low[0], high[0])
         axis.set_ylim(low[1], high[1])
-        if not drawn.scaled or np.ptp(drawn.rest, axis=0).min() > 0.02:
-            axis.set_aspect("equal" if drawn.scaled else "auto")
+        if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards
+            axis.set_aspect("equal")
         axis.set_title(
             f"{number + 1}: {modes.frequency[number]:.4g} Hz, {modes.damping[number]:.3g}\n"
             f"collinearity {modes.collinearity[number]:.2f}".replace(
