@@ -12,6 +12,10 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 
+PARTED: Final = 0.1
+"""Share of the response by which noise of the input may part two motions that are predicted:
+beyond, a test cannot be foretold, whatever the model [-]."""
+
 LONGER: Final = 0.2
 """Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
 numbers add up over it by as much, unpredictable motion by far more [-]."""
@@ -68,6 +72,8 @@ def compared(
     for i, form in enumerate(forms):
         standing = worth_a_fit(standing, campaign.known)
         forms[i] = form.knowing(campaign.data, best)
+        if i and forms[i].parted(campaign.data) > PARTED:
+            break
         scores = along(campaign, standing, [forms[i]])
         level = min((score.mean for score in scores), default=np.inf)
         standing = [score.fit for score in scores]

@@ -4,26 +4,33 @@ from collections.abc import Sequence
 
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import FAR, LEAST, SURE, Score, as_fitted, gain
 
 
 def worth_a_fit(standing: Sequence[Fit], known: Known) -> list[Fit]:
     """Return the fits that may be the best where the windows are longer.
 
-    A law that contains another one that it does not outdo is left out: the simpler stands in.
+    A law that contains another one that it does not outdo is left out: the simpler stands in;
+    where it does, the simpler may just not have arrived, and stays unless it is far behind.
     The model without any is contained in all; beside it the best effect always stays.
     """
     scores = [s for one in standing if (s := as_fitted(one.data, one)) is not None]
     bare = [score for score in scores if not score.fit.hypothesis.added]
     effects = [score for score in scores if score.fit.hypothesis.added]
     best = min(effects, key=lambda score: score.mean, default=None)
-    near = [
+    unmatched = [
         s
         for s in effects
-        if best is not None
-        and gain(best, s).t < SURE
-        and all(gain(s, none).mean > LEAST for none in bare)
-        and not any(_contains(s, other, known) for other in effects)
+        if all(gain(s, none).mean > LEAST for none in bare)
+        and not any(_contains(s, other, known) and _no_better(s, other) for other in effects)
+    ]
+    near = [s for s in unmatched if best is not None and gain(best, s).t < SURE]
+    near += [
+        s
+        for s in unmatched
+        if s not in near
+        and gain(best, s).t < FAR  # type: ignore[arg-type]
+        and any(_contains(other, s, known) for other in near)
     ]
     if best is not None and not near:
         near = [best]
@@ -31,8 +38,13 @@ def worth_a_fit(standing: Sequence[Fit], known: Known) -> list[Fit]:
 
 
 def _contains(richer: Score, simpler: Score, known: Known) -> bool:
-    """Return whether a law has another one as a limit, and predicts no better."""
+    """Return whether a law has another one as a limit."""
+    if not (richer.fit.hypothesis.added and simpler.fit.hypothesis.added):
+        return False
     one, other = richer.fit.hypothesis.added[-1], simpler.fit.hypothesis.added[-1]
     limits = [c.kind for c in known[one.between][one.kind].contains if c.limit]
-    nested = other.kind in limits and other.between == one.between
-    return nested and richer.mean >= simpler.mean - LEAST
+    return other.kind in limits and other.between == one.between
+
+
+def _no_better(richer: Score, simpler: Score) -> bool:
+    return richer.mean >= simpler.mean - LEAST

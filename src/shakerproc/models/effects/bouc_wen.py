@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from shakerproc.models.identification import (
 )
 from shakerproc.models.kernels.along import bouc_wen_along
 from shakerproc.models.laws import Law, Row
+
+RIGID: Final = 0.05
+"""Least yield displacement over a tenth of the motion: a bristle that yields at half a per cent
+of the motion is rigid, and the law is that of dry friction [-]."""
 
 
 @final
@@ -78,7 +82,7 @@ class BoucWen(AbstractEffect):
         return Identification(
             free={
                 "stiffness": contact(at),
-                "yield_displacement": positive(0.1 * at.displacement, 1e-3, 1e2),
+                "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e2),
                 "exponent": Free(1.0, _SHARPEST, "logarithm", 2.0),
             },
             starts=grid(

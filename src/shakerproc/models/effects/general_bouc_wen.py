@@ -10,6 +10,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.bouc_wen import RIGID
 from shakerproc.models.identification import (
     Contained,
     Free,
@@ -89,7 +90,7 @@ class GeneralBoucWen(AbstractEffect):
         return Identification(
             free={
                 "alpha": contact(at),
-                "yield_displacement": positive(0.1 * at.displacement, 1e-3, 1e3),
+                "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e3),
                 "branch": Free(-0.75 * math.pi, 0.25 * math.pi, "identity", 1.0),
                 "exponent": Free(1.0, 10.0, "logarithm", 2.0),
             },
