@@ -63,7 +63,12 @@ class Found:
         return min((self.linear, *self.effects), key=lambda score: score.mean)
 
     @cached_property
+    def left(self) -> float:
+        """The held-out error of the best [-]."""
+        return error_of(self.data, self.best.fit, self.form.held_out)
+
+    @cached_property
     def explained(self) -> bool:
         """Whether the best leaves no more than the noise and what it becomes in the model."""
-        fit, held_out = self.best.fit, self.form.held_out
-        return error_of(self.data, fit, held_out) <= EXCESS * floor_of(self.data, fit, held_out)
+        floor = floor_of(self.data, self.best.fit, self.form.held_out)
+        return self.left <= EXCESS * floor

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
+from shakerproc.diagnosis.estimation.correction import corrected, explains, is_unusual
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
@@ -21,7 +21,6 @@ from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.selection.scores import (
-    gain,
     ranked,
 )
 from shakerproc.errors import DiagnosisError
@@ -48,13 +47,17 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     """
     say("linear model")
     linear = fit_linear(model, tests)
-    found = _searched(model, linear, tests, say)
-    if not is_unusual(linear) or found.explained:
-        return found
-    say("the chain of measurement corrected")
-    other = _searched(model, linear, corrected(tests, linear), say)
-    better = gain(other.best, found.best).t > 0.0
-    return replace(other, corrected=True) if better else found
+    if not is_unusual(linear):
+        return _searched(model, linear, tests, say)
+    found: list[Found] = []
+    for correct in (True, False) if explains(linear) else (False, True):
+        if correct:
+            say("the chain of measurement corrected")
+        own = corrected(tests, linear) if correct else tests
+        found.append(replace(_searched(model, linear, own, say), corrected=correct))
+        if found[-1].explained:
+            return found[-1]
+    return min(found, key=lambda one: one.left)
 
 
 def _searched(

@@ -8,7 +8,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.linear import UNUSUAL, LinearModel
+from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
 
 
@@ -27,6 +27,11 @@ def applied_delay(linear: LinearModel) -> FloatArray:
 def is_unusual(linear: LinearModel) -> bool:
     """Return whether a number of the chain of measurement is not what its prior expects."""
     return bool(linear.unusual)
+
+
+def explains(linear: LinearModel) -> bool:
+    """Return whether the linear model leaves little of every test, whatever it may be."""
+    return max(linear.left.values()) < LINEAR_ENOUGH
 
 
 def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:

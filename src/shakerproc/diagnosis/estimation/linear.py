@@ -20,6 +20,7 @@ from shakerproc.diagnosis.estimation.linear_problem import (
     refined,
     solve,
 )
+from shakerproc.diagnosis.estimation.linear_start import scanned
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
 from shakerproc.models.surroundings import resolved
@@ -37,7 +38,6 @@ UNUSUAL: Final = 3.0
 """Deviations of its prior from which a number of the chain of measurement is unusual [-]."""
 
 _ROUNDS: Final = 3  # of weights by what the model leaves
-_SCAN: Final = tuple(np.linspace(-0.6, 0.6, 49))  # of the logarithm of all stiffnesses
 _QUANTILE: Final = 1.96  # of a 95 % interval, in standard deviations
 
 
@@ -141,7 +141,7 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     parameters = LinearParameters(model, len(tests[0].arrays.controls))
     none = [np.zeros_like(test.density) for test in chosen]
     free = np.arange(parameters.spreads.size) >= (0 if own_numbers else len(parameters.own))
-    start = _scanned(chosen, parameters) if own_numbers else np.zeros(free.size)
+    start = scanned(chosen, parameters) if own_numbers else np.zeros(free.size)
     solution = solve(chosen, parameters, start, none, free)
     chosen = [refined(test, parameters, solution.values) for test in chosen]
     solution = solve(chosen, parameters, solution.values, none, free)
@@ -222,21 +222,6 @@ def _prepared(model: Model, test: Test) -> LinearTest:
     if found.failed[0]:
         return plain
     return prepared(model, test, at_samples(model, found.outputs[0]) - own)
-
-
-def _scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
-    """Return the best common factor on all stiffnesses: a resonance off has no slopes."""
-    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
-    best, least = np.zeros(stiff.size), np.inf
-    for factor in _SCAN:
-        values = np.where(stiff, factor, 0.0)
-        left = sum(
-            float(np.sum(np.log1p(np.abs(test.residual(parameters, values)) ** 2)))
-            for test in tests
-        )
-        if left < least:
-            best, least = values, left
-    return best
 
 
 def _systematic(
