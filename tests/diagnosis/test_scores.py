@@ -12,11 +12,19 @@ def score(logs, size=2):
     return Score(SimpleNamespace(hypothesis=SimpleNamespace(size=size)), np.array(logs, float))
 
 
-def test_a_gain_is_the_mean_difference_with_its_standard_error():
-    found = gain(score([1, 2, 3, 4]), score([2, 4, 4, 8]))  # differences 1, 2, 1, 4
-    assert found.mean == pytest.approx(2.0)
-    assert found.error == pytest.approx(np.sqrt(2.0) / 2.0)  # variance 2 of four
-    assert found.t == pytest.approx(2.0 * np.sqrt(2.0))
+def test_where_blocks_speak_both_ways_the_error_is_that_of_their_mean():
+    apart = np.random.default_rng(0).standard_normal(40_000) + 0.01
+    found = gain(score(np.zeros(apart.size)), score(apart))
+    assert found.mean == pytest.approx(np.mean(apart))
+    assert found.error == pytest.approx(np.std(apart) / np.sqrt(apart.size), rel=0.05)
+
+
+def test_a_gain_in_few_blocks_against_which_none_speaks_is_certain():
+    few = np.zeros(40)
+    few[:4] = 6.0
+    assert gain(score(np.zeros(40)), score(few)).t > 6.0
+    few[4:8] = -6.0
+    assert abs(gain(score(np.zeros(40)), score(few)).t) < 0.1
 
 
 def test_a_gain_has_the_opposite_sign_the_other_way_round():

@@ -9,6 +9,7 @@ from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
 from shakerproc.diagnosis.selection.scores import Score
@@ -44,6 +45,8 @@ class Found:
         Hypotheses that could not be simulated, with the reason.
     corrected : bool
         Whether the tests are corrected.
+    rigid : tuple of Joint
+        Joints that held in every test; nothing but the linear model was tried then.
     """
 
     data: DataSet
@@ -56,6 +59,7 @@ class Found:
     ruled_out: tuple[Start, ...]
     failed: Mapping[str, str]
     corrected: bool = False
+    rigid: tuple[Joint, ...] = ()
 
     @property
     def best(self) -> Score:

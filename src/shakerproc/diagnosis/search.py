@@ -18,6 +18,7 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.selection.scores import (
@@ -55,7 +56,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
             say("the chain of measurement corrected")
         own = corrected(tests, linear) if correct else tests
         found.append(replace(_searched(model, linear, own, say), corrected=correct))
-        if found[-1].explained:
+        if found[-1].rigid or found[-1].explained:
             return found[-1]
     return min(found, key=lambda one: one.left)
 
@@ -88,8 +89,10 @@ def _searched(
             f"{model.title}: its motion runs away in every test; check stiffness, damping and "
             "masses of the model."
         )
-    say("screening")
-    starts = screen(model, campaign.fitted, tuple(campaign.known), campaign.known)
+    rigid = rigid_joints(data)
+    say(f"{' and '.join(rigid[0])} held in every test" if rigid else "screening")
+    known = {} if rigid else campaign.known
+    starts = screen(model, campaign.fitted, tuple(known), known) if known else ()
     other = as_in(none, linear_model.model)
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
@@ -106,8 +109,11 @@ def _searched(
         free=None,
         ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
+        rigid=rigid,
     )
-    return found if found.explained else _with_more(found, campaign, forms, singles, say)
+    return (
+        found if rigid or found.explained else _with_more(found, campaign, forms, singles, say)
+    )
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -34,6 +34,13 @@ def whole_tests(data: DataSet, *, held_out: bool) -> Windows:
     return Windows(np.array(table, np.int64).reshape(-1, 3), tuple(counted))
 
 
+def every_test(data: DataSet) -> Windows:
+    """Return every test as a whole, of which everything counts."""
+    sizes = [test.n_samples for test in data.tests]
+    table = np.array([(i, 0, size) for i, size in enumerate(sizes)], np.int64)
+    return Windows(table, tuple(np.ones(size, bool) for size in sizes))
+
+
 def windows_of(
     data: DataSet,
     length: int,

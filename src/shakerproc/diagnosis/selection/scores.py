@@ -14,6 +14,10 @@ from shakerproc.diagnosis.estimation.least_squares import (
 )
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 
+BY_CHANCE: Final = 0.2
+"""Standard deviation of the difference in one block of two that predict equally well: a tenth
+of the residual, what some hundred samples leave open [-]."""
+
 ALIKE: Final = 2.0
 """Standard errors within which two predictions are equally good: 95 % of a normal law [-]."""
 
@@ -79,7 +83,8 @@ class Gain:
     mean : float
         Mean difference of the logarithms; above 0 where the first is better [-].
     error : float
-        Its standard error [-].
+        Its standard error, from the blocks that speak against it and from chance: a gain that
+        is large in a few blocks and nothing in the rest is no less certain for that [-].
     """
 
     mean: float
@@ -88,15 +93,16 @@ class Gain:
     @property
     def t(self) -> float:
         """Mean over standard error [-]."""
-        return self.mean / self.error if self.error > 0.0 else 0.0
+        return self.mean / self.error
 
 
 def gain(better: Score, other: Score) -> Gain:
     """Return by how much the first predicts better than the other."""
     apart = other.logs - better.logs
-    count = apart.size
-    error = float(np.std(apart, ddof=1) / np.sqrt(count)) if count > 1 else np.inf
-    return Gain(float(np.mean(apart)), error)
+    mean = float(np.mean(apart))
+    against = np.minimum(apart * np.sign(mean), 0.0)
+    error = np.sqrt((2.0 * np.mean(against**2) + BY_CHANCE**2) / apart.size)
+    return Gain(mean, float(error) if apart.size > 1 else np.inf)
 
 
 def ranked(scores: Sequence[Score]) -> list[Score]:

@@ -209,15 +209,15 @@ def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked,
 
     A force that is above what the joint carries has no upper bound in the tests.
     """
-    out = []
+    model, tests = fit.hypothesis.model, found.data.tests
+    out = [Locked(joint, carried_force(model, tests, joint)) for joint in found.rigid]
     _own, *parts = fit.hypothesis.parts(fit.x)
     for one, part, effect in zip(fit.hypothesis.added, parts, effects, strict=True):
         numbers = effect.parameters.values()
         forces = [n for n in numbers if n.unit == "N" and isinstance(n.value, float)]
         unbounded = forces and all(n.high is None for n in forces)
         if unbounded and _is_dry(one.element(part).effect):
-            held = carried_force(fit.hypothesis.model, found.data.tests, one.between)
-            out.append(Locked(one.between, held))
+            out.append(Locked(one.between, carried_force(model, tests, one.between)))
     return tuple(out)
 
 
