@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
+from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
@@ -47,6 +48,10 @@ class Found:
         Whether the tests are corrected.
     rigid : tuple of Joint
         Joints that held in every test; nothing but the linear model was tried then.
+    signs : tuple of float
+        -1 for each sensor that was found the wrong way round and turned, else 1.
+    hums : tuple of Hum
+        Hum of the mains that was taken away.
     """
 
     data: DataSet
@@ -60,6 +65,8 @@ class Found:
     failed: Mapping[str, str]
     corrected: bool = False
     rigid: tuple[Joint, ...] = ()
+    signs: tuple[float, ...] = ()
+    hums: tuple[Hum, ...] = ()
 
     @property
     def best(self) -> Score:

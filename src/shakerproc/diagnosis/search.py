@@ -8,11 +8,19 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.correction import corrected, explains, is_unusual
+from shakerproc.diagnosis.data.sensor_faults import hum_of
+from shakerproc.diagnosis.estimation.correction import (
+    corrected,
+    explains,
+    is_unusual,
+    residuals_of,
+    turned,
+    without_hum,
+)
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
+from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, polarity
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped, own_start
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
@@ -47,7 +55,20 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         Called with what is being tried.
     """
     say("linear model")
+    signs = polarity(model, tests)
+    found = _with_chain(model, turned(tests, signs), say)
+    return replace(found, signs=tuple(map(float, signs)))
+
+
+def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
+    """Return the same for sensors the right way round, corrected where that is better."""
     linear = fit_linear(model, tests)
+    residuals = residuals_of(linear, tests)
+    hums = hum_of(residuals, [test.sample_rate for test in tests])
+    if hums:
+        say("the hum of the mains taken away")
+        rest = _with_chain(model, without_hum(tests, residuals, hums), say)
+        return replace(rest, hums=(*hums, *rest.hums))
     if not is_unusual(linear):
         return _searched(model, linear, tests, say)
     found: list[Found] = []

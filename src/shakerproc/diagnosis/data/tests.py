@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.compare.measured import REACH
 from shakerproc.compare.noise import Noise, noise_of
 from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError
 
 NYQUIST_SHARE: Final = 0.45
@@ -88,6 +90,10 @@ class Test:
     noise : (n_sensors,) array
         Standard deviation of a sample of each response, never below what sensors are
         calibrated to [unit of the sensor].
+    clipped : (n_sensors, n) array of bool
+        Which samples stand at a limit of their channel.
+    limits : (n_sensors,) array
+        This limit; not a number where none is reached [unit of the sensor].
     """
 
     __test__: ClassVar[bool] = False
@@ -101,6 +107,8 @@ class Test:
     quiet: Quiet | None
     noise_density: Noise
     noise: FloatArray
+    clipped: NDArray[np.bool_]
+    limits: FloatArray
 
     @property
     def name(self) -> str:
@@ -158,6 +166,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
     inside = noise.frequency <= highest
     own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))
+    at_limit, limits = clipped(arrays.responses)
     return Test(
         arrays=arrays,
         input=(arrays.controls if imposed else controls).mean(axis=0),
@@ -168,6 +177,8 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         quiet=quiet,
         noise_density=noise,
         noise=np.hypot(own, FLOOR_SHARE * rms),
+        clipped=at_limit,
+        limits=limits,
     )
 
 

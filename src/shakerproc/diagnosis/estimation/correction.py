@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.compare.prediction import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
+from shakerproc.simulate import Runs, free_runs, prepare
 
 
 def applied_gain(linear: LinearModel) -> FloatArray:
@@ -47,6 +50,46 @@ def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
         if np.any(delay):
             responses = advanced(responses, delay, test.sample_rate)
         out.append(replace(test, input=linear.input_of(test), responses=responses))
+    return tuple(out)
+
+
+def turned(tests: Sequence[Test], signs: FloatArray) -> tuple[Test, ...]:
+    """Return tests whose sensors are the right way round.
+
+    Parameters
+    ----------
+    tests : sequence of Test
+        As recorded.
+    signs : (n_sensors,) array
+        -1 for those that are to be turned, else 1.
+    """
+    if np.all(signs > 0.0):
+        return tuple(tests)
+    return tuple(replace(test, responses=test.responses * signs[:, None]) for test in tests)
+
+
+def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]:
+    """Return what the linear model leaves of every test, (n_sensors, n) arrays."""
+    out = []
+    for test in tests:
+        whole = np.array([(0, 0, test.n_samples)])
+        given = prepare(linear.input_of(test), test.sample_rate)
+        found = free_runs(linear.model, Runs((given,), whole))
+        outputs = at_samples(linear.model, found.outputs[0])
+        out.append(test.responses - linear.recorded(outputs, test.sample_rate))
+    return out
+
+
+def without_hum(
+    tests: Sequence[Test], residuals: Sequence[FloatArray], hums: Sequence[Hum]
+) -> tuple[Test, ...]:
+    """Return tests without the hum of their sensors, told from what the linear model leaves."""
+    out = []
+    for test, left in zip(tests, residuals, strict=True):
+        responses = test.responses.copy()
+        for hum in hums:
+            responses[hum.sensor] -= hum_in(left[hum.sensor], test.sample_rate, hum.frequency)
+        out.append(replace(test, responses=responses))
     return tuple(out)
 
 

@@ -20,7 +20,7 @@ from shakerproc.diagnosis.estimation.linear_problem import (
     refined,
     solve,
 )
-from shakerproc.diagnosis.estimation.linear_start import scanned
+from shakerproc.diagnosis.estimation.linear_start import scanned, signs_of
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
 from shakerproc.models.surroundings import resolved
@@ -157,6 +157,12 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     solution = _settled(chosen, richer, values, moving)
     solution.covariance[free.size :] = with_modes.covariance[free.size :]
     return _result(tests, richer, solution)
+
+
+def polarity(model: Model, tests: Sequence[Test]) -> FloatArray:
+    """Return -1 for each sensor that is the wrong way round, else 1, (n_sensors,) array."""
+    chosen = [_prepared(model, test) for test in _lowest(tests)]
+    return signs_of(chosen, LinearParameters(model, len(tests[0].arrays.controls)))
 
 
 def _settled(

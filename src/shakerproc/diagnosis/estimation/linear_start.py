@@ -1,4 +1,4 @@
-"""Where the linear fit starts: a factor on all stiffnesses, and delays of the sensors."""
+"""Where the linear fit starts: a factor on all stiffnesses, delays and signs of the sensors."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -31,20 +31,40 @@ def scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatA
         moved[late] = _delays(tests, parameters, values)
         shifted.append(moved)
     best, other = (
-        min(((_left(tests, parameters, v), i) for i, v in enumerate(own)))
+        min((float(_left(tests, parameters, v, 1.0).sum()), i) for i, v in enumerate(own))
         for own in (plain, shifted)
     )
     return shifted[other[1]] if other[0] < _MUCH_LESS * best[0] else plain[best[1]]
 
 
+def signs_of(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
+    """Return -1 for each sensor that is the wrong way round, else 1, (n_sensors,) array.
+
+    It is where the linear model then leaves much less, whatever its stiffness and however
+    late the sensor may be.
+    """
+    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
+    late = np.array([c.unit == "s" for c in parameters.coordinates])
+    right, wrong = [], []
+    for factor in _SCAN:
+        values = np.where(stiff, factor, 0.0)
+        right.append(_left(tests, parameters, values, 1.0))
+        wrong.append(_left(tests, parameters, values, -1.0))
+        values[late] = _delays(tests, parameters, values)
+        right.append(_left(tests, parameters, values, 1.0))
+    turned = np.min(wrong, axis=0) < _MUCH_LESS * np.min(right, axis=0)
+    return np.where(turned, -1.0, 1.0)
+
+
 def _left(
-    tests: Sequence[LinearTest], parameters: LinearParameters, values: FloatArray
-) -> float:
-    """Return what is left, large residuals counted by their logarithm [-]."""
-    return sum(
-        float(np.sum(np.log1p(np.abs(test.residual(parameters, values)) ** 2)))
-        for test in tests
-    )
+    tests: Sequence[LinearTest], parameters: LinearParameters, values: FloatArray, sign: float
+) -> FloatArray:
+    """Return what is left, large residuals counted by their logarithm, (n_sensors,) [-]."""
+    total = np.zeros(len(parameters.model.sensors))
+    for test in tests:
+        left = test.whitened(sign * test.test.responses - test.simulated(parameters, values))
+        total += np.sum(np.log1p(np.abs(left) ** 2 / test.density), axis=1)
+    return total
 
 
 def _delays(

@@ -39,6 +39,8 @@ class Stack:
         are too short for it.
     sample_rate : float
         Samples per second [Hz].
+    sound : (n_members, n_sensors, n) array of bool, optional
+        Which samples are not clipped; all by default.
     """
 
     members: NDArray[np.int64]
@@ -48,6 +50,7 @@ class Stack:
     low_pass: FloatArray
     high_pass: FloatArray | None
     sample_rate: float
+    sound: NDArray[np.bool_] | None = None
 
     @property
     def size(self) -> int:
@@ -60,6 +63,8 @@ class Stack:
 
     def weighted(self, rows: FloatArray) -> FloatArray:
         """Return what counts of rows, over the noise, (n_members, n_sensors, n_counted)."""
+        if self.sound is not None:
+            rows = np.where(self.sound, rows, 0.0)
         rows = scipy.ndimage.convolve1d(
             rows, self.low_pass, axis=-1, mode="constant", origin=-(TAPS // 2)
         )
@@ -87,6 +92,8 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
     counted = windows.counted[members[0]].copy()
     counted[:TAPS] = False
     firsts = windows.table[members, 1]
+    lost = data.tests[test].clipped
+    sound = ~np.array([lost[:, a : a + size] for a in firsts])
     noise = np.array([data.noise[test][:, a : a + size] for a in firsts])
     if windows.passed is not None:
         noise = np.hypot(noise, [windows.passed[i] for i in members])
@@ -98,4 +105,5 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
         low_pass=data.low_pass[test],
         high_pass=data.high_pass[test] if windows.starts is None else None,
         sample_rate=data.tests[test].sample_rate,
+        sound=None if sound.all() else sound,
     )

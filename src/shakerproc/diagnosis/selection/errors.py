@@ -25,6 +25,7 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Score
     out = {}
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, predicted, i)
+        counted &= ~test.clipped.any(axis=0)
         if not counted.any():
             continue
         simulated = found.gain[:, None] * (

@@ -169,7 +169,8 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
     for i, name in enumerate(fit.hypothesis.model.sensors):
         size, delay = abs(float(gains[i])), float(delays[i])
         own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
-        if gains[i] < 0.0:
+        out += _in_the_samples(found, i, name)
+        if found.signs and found.signs[i] < 0.0:
             out.append(Finding("sensor_polarity", (name,), 0.99, {}))
         if abs(size - 1.0) > GAIN_TOLERANCE:
             value = Estimate(size, size - own, size + own, "1")
@@ -177,6 +178,22 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
         if abs(delay) > DELAY_TOLERANCE:
             value = Estimate(delay, delay - late, delay + late, "s")
             out.append(Finding("sensor_delay", (name,), 0.98, {"delay": value}))
+    return out
+
+
+def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
+    """Return the faults of a sensor that show in the samples: clipping, and hum."""
+    out = []
+    limits = [float(test.limits[sensor]) for test in found.data.tests]
+    reached = [limit for limit in limits if np.isfinite(limit)]
+    if reached:
+        unit = "m/s^2" if found.data.model.sensors[name].measures == "acceleration" else ""
+        level = Estimate(min(reached), min(reached), min(reached), unit)
+        out.append(Finding("clipping", (name,), 0.99, {"level": level}))
+    for hum in found.hums:
+        if hum.sensor == sensor:
+            line = Estimate(hum.frequency, hum.frequency, hum.frequency, "Hz")
+            out.append(Finding("mains_hum", (name,), 0.99, {"frequency": line}))
     return out
 
 
