@@ -25,10 +25,10 @@ from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped, ow
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
-from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.screening.pairs import screen_pairs
+from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import (
     ranked,
 )
@@ -37,6 +37,9 @@ from shakerproc.models import Element, Model
 
 FIRSTS: Final = 2
 """Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
+
+AT_ONCE: Final = 4
+"""Pairs of effects that are fitted because they explain most together [-]."""
 
 SECONDS: Final = 24
 """Starts of a second effect that are looked at [-]."""
@@ -133,7 +136,9 @@ def _searched(
         rigid=rigid,
     )
     return (
-        found if rigid or found.explained else _with_more(found, campaign, forms, singles, say)
+        found
+        if rigid or found.explained
+        else _with_more(found, campaign, forms, (linear, singles), say)
     )
 
 
@@ -150,11 +155,11 @@ def _with_more(
     found: Found,
     campaign: Campaign,
     forms: Sequence[Form],
-    singles: Sequence[Fit],
+    fits: tuple[Fit, Sequence[Fit]],
     say: Callable[[str], None],
 ) -> Found:
     """Return what pairs of effects, and a force without a name, explain beyond singles."""
-    data = found.data
+    data, (linear, singles) = campaign.data, fits
     pairs: list[Fit] = []
     failed = dict(found.failed)
     for first in singles[:FIRSTS]:
@@ -173,6 +178,8 @@ def _with_more(
         )  # fmt: skip
         pairs += second.found(starts[:SECONDS])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
+    say("two effects at once")
+    pairs += _at_once(campaign, linear)
     pairs.sort(key=lambda pair: pair.level)
     scores = along(campaign, pairs[:FIRSTS], forms)
     say("a force without a name")
@@ -183,6 +190,27 @@ def _with_more(
         free=free[0] if free else None,
         failed=failed,
     )
+
+
+def _at_once(campaign: Campaign, linear: Fit) -> list[Fit]:
+    """Return the pairs that explain most together, fitted to windows that grew."""
+    model, data = campaign.data.model, campaign.data
+    found = []
+    for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
+        first = addition(
+            one.kind, one.between, campaign.known[one.between][one.kind], one.values
+        )
+        on = replace(
+            linear,
+            hypothesis=linear.hypothesis.with_added(first),
+            x=np.concatenate([linear.x, first.transformed(one.values)]),
+        )
+        own = np.zeros(len(linear.hypothesis.own))
+        second = OneMore(
+            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None
+        )
+        found += second.found([other])
+    return found
 
 
 def _free(campaign: Campaign, linear: Fit) -> list[Fit]:

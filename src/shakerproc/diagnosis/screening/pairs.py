@@ -7,10 +7,10 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.screening.laws import Law, law_at, laws_of
+from shakerproc.diagnosis.screening.laws import Law, law_at, laws_of, one_of_each_shape
 from shakerproc.diagnosis.screening.refining import completed_with, slopes_of
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
-from shakerproc.diagnosis.screening.starts import Start, ranked
+from shakerproc.diagnosis.screening.starts import Start, alike, ranked
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
 from shakerproc.models.identification import Identification, Values
@@ -62,3 +62,59 @@ def beside(screening: Screening, known: Law) -> Screening:
     """Return a screening with an effect and its slopes among what is common."""
     columns: FloatArray = np.concatenate(slopes_of(screening, known))
     return replace(screening, beside=columns).with_motions(screening.motions)
+
+
+def both_at_once(
+    model: Model,
+    tests: Sequence[Test],
+    identifications: Mapping[Joint, Mapping[str, Identification]],
+    count: int,
+) -> tuple[tuple[Start, Start], ...]:
+    """Return the pairs of effects that together explain most, the best first.
+
+    Two effects that are equally strong hide each other: beside a third that imitates both
+    neither is found.
+
+    Parameters
+    ----------
+    model : Model
+        The linear model.
+    tests : sequence of Test
+        What may be fitted to.
+    identifications : mapping of joint to mapping of str to Identification
+        Every effect that may be missing in each joint.
+    count : int
+        Pairs to return.
+    """
+    screening = screening_of(model, tests, tuple(identifications))
+    laws = one_of_each_shape([
+        law
+        for joint in identifications
+        for law in laws_of(model, joint, identifications[joint])
+    ])
+    laws = tuple(law for own in alike(laws) for law in own)
+    columns = np.concatenate([screening.columns(own) for own in alike(laws)])
+    first, second, explained = screening.regression.pairs(
+        columns, np.array([law.one_sign for law in laws])
+    )
+    found: dict[frozenset[tuple[object, ...]], tuple[Start, Start]] = {}
+    for i, j, share in zip(first, second, explained, strict=True):
+        names = frozenset((law.kind, law.between) for law in (laws[i], laws[j]))
+        if len(names) < 2 or names in found:
+            continue
+        amplitudes = screening.regression.together(columns[[i, j]])
+        found[names] = tuple(
+            _as_start(laws[k], float(a), float(share), len(identifications))
+            for k, a in zip((i, j), amplitudes, strict=True)
+        )  # type: ignore[assignment]
+        if len(found) == count:
+            break
+    return tuple(found.values())
+
+
+def _as_start(law: Law, amplitude: float, explained: float, n_joints: int) -> Start:
+    unchanged = (0.0,) * n_joints
+    return Start(
+        law.kind, law.between, law.scaled(amplitude) if amplitude else law.values, unchanged,
+        unchanged, explained, explained, 0.0, 1.0 - explained,
+    )  # fmt: skip

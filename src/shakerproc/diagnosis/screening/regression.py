@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 
 _RIDGE: Final = 1e-12
 """Share of a column's own square that keeps the equations solvable [-]."""
+
+PARALLEL: Final = 1e-6
+"""Least share of two columns that must be their own for both to be told [-]."""
 
 _TINY: Final = 1e-300
 """Least sum of squares that is divided by [-]."""
@@ -183,6 +187,43 @@ class Regression:
         square[n:, n:] += self._prior
         square[:n, :n] += 1e3 * _RIDGE * np.eye(n)
         return np.asarray(np.linalg.solve(square, cross)[:n] / _norms(columns))
+
+    def pairs(
+        self, columns: FloatArray, one_sign: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+        """Return all pairs of columns by what they explain together, the best first.
+
+        Parameters
+        ----------
+        columns : (n, n_blocks, n_rows) array
+            The columns.
+        one_sign : (n,) array of bool
+            Where only an amplitude above 0 is physical.
+
+        Returns
+        -------
+        first, second : (n_pairs,) array of int
+            Which columns.
+        explained : (n_pairs,) array
+            Share of what the common columns leave [-].
+        """
+        scaled = columns / _norms(columns)[:, None, None]
+        beside = np.einsum("nbr,ibr->ni", scaled, self._common, optimize=True)
+        square = np.einsum("ibr,jbr->ij", self._common, self._common, optimize=True)
+        shown = np.einsum("ibr,br->i", self._common, self._residual, optimize=True)
+        solved = np.linalg.solve(square + self._prior, np.column_stack([beside.T, shown]))
+        own = np.einsum("nbr,mbr->nm", scaled, scaled, optimize=True) - beside @ solved[:, :-1]
+        right = np.einsum("nbr,br->n", scaled, self._residual, optimize=True)
+        right = right - beside @ solved[:, -1]
+        i, j = np.triu_indices(len(columns), 1)
+        a, b, c = own[i, i], own[j, j], own[i, j]
+        apart = a * b - c**2
+        apart = np.where(apart > PARALLEL * a * b, apart, np.inf)
+        x, y = (b * right[i] - c * right[j]) / apart, (a * right[j] - c * right[i]) / apart
+        explained = x * right[i] + y * right[j]
+        explained[(one_sign[i] & (x < 0.0)) | (one_sign[j] & (y < 0.0))] = 0.0
+        order = np.argsort(-explained)
+        return i[order], j[order], explained[order] / max(self.cost, _TINY)
 
     def _left_out(
         self, products: _Products, block: int, signs: FloatArray

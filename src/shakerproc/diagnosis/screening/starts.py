@@ -92,7 +92,7 @@ class Start:
 def starts_of(screening: Screening, laws: Sequence[Law]) -> list[tuple[Law, Start]]:
     """Return the start of every law, its force scaled."""
     found = []
-    for own in _alike(laws):
+    for own in alike(laws):
         for i in range(0, len(own), _BATCH):
             some = own[i : i + _BATCH]
             gains = screening.gains(some)
@@ -100,7 +100,7 @@ def starts_of(screening: Screening, laws: Sequence[Law]) -> list[tuple[Law, Star
     return found
 
 
-def _alike(laws: Sequence[Law]) -> list[list[Law]]:
+def alike(laws: Sequence[Law]) -> list[list[Law]]:
     """Return laws by the motion that they see."""
     found: dict[tuple[Joint, bool], list[Law]] = {}
     for law in laws:
