@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
+import numpy as np
+
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
@@ -50,6 +52,8 @@ class Found:
         Joints that held in every test; nothing but the linear model was tried then.
     signs : tuple of float
         -1 for each sensor that was found the wrong way round and turned, else 1.
+    late : tuple of float
+        By how much each sensor was found late and was advanced before all else [s].
     hums : tuple of Hum
         Hum of the mains that was taken away.
     """
@@ -66,6 +70,7 @@ class Found:
     corrected: bool = False
     rigid: tuple[Joint, ...] = ()
     signs: tuple[float, ...] = ()
+    late: tuple[float, ...] = ()
     hums: tuple[Hum, ...] = ()
 
     @property
@@ -80,6 +85,11 @@ class Found:
 
     @cached_property
     def explained(self) -> bool:
-        """Whether the best leaves no more than the noise and what it becomes in the model."""
+        """Whether the best leaves no more than the noise and what it becomes in the model.
+
+        As a whole, or in the mean over the blocks: a few in which motions part rule the sum.
+        """
+        if self.best.mean <= np.log1p(EXCESS):
+            return True
         floor = floor_of(self.data, self.best.fit, self.form.held_out)
         return self.left <= EXCESS * floor

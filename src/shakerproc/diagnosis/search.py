@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
-from shakerproc.diagnosis.campaign import Campaign, campaign_of
+from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.estimation.correction import (
@@ -17,32 +16,23 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form
+from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, polarity
-from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped, own_start
+from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, signs_and_delays
+from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import along, as_sampled, compared
-from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
+from shakerproc.diagnosis.horizon import as_sampled, compared
+from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
+from shakerproc.diagnosis.screening import Start, screen
 from shakerproc.diagnosis.selection.scores import (
     ranked,
 )
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import Element, Model
-
-FIRSTS: Final = 2
-"""Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
-
-AT_ONCE: Final = 4
-"""Pairs of effects that are fitted because they explain most together [-]."""
-
-SECONDS: Final = 24
-"""Starts of a second effect that are looked at [-]."""
+from shakerproc.models import Model
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -58,9 +48,9 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         Called with what is being tried.
     """
     say("linear model")
-    signs = polarity(model, tests)
-    found = _with_chain(model, turned(tests, signs), say)
-    return replace(found, signs=tuple(map(float, signs)))
+    signs, late = signs_and_delays(model, tests)
+    found = _with_chain(model, turned(tests, signs, late), say)
+    return replace(found, signs=tuple(map(float, signs)), late=tuple(map(float, late)))
 
 
 def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -120,9 +110,11 @@ def _searched(
     other = as_in(none, linear_model.model)
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
+    left = min((start.left for start in starts), default=0.0)
+    hidden = hidden_pairs(campaign, linear, left, say)
     say("at the horizon")
-    campaign = as_sampled(campaign, [linear, *singles])
-    forms, base, effects = compared(campaign, linear, singles)
+    campaign = as_sampled(campaign, [linear, *singles, *hidden])
+    forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     found = Found(
         data=campaign.sampled,
         linear_model=linear_model,
@@ -135,11 +127,9 @@ def _searched(
         failed=one_more.failed,
         rigid=rigid,
     )
-    return (
-        found
-        if rigid or found.explained
-        else _with_more(found, campaign, forms, (linear, singles), say)
-    )
+    if rigid or found.explained:
+        return found
+    return with_more(found, campaign, forms, singles, say)
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:
@@ -149,83 +139,6 @@ def as_it_is(original: Model, linear: Fit) -> Fit:
         linear, hypothesis=none, x=np.zeros(none.size), gain=np.ones_like(linear.gain),
         delay=np.zeros_like(linear.delay),
     )  # fmt: skip
-
-
-def _with_more(
-    found: Found,
-    campaign: Campaign,
-    forms: Sequence[Form],
-    fits: tuple[Fit, Sequence[Fit]],
-    say: Callable[[str], None],
-) -> Found:
-    """Return what pairs of effects, and a force without a name, explain beyond singles."""
-    data, (linear, singles) = campaign.data, fits
-    pairs: list[Fit] = []
-    failed = dict(found.failed)
-    for first in singles[:FIRSTS]:
-        say(f"a second effect beside {first.hypothesis.kinds[0]}")
-        one = first.hypothesis.added[0]
-        values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
-        starts = screen_pairs(
-            campaign.data.model,
-            campaign.fitted,
-            campaign.known,
-            (one.kind, one.between, values),
-        )
-        second = OneMore(
-            data, first, campaign.known, campaign.stages,
-            linear=first.hypothesis.parts(first.x)[0], say=lambda _: None,
-        )  # fmt: skip
-        pairs += second.found(starts[:SECONDS])
-        failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
-    say("two effects at once")
-    pairs += _at_once(campaign, linear)
-    pairs.sort(key=lambda pair: pair.level)
-    scores = along(campaign, pairs[:FIRSTS], forms)
-    say("a force without a name")
-    free = along(campaign, _free(campaign, found.linear.fit), forms)
-    return replace(
-        found,
-        effects=tuple(ranked([*found.effects, *scores])),
-        free=free[0] if free else None,
-        failed=failed,
-    )
-
-
-def _at_once(campaign: Campaign, linear: Fit) -> list[Fit]:
-    """Return the pairs that explain most together, fitted to windows that grew."""
-    model, data = campaign.data.model, campaign.data
-    found = []
-    for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
-        first = addition(
-            one.kind, one.between, campaign.known[one.between][one.kind], one.values
-        )
-        on = replace(
-            linear,
-            hypothesis=linear.hypothesis.with_added(first),
-            x=np.concatenate([linear.x, first.transformed(one.values)]),
-        )
-        own = np.zeros(len(linear.hypothesis.own))
-        second = OneMore(
-            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None
-        )
-        found += second.found([other])
-    return found
-
-
-def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
-    """Return the missing force as a smooth table in the joint that it explains most of."""
-    laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
-    if not laws:
-        return []
-    element = Element(laws[0].effect, laws[0].between)
-    model = replace(campaign.data.model, elements=(*campaign.data.model.elements, element))
-    hypothesis = hypothesis_of(model)
-    start = Start(
-        "table", laws[0].between, {}, laws[0].stiffness, laws[0].damping, laws[0].explained,
-        laws[0].predicted, laws[0].t, laws[0].left,
-    )  # fmt: skip
-    return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
 
 
 def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:

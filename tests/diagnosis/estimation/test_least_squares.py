@@ -12,6 +12,7 @@ from shakerproc.diagnosis.estimation.least_squares import (
     predicted_rows,
     with_starts_fitted,
 )
+from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation, Point
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
@@ -153,3 +154,32 @@ def test_numbers_at_a_bound_have_no_interval_on_that_side(linear):
     hypothesis, x = added(linear, "gap", stiffness=1e4, clearance=1e3)  # never touched
     found = fit(linear, hypothesis, x, both(linear)[0], rounds=3)
     assert estimates(found, 0)["clearance"].high is None
+
+
+def test_windows_are_taken_from_small_and_from_large_responses(linear):
+    every = windows_of(linear, 220, held_out=False, most=1000)
+    some = windows_of(linear, 220, held_out=False, most=10)
+    sizes = {
+        tuple(row): np.std(linear.tests[row[0]].responses[0, row[1] : row[1] + row[2]])
+        for row in every.table
+    }
+    for test in (0, 1):
+        mine = sorted(size for row, size in sizes.items() if row[0] == test)
+        taken = [sizes[tuple(row)] for row in some.table if row[0] == test]
+        assert max(taken) > np.percentile(mine, 85)
+        assert min(taken) < np.percentile(mine, 60)
+
+
+def test_where_noise_parts_two_motions_it_counts_as_noise(with_gap, linear):
+    """A linear motion forgets noise; one that rattles near its clearance keeps it."""
+    hypothesis, x = added(with_gap, "gap", **GAP)
+    shares = []
+    for data, model, numbers in (
+        (with_gap, hypothesis, x),
+        (linear, hypothesis_of(one_mass()), np.log([1.1, 0.8])),
+    ):
+        whole = whole_tests(data, held_out=False)
+        found = fit(data, model, numbers, whole, rounds=0)
+        passed = with_passed_noise(data, found, whole).passed
+        shares.append(np.mean(passed[1]) / np.std(data.tests[1].responses))
+    assert shares[0] > 2.0 * shares[1] > 0.0

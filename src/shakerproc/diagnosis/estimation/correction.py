@@ -53,8 +53,8 @@ def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
     return tuple(out)
 
 
-def turned(tests: Sequence[Test], signs: FloatArray) -> tuple[Test, ...]:
-    """Return tests whose sensors are the right way round.
+def turned(tests: Sequence[Test], signs: FloatArray, delay: FloatArray) -> tuple[Test, ...]:
+    """Return tests whose sensors are the right way round and in time.
 
     Parameters
     ----------
@@ -62,10 +62,16 @@ def turned(tests: Sequence[Test], signs: FloatArray) -> tuple[Test, ...]:
         As recorded.
     signs : (n_sensors,) array
         -1 for those that are to be turned, else 1.
+    delay : (n_sensors,) array
+        By which each is late [s].
     """
-    if np.all(signs > 0.0):
-        return tuple(tests)
-    return tuple(replace(test, responses=test.responses * signs[:, None]) for test in tests)
+    out = []
+    for test in tests:
+        rows = test.responses * signs[:, None]
+        if np.any(delay):
+            rows = advanced(rows, delay, test.sample_rate)
+        out.append(replace(test, responses=rows))
+    return tuple(out)
 
 
 def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]:

@@ -20,7 +20,7 @@ from shakerproc.diagnosis.estimation.linear_problem import (
     refined,
     solve,
 )
-from shakerproc.diagnosis.estimation.linear_start import scanned, signs_of
+from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_late
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
 from shakerproc.models.surroundings import resolved
@@ -159,10 +159,13 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     return _result(tests, richer, solution)
 
 
-def polarity(model: Model, tests: Sequence[Test]) -> FloatArray:
-    """Return -1 for each sensor that is the wrong way round, else 1, (n_sensors,) array."""
+def signs_and_delays(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
+    """Return which sensors are the wrong way round (-1), and large delays [s].
+
+    See `linear_start.wrong_way_and_late`; of the tests at the lowest level.
+    """
     chosen = [_prepared(model, test) for test in _lowest(tests)]
-    return signs_of(chosen, LinearParameters(model, len(tests[0].arrays.controls)))
+    return wrong_way_and_late(chosen, LinearParameters(model, len(tests[0].arrays.controls)))
 
 
 def _settled(

@@ -12,48 +12,45 @@ from shakerproc.diagnosis.estimation.linear_problem import LinearTest
 
 _SCAN: Final = tuple(np.linspace(-0.6, 0.6, 49))  # of the logarithm of all stiffnesses
 _LATEST: Final = 0.02  # largest delay that is sought [s]
-_PER_PERIOD: Final = 8.0  # delays that are tried in a period of the highest frequency
+_PER_PERIOD: Final = 32.0  # delays that are tried in a period of the highest frequency
 _MUCH_LESS: Final = 0.5  # share of what is left that a large delay may leave
 
 
 def scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
-    """Return the best common factor on all stiffnesses, and delays where they explain most.
-
-    A resonance that is off, or a channel that is late by more than a part of a period, has no
-    slopes that lead there.
-    """
-    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
-    late = np.array([c.unit == "s" for c in parameters.coordinates])
-    plain = [np.where(stiff, factor, 0.0) for factor in _SCAN]
-    shifted = []
-    for values in plain:
-        moved = values.copy()
-        moved[late] = _delays(tests, parameters, values)
-        shifted.append(moved)
-    best, other = (
-        min((float(_left(tests, parameters, v, 1.0).sum()), i) for i, v in enumerate(own))
-        for own in (plain, shifted)
+    """Return the best common factor on all stiffnesses: a resonance off has no slopes."""
+    return min(
+        _stiffened(parameters), key=lambda v: float(_left(tests, parameters, v, 1.0).sum())
     )
-    return shifted[other[1]] if other[0] < _MUCH_LESS * best[0] else plain[best[1]]
 
 
-def signs_of(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
-    """Return -1 for each sensor that is the wrong way round, else 1, (n_sensors,) array.
+def wrong_way_and_late(
+    tests: Sequence[LinearTest], parameters: LinearParameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return the sign of each sensor and a large delay, each an (n_sensors,) array [-], [s].
 
-    It is where the linear model then leaves much less, whatever its stiffness and however
-    late the sensor may be.
+    A sensor is turned or late where the linear model then leaves much less, whatever its
+    stiffness; a channel that is late by a part of a period has no slopes that lead there.
     """
-    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
     late = np.array([c.unit == "s" for c in parameters.coordinates])
-    right, wrong = [], []
-    for factor in _SCAN:
-        values = np.where(stiff, factor, 0.0)
+    right, wrong, shifted, delays = [], [], [], []
+    for values in _stiffened(parameters):
         right.append(_left(tests, parameters, values, 1.0))
         wrong.append(_left(tests, parameters, values, -1.0))
-        values[late] = _delays(tests, parameters, values)
-        right.append(_left(tests, parameters, values, 1.0))
-    turned = np.min(wrong, axis=0) < _MUCH_LESS * np.min(right, axis=0)
-    return np.where(turned, -1.0, 1.0)
+        delays.append(_delays(tests, parameters, values))
+        moved = values.copy()
+        moved[late] = delays[-1]
+        shifted.append(_left(tests, parameters, moved, 1.0))
+    best = np.argmin(shifted, axis=0)
+    least = np.min(shifted, axis=0)
+    is_late = least < _MUCH_LESS * np.minimum(np.min(right, axis=0), np.min(wrong, axis=0))
+    is_turned = np.min(wrong, axis=0) < _MUCH_LESS * np.minimum(np.min(right, axis=0), least)
+    delay = np.array([delays[k][i] for i, k in enumerate(best)])
+    return np.where(is_turned, -1.0, 1.0), np.where(is_late, delay, 0.0)
+
+
+def _stiffened(parameters: LinearParameters) -> list[FloatArray]:
+    stiff = np.array([c.unit == "N/m" for c in parameters.coordinates])
+    return [np.where(stiff, factor, 0.0) for factor in _SCAN]
 
 
 def _left(
@@ -84,4 +81,13 @@ def _delays(
         product[:, first : first + test.bins.size] = np.conj(simulated) * measured
         found = scipy.fft.irfft(product, size)
         alike += found[:, np.round(delays * step * size).astype(int) % size]
-    return np.asarray(delays[np.argmax(alike, axis=1)])
+    return np.array([_top(delays, row) for row in alike])
+
+
+def _top(places: FloatArray, row: FloatArray) -> float:
+    """Return where the parabola through the largest value and its neighbours is largest."""
+    k = int(np.clip(np.argmax(row), 1, row.size - 2))
+    before, at, after = row[k - 1 : k + 2]
+    bend = before - 2.0 * at + after
+    shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    return float(places[k] + np.clip(shift, -1.0, 1.0) * (places[1] - places[0]))

@@ -97,14 +97,16 @@ def both_at_once(
     first, second, explained = screening.regression.pairs(
         columns, np.array([law.one_sign for law in laws])
     )
+    regression = screening.regression
+    cost = regression.cost / screening.equations.n_numbers
     found: dict[frozenset[tuple[object, ...]], tuple[Start, Start]] = {}
     for i, j, share in zip(first, second, explained, strict=True):
         names = frozenset((law.kind, law.between) for law in (laws[i], laws[j]))
         if len(names) < 2 or names in found:
             continue
-        amplitudes = screening.regression.together(columns[[i, j]])
+        amplitudes = regression.together(columns[[i, j]])
         found[names] = tuple(
-            _as_start(laws[k], float(a), float(share), len(identifications))
+            _as_start(laws[k], float(a), (float(share), cost), len(identifications))
             for k, a in zip((i, j), amplitudes, strict=True)
         )  # type: ignore[assignment]
         if len(found) == count:
@@ -112,9 +114,12 @@ def both_at_once(
     return tuple(found.values())
 
 
-def _as_start(law: Law, amplitude: float, explained: float, n_joints: int) -> Start:
+def _as_start(
+    law: Law, amplitude: float, explains: tuple[float, float], n_joints: int
+) -> Start:
     unchanged = (0.0,) * n_joints
+    explained, cost = explains
     return Start(
         law.kind, law.between, law.scaled(amplitude) if amplitude else law.values, unchanged,
-        unchanged, explained, explained, 0.0, 1.0 - explained,
+        unchanged, explained, explained, 0.0, (1.0 - explained) * cost,
     )  # fmt: skip

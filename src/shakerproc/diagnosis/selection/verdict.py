@@ -165,6 +165,8 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
     if found.corrected:
         gains = gains * applied_gain(found.linear_model)
         delays = delays + applied_delay(found.linear_model)
+    if found.late:
+        delays = delays + np.array(found.late)
     out = []
     for i, name in enumerate(fit.hypothesis.model.sensors):
         size, delay = abs(float(gains[i])), float(delays[i])

@@ -1,0 +1,127 @@
+"""What one effect of the library leaves: two of them, or a force without a name."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.form import Form
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.one_more import OneMore, own_start
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
+from shakerproc.diagnosis.screening import Start, free_laws
+from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
+from shakerproc.diagnosis.selection.scores import ranked
+from shakerproc.models import Element
+from shakerproc.models.effects import Table
+
+FIRSTS: Final = 2
+"""Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
+
+SECONDS: Final = 24
+"""Starts of a second effect that are looked at [-]."""
+
+AT_ONCE: Final = 4
+"""Pairs of effects that are fitted because they explain most together [-]."""
+
+MUCH_LESS: Final = 0.5
+"""Share of what the best single effect leaves in the screening that two may leave at once, to
+be worth a fit before it is known how far the single one carries [-]."""
+
+
+def hidden_pairs(
+    campaign: Campaign, linear: Fit, left: float, say: Callable[[str], None]
+) -> list[Fit]:
+    """Return pairs that explain much more than any one effect, fitted to windows that grew.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The tests.
+    linear : Fit
+        The model without any effect.
+    left : float
+        What the best single effect leaves in the screening, 0 where there is nothing to
+        explain [-].
+    say : callable
+        Called with what is being tried.
+    """
+    model, data = campaign.data.model, campaign.data
+    if left <= 0.0:
+        return []
+    say("two effects at once")
+    found = []
+    for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
+        if one.left > MUCH_LESS * left:
+            continue
+        known = campaign.known[one.between][one.kind]
+        first = addition(one.kind, one.between, known, one.values)
+        on = replace(
+            linear,
+            hypothesis=linear.hypothesis.with_added(first),
+            x=np.concatenate([linear.x, first.transformed(one.values)]),
+        )
+        own = np.zeros(len(linear.hypothesis.own))
+        second = OneMore(
+            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None
+        )
+        found += second.found([other])
+    return sorted(found, key=lambda pair: pair.level)
+
+
+def with_more(
+    found: Found,
+    campaign: Campaign,
+    forms: Sequence[Form],
+    singles: Sequence[Fit],
+    say: Callable[[str], None],
+) -> Found:
+    """Return what pairs of effects, and a force without a name, explain beyond singles."""
+    pairs: list[Fit] = []
+    failed = dict(found.failed)
+    for first in singles[:FIRSTS]:
+        say(f"a second effect beside {first.hypothesis.kinds[0]}")
+        one = first.hypothesis.added[0]
+        values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
+        starts = screen_pairs(
+            campaign.data.model,
+            campaign.fitted,
+            campaign.known,
+            (one.kind, one.between, values),
+        )
+        second = OneMore(
+            campaign.data, first, campaign.known, campaign.stages,
+            linear=first.hypothesis.parts(first.x)[0], say=lambda _: None,
+        )  # fmt: skip
+        pairs += second.found(starts[:SECONDS])
+        failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
+    pairs.sort(key=lambda pair: pair.level)
+    scores = along(campaign, pairs[:FIRSTS], forms)
+    say("a force without a name")
+    free = along(campaign, _free(campaign, found.linear.fit), forms)
+    return replace(
+        found,
+        effects=tuple(ranked([*found.effects, *scores])),
+        free=free[0] if free else None,
+        failed=failed,
+    )
+
+
+def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
+    """Return the missing force as a smooth table in the joint that it explains most of."""
+    laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
+    if not laws:
+        return []
+    law = laws[0]
+    element = Element(law.effect, law.between)
+    model = replace(campaign.data.model, elements=(*campaign.data.model.elements, element))
+    hypothesis = hypothesis_of(model)
+    start = Start(
+        Table.kind, law.between, {}, law.stiffness, law.damping, law.explained, law.predicted,
+        law.t, law.left,
+    )  # fmt: skip
+    return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
