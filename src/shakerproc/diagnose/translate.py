@@ -103,6 +103,17 @@ def skeleton(model: Model, sensors: tuple[str, ...]) -> Skeleton:
     return Skeleton(structure, places, sensors, tuple(terms), tuple(values))
 
 
+def unknown(model: Model) -> str:
+    """Return what this search does not know of a model; nothing where it knows all of it."""
+    if model.excitation.kind not in {"base acceleration", "force"}:
+        return f"the excitation is {model.excitation.kind}"
+    if model.modes:
+        return "the model has modes"
+    if any(_spring(model, element.between) < 0.0 for element in model.elements):
+        return "a joint has a negative stiffness"
+    return ""
+
+
 def _check_known(model: Model) -> None:
     """Pass a model of which this search knows everything but some effects.
 
@@ -111,13 +122,7 @@ def _check_known(model: Model) -> None:
     DiagnosisError
         If it has modes, a negative stiffness, or a motion that is imposed.
     """
-    found = ""
-    if model.excitation.kind not in {"base acceleration", "force"}:
-        found = f"the excitation is {model.excitation.kind}"
-    elif model.modes:
-        found = "the model has modes"
-    elif any(_spring(model, element.between) < 0.0 for element in model.elements):
-        found = "a joint has a negative stiffness"
+    found = unknown(model)
     if found:
         raise DiagnosisError(
             f"{model.title}: {found}, which diagnose and add do not know yet. Take it out, or "
