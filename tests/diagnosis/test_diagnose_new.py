@@ -8,6 +8,7 @@ from tests.diagnosis.component import component, rod
 from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 
 from shakerproc.diagnosis import diagnose_arrays
+from shakerproc.errors import DiagnosisError
 from shakerproc.models import EFFECTS
 
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
@@ -53,3 +54,11 @@ def test_component_tests_are_judged_by_the_force(law, kinds):
     assert [effect.kind for effect in found.effects] == kinds
     assert found.linear["stiffness base-rod"].value == pytest.approx(3e4, rel=0.005)
     assert found.errors.held_out.after < 0.01 * found.errors.held_out.before
+
+
+def test_tests_that_are_too_short_are_told_before_the_long_work():
+    said = []
+    tests = arrays_of(one_mass(), levels=(4.0,), seconds=0.6)
+    with pytest.raises(DiagnosisError, match=r"too short .* record two seconds at least"):
+        diagnose_arrays(one_mass(), tests, progress=said.append)
+    assert said == ["linear model"]

@@ -11,6 +11,7 @@ from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
+from shakerproc.errors import DiagnosisError
 
 PARTED: Final = 0.1
 """Share of the response by which noise of the input may part two motions that are predicted:
@@ -44,6 +45,23 @@ def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
     return replace(campaign, sampled=points)
 
 
+def usable_forms(campaign: Campaign) -> list[Form]:
+    """Return the horizons at which something is fitted to and something held out.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests are too short for any.
+    """
+    forms = [f for f in forms_of(campaign.data) if len(f.held_out) * len(f.fitted)]
+    if not forms:
+        raise DiagnosisError(
+            f"{campaign.data.model.title}: the tests are too short to fit to one part and "
+            "judge by another; record two seconds at least, or mark a test hold_out: true."
+        )
+    return forms
+
+
 def compared(
     campaign: Campaign, linear: Fit, singles: Sequence[Fit]
 ) -> tuple[list[Form], Score, list[Score]]:
@@ -64,7 +82,7 @@ def compared(
         The horizons, the last of which hypotheses are compared in; the model without any
         effect there; and those that may explain the tests.
     """
-    forms = [f for f in forms_of(campaign.data) if len(f.held_out) * len(f.fitted)]
+    forms = usable_forms(campaign)
     standing = [linear, *singles]
     least, chosen = np.inf, 0
     best = min(standing, key=lambda one: one.level)

@@ -23,7 +23,7 @@ from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, sign
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import as_sampled, compared
+from shakerproc.diagnosis.horizon import as_sampled, compared, usable_forms
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
@@ -90,6 +90,7 @@ def _searched(
     """
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
+    usable_forms(campaign)  # before the long work
     data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
     none = hypothesis_of(model)
