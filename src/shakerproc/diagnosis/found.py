@@ -11,7 +11,7 @@ from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
@@ -91,5 +91,21 @@ class Found:
         """
         if self.best.mean <= np.log1p(EXCESS):
             return True
-        floor = floor_of(self.data, self.best.fit, self.form.held_out)
-        return self.left <= EXCESS * floor
+        return is_explained(self.data, self.best, self.form.held_out, self.left)
+
+
+def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) -> bool:
+    """Return whether an error is no more than the noise and what it becomes in the model.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    score : Score
+        Whose error it is.
+    held_out : Windows
+        Of what.
+    left : float
+        The held-out error [-].
+    """
+    return left <= EXCESS * floor_of(data, score.fit, held_out)

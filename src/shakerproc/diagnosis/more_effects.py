@@ -6,17 +6,18 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore, own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
-from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
-from shakerproc.diagnosis.screening import Start, free_laws
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
+from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import ranked
-from shakerproc.models import Element
+from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 
 FIRSTS: Final = 2
@@ -116,12 +117,16 @@ def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
     laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
     if not laws:
         return []
-    law = laws[0]
+    hypothesis, x = as_table(campaign.data.model, laws[0])
+    return [replace(linear, hypothesis=hypothesis, x=x)]
+
+
+def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray]:
+    """Return a model with a force without a name, and its own numbers that go with it."""
     element = Element(law.effect, law.between)
-    model = replace(campaign.data.model, elements=(*campaign.data.model.elements, element))
-    hypothesis = hypothesis_of(model)
+    hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
     start = Start(
         Table.kind, law.between, {}, law.stiffness, law.damping, law.explained, law.predicted,
         law.t, law.left,
     )  # fmt: skip
-    return [replace(linear, hypothesis=hypothesis, x=own_start(hypothesis, start))]
+    return hypothesis, own_start(hypothesis, start)

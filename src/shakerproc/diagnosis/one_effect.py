@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -10,21 +11,20 @@ from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form
+from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import grown
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
-from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, own_start
+from shakerproc.diagnosis.estimation.one_more import OneMore, as_in
 from shakerproc.diagnosis.estimation.residuals import DataSet
-from shakerproc.diagnosis.estimation.windows import whole_tests
-from shakerproc.diagnosis.found import EXCESS
+from shakerproc.diagnosis.found import is_explained
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
-from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
+from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.search import as_it_is
-from shakerproc.diagnosis.selection.errors import error_of, floor_of
-from shakerproc.diagnosis.selection.scores import Score, gain
+from shakerproc.diagnosis.search import as_it_is, own_numbers
+from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Model
@@ -32,7 +32,7 @@ from shakerproc.models.effects import Table
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Fitted:
     """An effect fitted, and what it is held against.
 
@@ -63,11 +63,15 @@ class Fitted:
         fit = self.with_effect.fit
         return fit.hypothesis.model_at(fit.x).elements[-1]
 
+    @cached_property
+    def left(self) -> float:
+        """The held-out error with the effect [-]."""
+        return error_of(self.data, self.with_effect.fit, self.form.held_out)
+
     @property
     def explained(self) -> bool:
         """Whether the model with the effect leaves no more than noise."""
-        fit, held_out = self.with_effect.fit, self.form.held_out
-        return error_of(self.data, fit, held_out) <= EXCESS * floor_of(self.data, fit, held_out)
+        return is_explained(self.data, self.with_effect, self.form.held_out, self.left)
 
 
 def fitted_effect(
@@ -87,7 +91,7 @@ def fitted_effect(
         return found
     say("the chain of measurement corrected")
     other = _fitted(model, linear, corrected(tests, linear), wanted, say)
-    return other if gain(other.with_effect, found.with_effect).t > 0.0 else found
+    return min((found, other), key=lambda one: one.left)
 
 
 def _fitted(
@@ -105,7 +109,7 @@ def _fitted(
         If the model runs away in every test, or with the effect.
     """
     campaign = _campaign(replace(original, modes=linear_model.model.modes), tests, wanted)
-    linear = _linear(campaign)
+    linear = own_numbers(campaign)
     say("screening")
     if wanted.is_free_law:
         fits = _tables(campaign, linear, wanted)
@@ -204,29 +208,6 @@ def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
     return replace(campaign, known={**campaign.known, joint: identifications(scales)})
 
 
-def _linear(campaign: Campaign) -> Fit:
-    """Return the model's own numbers, fitted alone.
-
-    Raises
-    ------
-    DiagnosisError
-        If it runs away in every test.
-    """
-    data = campaign.data
-    none = hypothesis_of(data.model)
-    nothing = np.zeros(none.size)
-    found = grown(data, none, nothing, campaign.stages)
-    if found is None:
-        whole = whole_tests(data, held_out=False)
-        found = fit(data, none, nothing, whole, rounds=ROUNDS)
-    if found is None:
-        raise DiagnosisError(
-            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
-            "and masses of the model."
-        )
-    return found
-
-
 def _effects(
     campaign: Campaign,
     linear: Fit,
@@ -265,13 +246,7 @@ def _tables(campaign: Campaign, linear: Fit, wanted: Wanted) -> list[Fit]:
     law = next((law for law in laws if law.between in joints), None)
     if law is None:
         return []
-    element = Element(law.effect, law.between)
-    model = replace(data.model, elements=(*data.model.elements, element))
-    hypothesis = hypothesis_of(model)
-    start = Start(
-        Table.kind, law.between, {}, law.stiffness, law.damping, law.explained,
-        law.predicted, law.t, law.left,
-    )  # fmt: skip
+    hypothesis, x = as_table(data.model, law)
     channels = (linear.gain, linear.delay)
-    found = grown(data, hypothesis, own_start(hypothesis, start), campaign.stages, channels)
+    found = grown(data, hypothesis, x, campaign.stages, channels)
     return [] if found is None else [found]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.estimation.correction import (
@@ -60,8 +60,18 @@ def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None])
     hums = hum_of(residuals, [test.sample_rate for test in tests])
     if hums:
         say("the hum of the mains taken away")
-        rest = _with_chain(model, without_hum(tests, residuals, hums), say)
-        return replace(rest, hums=(*hums, *rest.hums))
+        tests = without_hum(tests, residuals, hums)
+        linear = fit_linear(model, tests)
+    return replace(_corrected_or_not(model, linear, tests, say), hums=hums)
+
+
+def _corrected_or_not(
+    model: Model,
+    linear: LinearModel,
+    tests: Sequence[Test],
+    say: Callable[[str], None],
+) -> Found:
+    """Return what the tests say as recorded or corrected, whichever leaves less."""
     if not is_unusual(linear):
         return _searched(model, linear, tests, say)
     found: list[Found] = []
@@ -86,29 +96,19 @@ def _searched(
     Raises
     ------
     DiagnosisError
-        If the model runs away in every test.
+        If the model runs away in every test, or the tests are too short.
     """
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
     usable_forms(campaign)  # before the long work
     data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
-    none = hypothesis_of(model)
-    nothing = np.zeros(none.size)
-    linear = grown(data, none, nothing, stages)
-    if linear is None:
-        whole = whole_tests(data, held_out=False)
-        linear = fit(data, none, nothing, whole, rounds=ROUNDS)
-    if linear is None:
-        raise DiagnosisError(
-            f"{model.title}: its motion runs away in every test; check stiffness, damping and "
-            "masses of the model."
-        )
+    linear = own_numbers(campaign)
     rigid = rigid_joints(data)
     say(f"{' and '.join(rigid[0])} held in every test" if rigid else "screening")
     known = {} if rigid else campaign.known
     starts = screen(model, campaign.fitted, tuple(known), known) if known else ()
-    other = as_in(none, linear_model.model)
+    other = as_in(linear.hypothesis, linear_model.model)
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
     left = min((start.left for start in starts), default=0.0)
@@ -131,6 +131,29 @@ def _searched(
     if rigid or found.explained:
         return found
     return with_more(found, campaign, forms, singles, say)
+
+
+def own_numbers(campaign: Campaign) -> Fit:
+    """Return the model's own numbers, fitted alone.
+
+    Raises
+    ------
+    DiagnosisError
+        If it runs away in every test.
+    """
+    data = campaign.data
+    none = hypothesis_of(data.model)
+    nothing = np.zeros(none.size)
+    found = grown(data, none, nothing, campaign.stages)
+    if found is None:
+        whole = whole_tests(data, held_out=False)
+        found = fit(data, none, nothing, whole, rounds=ROUNDS)
+    if found is None:
+        raise DiagnosisError(
+            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
+            "and masses of the model."
+        )
+    return found
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -257,6 +257,11 @@ def _nothing(errors: Errors, unclosed: Unexercised | None) -> tuple[str, str]:
 
 def _notes(found: Found) -> tuple[str, ...]:
     notes = list(found.linear_model.notes)
+    if found.data.points:
+        notes.append(
+            "Accelerations are compared as values at the samples: the recorder took jumps "
+            "without a filter."
+        )
     if not any(test.arrays.hold_out for test in found.data.tests):
         notes.append(
             "No test is marked hold_out: true; the held-out error is of every third block of "
