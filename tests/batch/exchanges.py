@@ -31,12 +31,12 @@ from tests.small_campaign import HEAD, ROW, write_recording
 from shakerproc import files
 from shakerproc.batch.campaign import SUMMARY, Products, check_recording, run_batch
 from shakerproc.batch.manifest import hashes
-from shakerproc.cli.work import work_through
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows.work import work_through
 
 PIECE, PAUSE = 1 << 13, 0.002
 MADE_FROM = "made_from.json"

@@ -12,13 +12,13 @@ from tests.batch.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc.batch.campaign import Products
-from shakerproc.cli import work
 from shakerproc.cli.everyday import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording, read_hashed
 from shakerproc.runs import open_test
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows import work
 
 
 def hash_of(path):

@@ -8,20 +8,24 @@ import pytest
 from tests.compare.small_campaigns import campaign, drive, written
 from tests.in_process import run
 
-from shakerproc.cli import evidence, judging
-from shakerproc.cli.machines import Machines
 from shakerproc.compare import usable_tests
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Outcome
 from shakerproc.model_files import read_model
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows import evidence, judging
+from shakerproc.workflows.machines import Machines
 
 
 @pytest.fixture
 def files(tmp_path):
     drives = (drive(level=3.0), drive(level=5.0, number=2))
     return written(campaign(drives=drives, seconds=2.0), tmp_path)
+
+
+def silent(_text):
+    pass
 
 
 def recordings_of(log):
@@ -66,7 +70,7 @@ def test_the_model_of_a_batch_is_held_against_the_recordings_of_the_batch(files)
     log, model = files
     runs = [RunSummary("1", "done", sha256="0" * 64)]
     with pytest.raises(DiagnosisError, match=r"test 1 .*the recording changed since"):
-        evidence.held_against(model, read_testlog(log), log, runs, lambda _text: None)
+        evidence.held_against(model, read_testlog(log), log, runs, tell=silent, warn=silent)
 
 
 def test_a_diagnosis_of_other_recordings_elsewhere_is_refused(files, monkeypatch):

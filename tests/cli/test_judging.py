@@ -2,8 +2,8 @@
 
 import pytest
 
-from shakerproc.cli.judging import needs_free_runs
 from shakerproc.models import EFFECTS, Element, Excitation, Mode, Model, Sensor
+from shakerproc.workflows.judging import needs_free_runs
 
 JOINT = ("base", "coupon")
 LINEAR = (

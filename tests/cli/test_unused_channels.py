@@ -8,10 +8,10 @@ from nptdms import ChannelObject, TdmsWriter
 from tests.in_process import run
 from tests.small_campaign import RATE, samples, write_campaign
 
-from shakerproc.cli import judging
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.diagnosis.result import Diagnosis, Errors, Pair, Where
 from shakerproc.recordings import write_tdms
+from shakerproc.workflows import judging
 
 MODEL = """\
 model: 1

@@ -14,7 +14,6 @@ from typer.testing import CliRunner
 
 from shakerproc import compare
 from shakerproc.cli import build_app
-from shakerproc.cli.evidence import Evidence, inputs_of, methods_of, name_of_new, write_evidence
 from shakerproc.diagnosis.result import (
     Diagnosis,
     Errors,
@@ -37,6 +36,13 @@ from shakerproc.report.evidence_tables import tables
 from shakerproc.report.methods import references_of
 from shakerproc.report.page import Report, html
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows.evidence import (
+    Evidence,
+    inputs_of,
+    methods_of,
+    name_of_new,
+    write_evidence,
+)
 
 
 def estimate(value, unit):
@@ -268,7 +274,9 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
 
 @pytest.mark.slow
 def test_a_batch_with_a_model_has_the_evidence_before_its_runs(files, tmp_path, monkeypatch):
-    monkeypatch.setattr("shakerproc.cli.judging.diagnose_tests", lambda *_, **__: DIAGNOSIS)
+    monkeypatch.setattr(
+        "shakerproc.workflows.judging.diagnose_tests", lambda *_, **__: DIAGNOSIS
+    )
     log, model = files
     words = ["batch", str(log), "--model", str(model), "--no-figures", "--out", str(tmp_path)]
     done = CliRunner().invoke(build_app(), words)

@@ -3,12 +3,11 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from shakerproc.batch.campaign import Campaign, Products, run_batch
-from shakerproc.batch.elsewhere import ElsewhereExecutor, HashesElsewhere
+from shakerproc.batch.campaign import Campaign, Products
 from shakerproc.cli import output
-from shakerproc.cli.machines import Machines
-from shakerproc.cli.work import prepare, work_through
 from shakerproc.testlog import TestLog
+from shakerproc.workflows.log_runs import run_log
+from shakerproc.workflows.machines import Machines
 
 
 def work_through_log(
@@ -20,12 +19,6 @@ def work_through_log(
     accept_changed: bool = False,
 ) -> Campaign:
     """Work the tests of a log through, with a progress bar."""
-    executor = machines.executor(prepare if products.figures else None)
-    hashes = None
-    if machines.recordings is not None:
-        hashes = HashesElsewhere(machines.executor(), machines.recordings)
-    if machines.scheduler is not None or machines.recordings is not None:
-        executor = ElsewhereExecutor(executor, machines.source(log))
     with ExitStack() as stack:
         advance = [lambda _text: None]
 
@@ -37,14 +30,12 @@ def work_through_log(
                 advance[0] = stack.enter_context(output.progress("tests", to_do))
 
         try:
-            return run_batch(
+            return run_log(
                 log,
                 root,
-                work=work_through,
-                executor=executor,
-                products=products,
+                products,
+                machines,
                 accept_changed=accept_changed,
-                hashes=hashes,
                 on_start=start,
                 on_outdated=tell_outdated,
                 on_end=lambda test: advance[0](f"(test {test} ended)"),

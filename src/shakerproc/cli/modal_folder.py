@@ -14,7 +14,6 @@ from shakerproc.cli.modal_tables import (
     shape_columns,
     track_columns,
 )
-from shakerproc.cli.write_up import command
 from shakerproc.modal.analysis import ModalAnalysis
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
@@ -48,7 +47,7 @@ def write_folder(
             (f"test {one.name}", one.test.require_recording().name, one.sha256)
             for one in analysis.tests
         ]
-        page = modal_report(analysis, command(), tuple(inputs))
+        page = modal_report(analysis, output.command(), tuple(inputs))
         write_report(folder / "report.html", page)
 
 

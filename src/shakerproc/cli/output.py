@@ -1,6 +1,7 @@
 """What every command says: data to stdout, messages to stderr, JSON and tables alike."""
 
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -165,6 +166,21 @@ def results(folder: Path, command: str) -> Iterator[None]:
     with files.noted() as written:
         yield
     settle(folder, written, command)
+
+
+def command() -> str:
+    """Return the command line, as one may type it again."""
+    return shlex.join(["shakerproc", *sys.argv[1:]])
+
+
+def print_if(wanted: bool, page: Path) -> None:
+    """Print a report beside its page, if that is wanted."""
+    if not wanted:
+        page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
+        return
+    from shakerproc.report.pdf import print_report
+
+    message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 
 
 def message(text: str) -> None:

@@ -55,9 +55,9 @@ def add(
     Nothing is written where the held-out error does not fall by more than its standard error.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.judging import add_effect
     from shakerproc.model_files import add_element, read_model_file
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.judging import add_effect
 
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():

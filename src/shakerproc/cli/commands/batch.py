@@ -89,11 +89,12 @@ def batch(
     from shakerproc.batch.campaign import Products
     from shakerproc.batch.elsewhere import at_hand
     from shakerproc.batch.lock import locked
+    from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
-    from shakerproc.cli.evidence import held_against, print_if
-    from shakerproc.cli.machines import Machines
-    from shakerproc.cli.write_up import Wish, tell, write_up
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.evidence import held_against
+    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.write_up import Wish, write_up
 
     options.exclusive(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
@@ -115,7 +116,7 @@ def batch(
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
-    wish = Wish(channel, tuple(trend or ()), _words(by), figures)
+    wish = Wish(channel, tuple(trend or ()), _words(by), figures, output.command())
     with locked(root):
         campaign = work_through_log(
             log,
@@ -130,7 +131,9 @@ def batch(
                 output.progress("model", 8 + 2 * len(log.tests)) as advance,
                 at_hand(log, recordings) as seen,
             ):
-                evidence = held_against(model, seen, testlog, campaign.runs, advance)
+                evidence = held_against(
+                    model, seen, testlog, campaign.runs, tell=advance, warn=output.warning
+                )
             verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
             document = write_up(
                 log.title, campaign, root, wish, evidence=evidence, verdict=verdict
@@ -141,7 +144,7 @@ def batch(
             modes_of_batch(log, root, json, figures=figures)
     output.write_json(document, json)
     tell(campaign, document, root, json)
-    print_if(pdf, root / "report.html")
+    output.print_if(pdf, root / "report.html")
     if any(summary.status == "failed" for summary in campaign.runs):
         output.finish(1)
 

@@ -10,8 +10,8 @@ from shakerproc.cli import options, output
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from shakerproc.cli.evidence import Document, Evidence
     from shakerproc.compare import Comparison, Refit
+    from shakerproc.workflows.evidence import Document, Evidence
 
 _SHOWN = (
     "test", "level", "sensor", "error", "noise", "PSD", "H1", "peak [Hz]", "model [Hz]",
@@ -50,7 +50,6 @@ def compare(
     measured force) and its sensors are held against the channels of the same name.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.evidence import Evidence, check_same, inputs_of, print_if
     from shakerproc.compare import (
         compare_tests,
         document_of,
@@ -62,6 +61,7 @@ def compare(
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.evidence import Evidence, check_same, inputs_of
 
     options.check_order(model, log)
     announce()
@@ -98,7 +98,7 @@ def compare(
     _print(found, folder, json)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
-    print_if(pdf, page)
+    output.print_if(pdf, page)
 
 
 def _write(
@@ -112,8 +112,8 @@ def _write(
 ) -> Path:
     """Write tables, figures and report of a comparison; return the report."""
     from shakerproc import files
-    from shakerproc.cli.evidence import write_evidence
     from shakerproc.compare import COLUMNS, rows_of, sentence
+    from shakerproc.workflows.evidence import write_evidence
 
     files.write_json(folder / "compare.json", document)
     rows = rows_of(found)
@@ -124,7 +124,7 @@ def _write(
 
         draw_comparison(found, folder)
     verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
-    return write_evidence(folder, title, verdict, evidence)
+    return write_evidence(folder, title, verdict, evidence, command=output.command())
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:

@@ -8,10 +8,10 @@ import typer
 from shakerproc.cli import output
 
 if TYPE_CHECKING:
-    from shakerproc.cli.evidence import Evidence
     from shakerproc.compare import Comparison
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.testlog import TestLog
+    from shakerproc.workflows.evidence import Evidence
 
 
 def demo(
@@ -69,10 +69,11 @@ def _worked_through(
     """Do what `shakerproc batch` does, with the evidence in the report."""
     from shakerproc.batch.campaign import Products
     from shakerproc.batch.lock import locked
+    from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
-    from shakerproc.cli.evidence import NONE
-    from shakerproc.cli.machines import Machines
-    from shakerproc.cli.write_up import Wish, tell, write_up
+    from shakerproc.workflows.evidence import NONE
+    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.write_up import Wish, write_up
 
     with locked(root):
         campaign = work_through_log(log, root, Products(figures=figures), Machines())
@@ -80,7 +81,7 @@ def _worked_through(
             log.title,
             campaign,
             root,
-            Wish(figures=figures),
+            Wish(figures=figures, command=output.command()),
             evidence=evidence or NONE,
             verdict=verdict,
         )
@@ -94,14 +95,14 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.cli import example
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
-    from shakerproc.cli.evidence import Evidence, inputs_of, name_of_new
-    from shakerproc.cli.judging import diagnose_tests
     from shakerproc.compare import compare, scored_alike, sentence
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
+    from shakerproc.workflows.judging import diagnose_tests
 
     with output.progress("simulating", len(example.TESTS)) as advance:
         log_path, model_path = example.write_example(folder, advance=advance)

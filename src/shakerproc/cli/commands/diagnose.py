@@ -27,15 +27,15 @@ def diagnose(
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
     from shakerproc.batch.elsewhere import at_hand
-    from shakerproc.cli import evidence
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.judging import judged
-    from shakerproc.cli.machines import LONG, MUCH, Machines
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows import evidence
+    from shakerproc.workflows.judging import judged
+    from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     options.check_order(model, testlog)
     announce()
@@ -52,7 +52,7 @@ def diagnose(
         usable = tests_of(seen, known)
         measured = usable.tests
         result = judged(known, given, usable, machines, seed=seed, progress=advance)
-        models = evidence.judged(known, result, measured, advance)
+        models = evidence.judged(known, result, measured, advance, output.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
     show(result, json)
@@ -65,9 +65,11 @@ def diagnose(
     found = evidence.Evidence(models, result, inputs)
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
-        page = evidence.write_evidence(folder, log.title, result.sentence, found)
+        page = evidence.write_evidence(
+            folder, log.title, result.sentence, found, command=output.command()
+        )
     output.message(f"results in {folder}, report: {page}")
-    evidence.print_if(pdf, page)
+    output.print_if(pdf, page)
 
 
 def show(result: "Diagnosis", json_target: str | None) -> None:

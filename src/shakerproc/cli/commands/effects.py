@@ -10,12 +10,12 @@ from shakerproc.cli import braille, options, output, tables
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.cli.effect_documents import Kind
+    from shakerproc.workflows.effect_documents import Kind
 
 
 def complete_kind(incomplete: str) -> list[str]:
     """Return the effects and faults that begin so, for the Tab key."""
-    from shakerproc.cli.effect_documents import known_kinds
+    from shakerproc.workflows.effect_documents import known_kinds
 
     return [kind for kind in known_kinds() if kind.startswith(incomplete)]
 
@@ -41,7 +41,7 @@ def effects(
     and with -o a picture of its loop and of what it makes of stiffness and damping as the
     level rises. With --out a folder with the pictures of all, and a page that shows them.
     """
-    from shakerproc.cli.effect_documents import document_of, known_kinds
+    from shakerproc.workflows.effect_documents import document_of, known_kinds
 
     known = known_kinds()
     if kind is not None and kind not in known:

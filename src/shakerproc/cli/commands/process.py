@@ -375,9 +375,9 @@ def _worked_through(
     from shakerproc.batch.campaign import SUMMARY, input_of
     from shakerproc.batch.lock import locked
     from shakerproc.batch.single import check_folder, put_in_place
-    from shakerproc.cli.work import write_products
     from shakerproc.runs import open_path, process_recording, summary_of, tables, write_summary
     from shakerproc.testlog import facts_of
+    from shakerproc.workflows.work import write_products
 
     with open_path(path, test, controls=reading.controls, unit=reading.unit) as opened:
         first = "" if opened.file is None else opened.file.first_sha256()

@@ -8,8 +8,8 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.cli.machines import Machines
     from shakerproc.studies import StudyResult
+    from shakerproc.workflows.machines import Machines
 
 
 def study(
@@ -52,7 +52,7 @@ def study(
             )
         _thesis(out, json)
         return
-    from shakerproc.cli.machines import LONG, MUCH, Machines
+    from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     documents = []
     for path in files or []:

@@ -12,7 +12,6 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from shakerproc.batch.elsewhere import at_hand
-from shakerproc.cli.machines import Machines
 from shakerproc.compare import Usable
 from shakerproc.compare.prediction import LINEAR
 from shakerproc.diagnose.adding import add as added_by_observer
@@ -29,6 +28,7 @@ from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.models.identification import Values
 from shakerproc.testlog import TestLog
+from shakerproc.workflows.machines import Machines
 
 __all__ = ["Case", "add_effect", "diagnose_tests", "hashes_of", "judge_elsewhere", "judged"]
 

@@ -1,7 +1,5 @@
-"""What a batch leaves behind: tables, trends, the report, and a few lines on the terminal."""
+"""What a batch leaves behind: tables, trends and the report."""
 
-import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +9,11 @@ from shakerproc import __version__, files
 from shakerproc.batch.campaign import Campaign
 from shakerproc.batch.collecting import write_tables
 from shakerproc.batch.manifest import settle
-from shakerproc.cli import output
-from shakerproc.cli.evidence import NONE, Evidence, document, methods_of, sections_of
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.runs import RunSummary, telling, trends
-from shakerproc.runs.remarks import by_tests
 from shakerproc.runs.trends import Trend
+from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
 
 SCHEMA: Final = "shakerproc-report/1"
 
@@ -34,12 +30,15 @@ class Wish:
         Further trends: columns along the axis, and columns that make the series.
     figures : bool
         Whether to draw files.
+    command : str
+        How the report was asked for, as one may type it again.
     """
 
     channel: str | None = None
     against: tuple[str, ...] = ()
     by: tuple[str, ...] = ()
     figures: bool = True
+    command: str = ""
 
 
 def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
@@ -64,13 +63,19 @@ def write_up(
     What an earlier batch wrote of the kind, and this one does not, is removed.
     """
     with files.noted() as written:
-        content = _written_up(title, campaign, root, wish, evidence, verdict)
+        content = _written_up(title, campaign, root, wish, evidence=evidence, verdict=verdict)
     settle(root, written)
     return content
 
 
 def _written_up(
-    title: str, campaign: Campaign, root: Path, wish: Wish, evidence: Evidence, verdict: str
+    title: str,
+    campaign: Campaign,
+    root: Path,
+    wish: Wish,
+    *,
+    evidence: Evidence,
+    verdict: str,
 ) -> dict[str, Any]:
     runs = campaign.runs
     channel = _channel(wish, runs)
@@ -90,7 +95,7 @@ def _written_up(
         runs,
         found,
         channel,
-        command(),
+        wish.command,
         {},
         verdict,
         sections_of(root, evidence),
@@ -99,26 +104,21 @@ def _written_up(
         methods_of(runs, evidence),
     )
     write_report(root / "report.html", report)
-    content = {**_document(title, runs, found, channel), **document(evidence)}
+    content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}
     if verdict:
         content["verdict"] = verdict
     files.write_json(root / "report.json", content)
     return content
 
 
-def command() -> str:
-    """Return the command line, as one may type it again."""
-    return shlex.join(["shakerproc", *sys.argv[1:]])
-
-
 def _document(
-    title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str
+    title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str, command: str
 ) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "shakerproc": __version__,
         "title": title,
-        "command": command(),
+        "command": command,
         "counts": counts(runs),
         "verdict": telling.trend_sentence(runs, channel),
         "trend_channel": channel,
@@ -138,64 +138,3 @@ def counts(runs: Sequence[RunSummary]) -> dict[str, int]:
         "flagged": sum(bool(run.flags) for run in done),
         "discarded": sum(run.status == "discarded" for run in runs),
     }
-
-
-def tell(
-    campaign: Campaign, document: dict[str, Any], root: Path, json_target: str | None
-) -> None:
-    """Say on the terminal what came of a batch."""
-    channel = document["trend_channel"]
-    rows = [_row(run, channel) for run in campaign.runs if run.status != "discarded"]
-    output.print_table(
-        (
-            "test",
-            "status",
-            "joint",
-            "clearance",
-            "orientation",
-            "excitation",
-            "level",
-            "omega_e [Hz]",
-            "Q",
-            "coherence",
-            "flags",
-        ),
-        rows,
-        json_target=json_target,
-        spare=("orientation", "excitation", "joint", "coherence", "Q"),
-        elsewhere=f"{root / 'runs.csv'} and peaks.csv",
-    )
-    for run in campaign.runs:
-        if run.status == "failed":
-            output.message(f"test {run.test} failed: {run.error}")
-        if run.left_out:
-            output.warning(run.left_out)
-    runs = [run for run in campaign.runs if run.status == "done"]
-    for line in by_tests((run.test, run.remarks) for run in runs):
-        output.message(line)
-    number = document["counts"]
-    parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
-    whose = f" (omega_e of {channel})" if channel else ""
-    output.data(f"{', '.join(parts)}{whose}", json_target=json_target)
-    if document["verdict"]:
-        output.data(document["verdict"], json_target=json_target)
-    output.data(f"report: {root / 'report.html'}", json_target=json_target)
-
-
-def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
-    peak = trends.omega_e(run, channel)
-    seen = next((c for c in run.channels if c.name == channel), None)
-    response = seen.response_peaks[0] if seen and seen.response_peaks else None
-    return (
-        run.test,
-        run.told_status,
-        run.facts.get("joint"),
-        trends.shown("clearance_m", run.facts.get("clearance_m")),
-        run.facts.get("orientation"),
-        run.facts.get("excitation"),
-        trends.shown("level", run.facts.get("level")),
-        peak.frequency_hz if peak else None,
-        response.quality if response else None,
-        seen.coherence if seen else None,
-        ", ".join(dict.fromkeys(flag.kind for flag in run.flags)),
-    )

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from shakerproc.cli import output
-
 if TYPE_CHECKING:
     from shakerproc.compare import Comparison, Measured
     from shakerproc.diagnosis.result import Diagnosis
@@ -40,16 +38,21 @@ class Evidence:
 NONE: Final = Evidence()
 
 
-def write_evidence(folder: Path, title: str, verdict: str, evidence: Evidence) -> Path:
-    """Write report.html, report.json and the tables of its numbers; return the page."""
+def write_evidence(
+    folder: Path, title: str, verdict: str, evidence: Evidence, *, command: str = ""
+) -> Path:
+    """Write report.html, report.json and the tables of its numbers; return the page.
+
+    `command` is how it was asked for, as one may type it again.
+    """
     from shakerproc import __version__, files
-    from shakerproc.cli.write_up import SCHEMA, command
     from shakerproc.report.page import Report, write_report
+    from shakerproc.workflows.write_up import SCHEMA
 
     report = Report(
         title,
         [],
-        command=command(),
+        command=command,
         verdict=verdict,
         sections=sections_of(folder, evidence),
         inputs=evidence.inputs,
@@ -146,6 +149,7 @@ def judged(
     diagnosis: "Diagnosis",
     measured: "Sequence[Measured]",
     tell: Callable[[str], None],
+    warn: Callable[[str], None],
 ) -> "Models":
     """Return a model and the one that a diagnosis leads to, run free against the same tests."""
     from shakerproc.compare import compare_tests, scored_alike
@@ -161,7 +165,7 @@ def judged(
             after = compare_tests(new, measured, tell=tell)
             before, after = scored_alike(before, after, tell=tell)
         except SimulationError as error:
-            output.warning(f"the new model is not shown: {error}")
+            warn(f"the new model is not shown: {error}")
     return Models(before, after, new=name_of_new(diagnosis))
 
 
@@ -194,31 +198,23 @@ def held_against(
     log: "TestLog",
     log_path: Path,
     runs: "Sequence[RunSummary]",
+    *,
     tell: Callable[[str], None],
+    warn: Callable[[str], None],
 ) -> Evidence:
     """Return the evidence for a model: compared, diagnosed, compared with the effect.
 
     Its recordings are those of which the runs were made.
     """
-    from shakerproc.cli.judging import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
+    from shakerproc.workflows.judging import diagnose_tests
 
     known, digest = read_hashed(read_model, model)
     usable = tests_of(log, known)
     _check_hashes({run.test: run.sha256 for run in runs if run.sha256}, usable.tests)
     diagnosis = diagnose_tests(known, log, usable, progress=tell)
-    models = judged(known, diagnosis, usable.tests, tell)
+    models = judged(known, diagnosis, usable.tests, tell, warn)
     documents = [("model", model, digest), ("test log", log_path, sha256(log_path))]
     return Evidence(models, diagnosis, inputs_of(documents, ()))
-
-
-def print_if(wanted: bool, page: Path) -> None:
-    """Print a report beside its page, if that is wanted."""
-    if not wanted:
-        page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
-        return
-    from shakerproc.report.pdf import print_report
-
-    output.message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")

@@ -1,0 +1,42 @@
+"""Every test of a log worked through, in processes or on a cluster, into a folder."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from shakerproc.batch.campaign import Campaign, Products, run_batch
+from shakerproc.batch.elsewhere import ElsewhereExecutor, HashesElsewhere
+from shakerproc.testlog import TestLog
+from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.work import prepare, work_through
+
+
+def run_log(
+    log: TestLog,
+    root: Path,
+    products: Products,
+    machines: Machines,
+    *,
+    accept_changed: bool = False,
+    on_start: Callable[[int, int], None] | None = None,
+    on_outdated: Callable[[int], None] | None = None,
+    on_end: Callable[[str], None] | None = None,
+) -> Campaign:
+    """Return how every test of a log went, its results in a folder; see `run_batch`."""
+    executor = machines.executor(prepare if products.figures else None)
+    hashes = None
+    if machines.recordings is not None:
+        hashes = HashesElsewhere(machines.executor(), machines.recordings)
+    if machines.scheduler is not None or machines.recordings is not None:
+        executor = ElsewhereExecutor(executor, machines.source(log))
+    return run_batch(
+        log,
+        root,
+        work=work_through,
+        executor=executor,
+        products=products,
+        accept_changed=accept_changed,
+        hashes=hashes,
+        on_start=on_start,
+        on_outdated=on_outdated,
+        on_end=on_end,
+    )
