@@ -11,12 +11,16 @@ from shakerproc.runs.trends import Trend
 def write_tables(
     runs: Sequence[RunSummary], trends: Sequence[Trend], channel: str, root: Path
 ) -> list[Path]:
-    """Write runs, peaks, statistics and trends as CSV, the peaks as Parquet too."""
+    """Write runs, peaks, statistics, analyses and trends as CSV, the peaks as Parquet too."""
     done = [run for run in runs if run.status == "done"]
     content = {
         "runs.csv": tables.run_columns(runs),
         "peaks.csv": tables.peak_columns(done),
         "statistics.csv": tables.statistics_columns(done),
+        **{
+            f"{kind}.csv": tables.analysis_columns(done, kind)
+            for kind in tables.kinds_of_analysis(done)
+        },
         **{f"trends/{t.name}.csv": tables.trend_columns(t, channel) for t in trends},
     }
     for name, columns in content.items():

@@ -10,6 +10,7 @@ from shakerproc.compare import Comparison, sentence
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_figures as figures
+from shakerproc.report.drawing import Drawing
 from shakerproc.report.estimates import (
     candidate_name,
     interval,
@@ -21,7 +22,6 @@ from shakerproc.report.free_law import free_law
 from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.page import Section, Table
 from shakerproc.report.rivals import laws
-from shakerproc.report.run_view import Drawing
 from shakerproc.runs.remarks import by_tests
 
 TWO_METHODS: Final = (

@@ -8,7 +8,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.models.effects import Table
 from shakerproc.report import svg
-from shakerproc.report.run_view import Drawing
+from shakerproc.report.drawing import Drawing
 
 _POINTS: Final = 200  # of a curve
 _LINES: Final = 3  # of a law of displacement and velocity: the slowest, the middle, the fastest

@@ -12,11 +12,11 @@ from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
 from shakerproc.report import svg
+from shakerproc.report.drawing import Drawing
 from shakerproc.report.methods import Methods
 from shakerproc.report.modal_drawings import matrix, moving_shape
 from shakerproc.report.modal_figures import indicator
 from shakerproc.report.page import Report, Section, Table
-from shakerproc.report.run_view import Drawing
 
 MOST_MODES: Final = 20
 """Modes of a matrix that is drawn."""

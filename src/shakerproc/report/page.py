@@ -14,8 +14,9 @@ from markupsafe import Markup
 
 from shakerproc import __version__, files
 from shakerproc.report import live, style, svg, trend_view
+from shakerproc.report.drawing import Drawing
 from shakerproc.report.methods import Methods, methods_of
-from shakerproc.report.run_view import Drawing, RunView, curves_of, number, run_view
+from shakerproc.report.run_view import RunView, curves_of, number, run_view
 from shakerproc.runs import telling, trends
 from shakerproc.runs.summary import RunSummary
 from shakerproc.runs.trends import Trend

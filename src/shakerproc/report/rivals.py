@@ -10,8 +10,8 @@ from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.report import svg
+from shakerproc.report.drawing import Drawing
 from shakerproc.report.evidence_figures import Models, loudest
-from shakerproc.report.run_view import Drawing
 
 BEYOND: Final = 1.5
 """How far the drawing goes, as a multiple of the largest motion that was measured [-]."""

@@ -8,9 +8,11 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report import style, svg
+from shakerproc.report import analysis_figures, style, svg
+from shakerproc.report.drawing import Drawing
 from shakerproc.runs import peak_rows, telling, trends
 from shakerproc.runs.summary import (
+    AnalysisSummary,
     ChannelSummary,
     ControlSummary,
     CurveSummary,
@@ -18,6 +20,7 @@ from shakerproc.runs.summary import (
     PeakSummary,
     RunSummary,
 )
+from shakerproc.runs.tables import heading, shown_cell
 
 STILL: Final = 200
 """Points of a line in a still figure of a run, two for five pixels: 92 runs stay small."""
@@ -27,26 +30,13 @@ DECADES: Final = 7
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
-    """A figure with its caption.
-
-    Attributes
-    ----------
-    title, caption : str
-        What it is, and what to look for.
-    drawing : Markup
-        The figure.
-    kind : str
-        Of the curves of a run, so that those of several can be laid over each other.
-    broad : bool
-        Whether it takes the whole width.
-    """
+class AnalysisView:
+    """An analysis that the log asks for, as rows of text and sentences."""
 
     title: str
-    caption: str
-    drawing: Markup
-    kind: str = ""
-    broad: bool = False
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    told: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +60,7 @@ class RunView:
     spectrum: str
     withheld: Sequence[str]
     remarks: Sequence[str]
+    analyses: Sequence[AnalysisView]
     recording: str
     sha256: str
 
@@ -94,7 +85,7 @@ def run_view(run: RunSummary, number: int) -> RunView:
         error=run.error,
         detail=run.detail,
         flags=run.flags,
-        figures=figures(run),
+        figures=[*figures(run), *(_marked(d, run) for d in analysis_figures.drawings(run))],
         channel_columns=CHANNEL_COLUMNS,
         channels=[_channel_row(c, run) for c in run.channels],
         spectrum=_spectrum_note(run),
@@ -105,9 +96,16 @@ def run_view(run: RunSummary, number: int) -> RunView:
             filter(None, (peak_rows.unresolved(run, rows), *peak_rows.withheld(rows)))
         ),
         remarks=run.remarks,
+        analyses=[_analysis_view(one) for one in run.analyses],
         recording=run.recording,
         sha256=run.sha256,
     )
+
+
+def _analysis_view(one: AnalysisSummary) -> AnalysisView:
+    names = list(one.rows[0]) if one.rows else []
+    rows = [[_cell(shown_cell(name, row.get(name))) for name in names] for row in one.rows]
+    return AnalysisView(one.title, [heading(name) for name in names], rows, one.told)
 
 
 def _title(run: RunSummary) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakerproc.report import svg
-from shakerproc.report.run_view import Drawing
+from shakerproc.report.drawing import Drawing
 from shakerproc.runs.trends import Trend
 
 

@@ -12,6 +12,7 @@ from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.telling import BEYOND_ALARM, control_told
 from shakerproc.runs.tracking import too_fast
+from shakerproc.spectra import Sweep
 from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
@@ -62,6 +63,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
         for reading in result.swept
         if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
     ]
+    found += [Flag(one.kind, "", text) for one in result.analyses for text in one.problems]
     known = {flag.kind for flag in seen}
     return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
 
@@ -116,7 +118,7 @@ def control_density(result: RunResult) -> ControlSummary | None:
     if not density.size or not (density > 0.0).all():
         return None
     off = 10.0 * np.log10(density / wanted.value)
-    sure = np.maximum(np.abs(off) - _chance(result, rows[0]), 0.0)
+    sure = np.maximum(np.abs(off) - chance(result, rows[0]), 0.0)
     return _judged(result, wanted, off, sure, frequency[inside])
 
 
@@ -137,8 +139,7 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
         return None  # what is tracked along a sweep is the controls
     parts = []
     for sweep in result.tracking.sweeps:
-        edge = int(np.ceil(EDGE_OF_SWEEP * sweep.frequency.size))
-        inner = slice(edge, sweep.frequency.size - edge)
+        inner = inner_part(sweep)
         parts.append((sweep.frequency[inner], sweep.control[inner]))
     frequency, control = (
         np.concatenate([part[k] for part in parts] or [np.zeros(0)]) for k in (0, 1)
@@ -148,6 +149,12 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
         return None
     off = 20.0 * np.log10(control[known] / wanted.value)
     return _judged(result, wanted, off, np.abs(off), frequency[known])
+
+
+def inner_part(sweep: Sweep) -> slice:
+    """Return the points of a sweep between which its controller has come up."""
+    edge = int(np.ceil(EDGE_OF_SWEEP * sweep.frequency.size))
+    return slice(edge, sweep.frequency.size - edge)
 
 
 def _judged(
@@ -169,7 +176,7 @@ def _judged(
     )
 
 
-def _chance(result: RunResult, row: int) -> float:
+def chance(result: RunResult, row: int) -> float:
     """Return how far chance alone may carry a density, 95 % of the time [dB]."""
     middle = result.spectra.frequency.size // 2
     density = result.psd[row, middle]

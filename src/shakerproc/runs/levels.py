@@ -77,12 +77,18 @@ def watched(test: Test, channels: Sequence[Channel]) -> tuple[int, ...]:
     channel measures what the log demands.
     """
     wanted = demanded(test)
-    role = "force" if wanted is not None and wanted.unit == "N" else "control"
-    return tuple(
-        i
-        for i, channel in enumerate(channels)
-        if channel.role == role and (wanted is None or channel.unit == wanted.unit)
-    )
+    if wanted is None:
+        return tuple(i for i, channel in enumerate(channels) if channel.role == "control")
+    return watched_in(channels, wanted.unit)
+
+
+def watched_in(channels: Sequence[Channel], unit: str) -> tuple[int, ...]:
+    """Return the rows of the channels that tell a level: forces of one in N, else controls.
+
+    `unit` is that of the signal or of the level, such as ``N^2/Hz``.
+    """
+    role, wanted = ("force", "N") if unit.startswith("N") else ("control", "m/s^2")
+    return tuple(i for i, c in enumerate(channels) if c.role == role and c.unit == wanted)
 
 
 def unseen(test: Test, channels: Sequence[Channel]) -> str:

@@ -12,6 +12,7 @@ from shakerproc.data import ArraySource, Channel, FloatArray, Recording
 from shakerproc.errors import LogError, SpectrumError
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
+from shakerproc.runs.analyses import analyses_of
 from shakerproc.runs.envelope import envelope
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.result import (
@@ -163,6 +164,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
     )
+    result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray, UnusedChannel
+from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.envelope import Envelope
 from shakerproc.runs.levels import Level
 from shakerproc.runs.tracking import SweptReading, Tracking
@@ -198,6 +199,8 @@ class RunResult:
         What is odd.
     swept : tuple of SweptReading
         The tallest point of every response along every sweep.
+    analyses : tuple of Analysis
+        What else the log asks for.
     """
 
     run: str
@@ -232,6 +235,7 @@ class RunResult:
     envelope: Envelope
     flags: tuple[Flag, ...]
     swept: tuple[SweptReading, ...] = ()
+    analyses: tuple[Analysis, ...] = ()
 
     @property
     def incomplete(self) -> bool:

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 from shakerproc import files
 from shakerproc.data import UnusedChannel
 from shakerproc.recordings import FAULTS
+from shakerproc.runs.analysis import Look, Scale
 from shakerproc.runs.remarks import unused_lines
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
@@ -237,6 +238,51 @@ class ControlSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class LineSummary:
+    """A line of a figure of an analysis, thinned: see `shakerproc.runs.analysis.Line`."""
+
+    label: str
+    x: tuple[float, ...]
+    y: tuple[float | None, ...]
+    channel: str
+    look: Look
+
+
+@dataclass(frozen=True, slots=True)
+class PanelSummary:
+    """A figure of an analysis: see `shakerproc.runs.analysis.Panel`."""
+
+    title: str
+    caption: str
+    x: Scale
+    y: Scale
+    lines: tuple[LineSummary, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisSummary:
+    """What is kept of an analysis that the log asks for.
+
+    Attributes
+    ----------
+    kind, title : str
+        Key in the log, and name for people.
+    rows : tuple of mapping
+        The rows of its table in a batch, by header with units.
+    told : tuple of str
+        Sentences for people.
+    panels : tuple of PanelSummary
+        Figures.
+    """
+
+    kind: str
+    title: str
+    rows: tuple[Mapping[str, Value], ...]
+    told: tuple[str, ...]
+    panels: tuple[PanelSummary, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class RunSummary:
     """One test of the log and what came of it.
 
@@ -268,6 +314,8 @@ class RunSummary:
         What the reader had to decide, and what cannot be computed, a sentence each.
     unused : tuple of UnusedChannel
         Channels of the file that nothing is made of.
+    analyses : tuple of AnalysisSummary
+        What else the log asks for.
     """
 
     test: str
@@ -292,6 +340,7 @@ class RunSummary:
     curves: tuple[CurveSummary, ...] = ()
     notes: tuple[str, ...] = ()
     unused: tuple[UnusedChannel, ...] = ()
+    analyses: tuple[AnalysisSummary, ...] = ()
 
     @property
     def incomplete(self) -> bool:

@@ -9,13 +9,17 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
+from shakerproc.runs.analysis import Analysis, Line
 from shakerproc.runs.flags import control_density, control_sweep
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_unit
 from shakerproc.runs.summary import (
+    AnalysisSummary,
     ChannelSummary,
     CurveKind,
     CurveSummary,
     FlagSummary,
+    LineSummary,
+    PanelSummary,
     PeakSummary,
     RunSummary,
     SpectrumSummary,
@@ -63,7 +67,31 @@ def summary_of(
         curves=curves_of(result),
         notes=result.notes,
         unused=result.unused,
+        analyses=tuple(_analysis(one) for one in result.analyses),
     )
+
+
+def _analysis(one: Analysis) -> AnalysisSummary:
+    return AnalysisSummary(
+        one.kind,
+        one.title,
+        tuple({name: _kept(value) for name, value in row.items()} for row in one.summary),
+        one.told,
+        tuple(
+            PanelSummary(p.title, p.caption, p.x, p.y, tuple(_line(line) for line in p.lines))
+            for p in one.panels
+        ),
+    )
+
+
+def _kept(value: Value) -> Value:
+    return finite(value) if isinstance(value, float) else value
+
+
+def _line(line: Line) -> LineSummary:
+    x, y = thinned(line.x, line.y, MOST_POINTS)
+    values = tuple(finite(v) for v in _rounded(y, 4))
+    return LineSummary(line.label, _rounded(x, 6), values, line.channel, line.look)
 
 
 def _alarm(result: RunResult) -> tuple[float, float] | None:

@@ -288,3 +288,42 @@ def trend_columns(trend: Trend, channel: str) -> Columns:
         for name, points in trend.series.items()
         for point in points
     ])
+
+
+def analysis_columns(runs: Sequence[RunSummary], kind: str) -> Columns:
+    """Return the rows of one kind of analysis of every run; empty where none has it."""
+    return _columns([
+        {**_run_cells(run), **row}
+        for run in runs
+        for one in run.analyses
+        if one.kind == kind
+        for row in one.rows
+    ])
+
+
+def kinds_of_analysis(runs: Sequence[RunSummary]) -> list[str]:
+    """Return the kinds of analysis that have rows, in the order of the runs."""
+    return list(dict.fromkeys(one.kind for run in runs for one in run.analyses if one.rows))
+
+
+_UNITS: Final = {
+    "_db": "dB", "_hz": "Hz", "_s": "s", "_g": "g", "_m_per_s2": "m/s²", "_m_per_s": "m/s",
+    "_mm_per_s": "mm/s", "_mm": "mm", "_n": "N", "_m": "m", "_share": "%",
+}  # fmt: skip
+
+
+def heading(name: str) -> str:
+    """Return a header of a table for people: ``peak [Hz]`` for ``peak_hz``."""
+    for ending in sorted(_UNITS, key=len, reverse=True):
+        if name.endswith(ending):
+            return f"{name.removesuffix(ending).replace('_', ' ')} [{_UNITS[ending]}]"
+    return name.replace("_", " ")
+
+
+def shown_cell(name: str, value: Value) -> str | float:
+    """Return a value of such a column for people: shares in per cent, yes and no in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "NO"
+    if isinstance(value, float):
+        return round(100.0 * value, 2) if name.endswith("_share") else value
+    return "" if value is None else str(value)

@@ -40,7 +40,7 @@ def check_keys(section: TestSection) -> None:
     """
     kind = section.excitation or ""
     for field, example in _NEEDED.get(kind, {}).items():
-        if getattr(section, field) is None:
+        if getattr(section, field) is None and section.profile is None:
             raise MisfitError(
                 f'expected the key "{_KEY.get(field, field)}" for excitation: {kind}, '
                 f"such as {example}"

@@ -300,6 +300,52 @@ class Specimen:
 
 @final
 @dataclass(frozen=True, slots=True)
+class ProfileNotch:
+    """A part of a profile in which the plan allows the control to be lower.
+
+    Attributes
+    ----------
+    low, high : float
+        From where to where [Hz].
+    depth : float
+        By how much the lower alarm and abort lines go down [dB].
+    """
+
+    low: float
+    high: float
+    depth: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """What a test demands at every frequency: breakpoints, straight lines on log axes.
+
+    Attributes
+    ----------
+    name : str
+        As the log has it.
+    unit : LevelUnit
+        Of the level: a density for random excitation, an amplitude for a sweep.
+    frequency_hz, level : tuple of float
+        Rising breakpoints [Hz], and the demand at each [unit].
+    alarm_db, abort_db : tuple of float
+        Tolerance either way from each breakpoint up to the next [dB].
+    notches : tuple of ProfileNotch
+        Where the plan allows less.
+    """
+
+    name: str
+    unit: LevelUnit
+    frequency_hz: tuple[float, ...]
+    level: tuple[float, ...]
+    alarm_db: tuple[float, ...]
+    abort_db: tuple[float, ...]
+    notches: tuple[ProfileNotch, ...] = ()
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Test:
     """One line of the log sheet.
 
@@ -348,6 +394,8 @@ class Test:
         File and line of the test, for messages.
     folder : Path, optional
         Below which the recording must lie, links followed.
+    profile : Profile, optional
+        What the control is judged by.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -379,6 +427,7 @@ class Test:
     expect: Expectation = Expectation()
     source: str = ""
     folder: Path | None = None
+    profile: Profile | None = None
 
     @property
     def band(self) -> tuple[float, float] | None:

@@ -12,6 +12,7 @@ from shakerproc.testlog.log import (
     Expectation,
     LevelUnit,
     Processing,
+    Profile,
     Shaker,
     Specimen,
     Tag,
@@ -26,6 +27,7 @@ from shakerproc.testlog.merging import (
 )
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.paths import Below
+from shakerproc.testlog.profiles import fitting_profile, profile_of
 from shakerproc.testlog.schema import LogSection, TestSection
 from shakerproc.testlog.specimens import Table, specimens_of
 
@@ -90,6 +92,7 @@ class _Reader:
         with _At(document, "modal"):
             self.modal = modal_of(section.modal)
         self.expect = merged_expectation(Expectation(), section.expect)
+        self.profiles = {name: self._profile(name) for name in section.profiles}
 
     def log(self) -> TestLog:
         return TestLog(
@@ -112,6 +115,9 @@ class _Reader:
         level, level_unit = self._level(i, section)
         per_octave, linear = self._rate(i, section)
         channels, processing = self._merged(i, section)
+        with _At(self.document, "tests", i):
+            profile = fitting_profile(self.profiles, section, level_unit)
+        low, high = _ends(section, profile)
         test = Test(
             id=section.id,
             recording=self._recording(i, section),
@@ -131,8 +137,8 @@ class _Reader:
             level=level,
             level_unit=level_unit,
             level_text=tidy(section.level) if level is not None else "",
-            from_hz=section.start,
-            to_hz=section.stop,
+            from_hz=low,
+            to_hz=high,
             rate_oct_per_min=per_octave,
             rate_hz_per_s=linear,
             frequency_hz=section.frequency,
@@ -146,10 +152,20 @@ class _Reader:
             expect=merged_expectation(self.expect, section.expect),
             source=f"{self.document.path}:{line}",
             folder=self.recordings.folder,
+            profile=profile,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)
         return test
+
+    def _profile(self, name: str) -> Profile:
+        with _At(self.document, "profiles", name):
+            return profile_of(
+                name,
+                self.section.profiles[name],
+                Below(self.document.path.parent).path,
+                self.processing.tolerance,
+            )
 
     def _level(
         self, i: int, section: TestSection
@@ -207,6 +223,15 @@ def _recordings(document: Document[LogSection]) -> Below:
     """Return the folder that all recordings lie in."""
     with _At(document, "recordings"):
         return Below(Below(document.path.parent).path(document.value.recordings))
+
+
+def _ends(
+    section: TestSection, profile: Profile | None
+) -> tuple[float, float] | tuple[float | None, float | None]:
+    """Return from where to where a test excites; a profile says it where the test does not."""
+    if profile is None or section.start is not None:
+        return section.start, section.stop
+    return profile.frequency_hz[0], profile.frequency_hz[-1]
 
 
 def _tag(value: Tag) -> Tag:

@@ -265,6 +265,30 @@ class SpecimensFile(Section):
     joints: Joints
 
 
+class ProfileNotchSection(Section):
+    """A part of a profile in which the control may be lower."""
+
+    low: Annotated[float, in_unit("Hz", positive=True)] = Field(alias="from")
+    high: Annotated[float, in_unit("Hz", positive=True)] = Field(alias="to")
+    depth: Annotated[float, in_unit("dB", positive=True)]
+
+
+class ProfileSection(Section):
+    """What a test demands at every frequency."""
+
+    breakpoints: (
+        Annotated[
+            tuple[Annotated[tuple[str, str], FromList], ...],
+            Field(strict=False, min_length=2, max_length=1000),
+        ]
+        | None
+    ) = None
+    file: str | None = None
+    alarm: Decibels = None
+    abort: Decibels = None
+    notches: Annotated[tuple[ProfileNotchSection, ...], FromList] = ()
+
+
 class TestSection(Section):
     """One test."""
 
@@ -287,6 +311,7 @@ class TestSection(Section):
     discarded: bool = False
     comment: Remark = ""
     hold_out: bool = False
+    profile: Text | None = None
     tags: dict[Text, str | int | float | bool] = Field(default_factory=dict)
     channels: Channels = Field(default_factory=dict)
     processing: ProcessingSection = ProcessingSection()
@@ -330,6 +355,7 @@ class LogSection(Section):
     expect: ExpectSection = ExpectSection()
     shaker: ShakerSection = ShakerSection()
     modal: ModalSection = ModalSection()
+    profiles: dict[Text, ProfileSection] = Field(default_factory=dict)
     specimens: Annotated[
         Annotated[str, Tag("<file>")] | Annotated[Joints, Tag("<inline>")],
         Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),

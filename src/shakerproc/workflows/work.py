@@ -8,6 +8,7 @@ from shakerproc.batch.campaign import SUMMARY, Job, Products, check_recording
 from shakerproc.batch.exports import EXPORTS
 from shakerproc.batch.manifest import hashes
 from shakerproc.data import Recording
+from shakerproc.report.analysis_figures import draw_analyses
 from shakerproc.report.run_figures import draw_run
 from shakerproc.runs import (
     RunResult,
@@ -50,12 +51,17 @@ def write_products(
     ):
         if columns:
             files.write_csv(folder / name, columns)
+    for one in result.analyses:
+        if one.columns:
+            files.write_csv(folder / f"{one.kind}_curves.csv", one.columns)
     for kind in products.exports:
         EXPORTS[kind](result, folder / f"spectra.{kind}")
     if products.thesis:
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
-        draw_run(result, title_of(result.test, result.run), folder)
+        title = title_of(result.test, result.run)
+        draw_run(result, title, folder)
+        draw_analyses(result, title, folder)
 
 
 def title_of(test: Test, run: str) -> str:

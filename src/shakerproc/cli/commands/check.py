@@ -24,11 +24,15 @@ def check(
         ),
     ],
     against: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            "--against", metavar="REFERENCE", help="Such a table, kept as wanted.", exists=True
+            "--against",
+            metavar="REFERENCE",
+            help="Such a table, kept as wanted.",
+            exists=True,
+            show_default="the profiles of the log",
         ),
-    ],
+    ] = None,
     tolerance: Annotated[
         str,
         typer.Option(metavar="TOLERANCE", help='A share, "2 %", or a value, "0.5 Hz".'),
@@ -46,8 +50,12 @@ def check(
     """Hold a table of runs against a reference; fail where a number left its tolerance.
 
     Exit status 1 if a value is off or a run is missing, with one line for each. Of peaks, the
-    tallest of each response is compared. A reference may have fewer rows and columns.
+    tallest of each response is compared. A reference may have fewer rows and columns. Without
+    one, every test that has a profile must keep its lines: profile.csv of the folder says so.
     """
+    if against is None:
+        _check_profiles(table, json)
+        return
     from shakerproc.runs.agreement import agreement, read_table
 
     wanted = _wanted(columns, tolerance)
@@ -81,6 +89,31 @@ def check(
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
     told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
     output.data(told, json_target=json)
+    if not result.holds:
+        output.finish(1)
+
+
+def _check_profiles(table: Path, json: str | None) -> None:
+    """Print every line of a profile that was not kept, and what was not judged."""
+    from shakerproc.runs.keeping import profiles_kept
+
+    result = profiles_kept(table)
+    output.write_json(
+        {
+            "schema": "shakerproc-check/1",
+            "table": result.path,
+            "holds": result.holds,
+            "compared": {"lines": result.judged},
+            "broken": result.broken,
+            "missing": [{"test": test, "reason": why} for test, why in result.missing.items()],
+        },
+        json,
+    )
+    for line in result.broken:
+        output.data(line.told, json_target=json)
+    for test, why in result.missing.items():
+        output.data(f"test {test}: not judged: {why}", json_target=json)
+    output.data(result.told, json_target=json)
     if not result.holds:
         output.finish(1)
 

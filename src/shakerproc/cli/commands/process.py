@@ -390,6 +390,9 @@ def _worked_through(
             summary = summary_of(result, str(test.id), facts_of(test), path.name, digest)
             files.write_csv(staged / "peaks.csv", tables.peak_columns([summary]))
             files.write_csv(staged / "statistics.csv", tables.statistics_columns([summary]))
+            for kind in tables.kinds_of_analysis([summary]):
+                columns = tables.analysis_columns([summary], kind)
+                files.write_csv(staged / f"{kind}.csv", columns)
             write_summary(staged / SUMMARY, summary)
             put_in_place(folder, staged, digest, [input_of(test), asdict(products)])
     for remark in summary.remarks:
@@ -446,7 +449,25 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
     )
     for text in filter(None, remarks):
         output.data(text, json_target=json)
+    _print_analyses(summary, json)
     output.message(f"results in {folder}")
+
+
+def _print_analyses(summary: "RunSummary", json: str | None) -> None:
+    """Print the rows and the sentences of every analysis that the log asks for."""
+    from shakerproc.runs.tables import heading, shown_cell
+
+    for one in summary.analyses:
+        output.data(f"{one.title}:", json_target=json)
+        if one.rows:
+            names = list(one.rows[0])
+            output.print_table(
+                [heading(name) for name in names],
+                [[shown_cell(name, row.get(name)) for name in names] for row in one.rows],
+                json_target=json,
+            )
+        for text in one.told:
+            output.data(text, json_target=json)
 
 
 def _channel_row(summary: "RunSummary", channel: "ChannelSummary") -> tuple[object, ...]:

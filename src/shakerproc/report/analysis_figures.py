@@ -1,0 +1,178 @@
+"""The figures of the analyses that a log asks for, as files and on the page."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.report import style, svg
+from shakerproc.report.drawing import Drawing
+from shakerproc.report.run_figures import LEFT, save
+from shakerproc.runs.analysis import Line, Look, Panel, Scale
+from shakerproc.runs.result import RunResult
+from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STILL: Final = 240
+"""Points of a line in a still figure of the page."""
+
+DECADES: Final = 7
+"""Decades below the largest value that a logarithmic axis shows at most."""
+
+LIMITS: Final[Mapping[Look, tuple[str, str, float]]] = {
+    "demand": ("#000000", "--", 1.2),
+    "alarm": ("#e69f00", "-", 1.0),
+    "abort": ("#a62b00", "-", 1.0),
+    "paper": ("#cccccc", "-", 0.5),
+}
+"""Colour, dash and width [pt] of what is no measurement."""
+
+PAGE_STYLES: Final[Mapping[Look, int]] = {"demand": 6, "alarm": 4, "abort": 1, "paper": 7}
+"""Colour of the same on the page."""
+
+
+def draw_analyses(result: RunResult, title: str, folder: Path) -> list[Path]:
+    """Draw every figure of the analyses of a run, and return the files."""
+    roles = [c.role or "response" for c in result.channels]
+    chosen = _chosen([c.name for c in result.channels], roles)
+    written = []
+    for panel in (panel for one in result.analyses for panel in one.panels):
+        with style.look():
+            figure = draw_panel(panel, title, chosen)
+        written.append(save(figure, folder / f"{panel.name}.png"))
+    return written
+
+
+def _chosen(names: Sequence[str], roles: Sequence[str]) -> dict[str, int]:
+    return dict(zip(names, style.styles(roles), strict=True))
+
+
+def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
+    """Return one figure; call it inside `style.look`."""
+    figure, (axis,) = style.figure(7.0, 4.0, left=LEFT)
+    for line in panel.lines:
+        how = _how(line, chosen)
+        label = line.label if line.label and line.look != "paper" else "_"
+        axis.plot(line.x, _drawable(line.y, panel.y), label=label, **how)
+    x_low, x_high = _ends([line.x for line in panel.lines], panel.x)
+    y_low, y_high = limits(panel.lines, panel.y)
+    axis.set_xlim(x_low, x_high)
+    if panel.x.logarithmic:
+        _logarithmic_x(axis)
+    if panel.y.logarithmic:
+        style.logarithmic(axis, y_low, y_high)
+    else:
+        axis.set_ylim(y_low, y_high)
+    for line in panel.lines:
+        if line.look == "paper" and line.label:
+            _name_on_paper(axis, line, (x_low, x_high), (y_low, y_high))
+    axis.set_xlabel(panel.x.label)
+    axis.set_ylabel(panel.y.label)
+    style.head(axis, title, panel.title)
+    style.legend(axis)
+    return figure
+
+
+def _how(line: Line, chosen: Mapping[str, int]) -> dict[str, Any]:
+    if line.look == "curve":
+        return {**style.line(chosen.get(line.channel, 0)), "zorder": 2.5}
+    colour, dash, width = LIMITS[line.look]
+    return {"color": colour, "linestyle": dash, "linewidth": width}
+
+
+def _logarithmic_x(axis: "Axes") -> None:
+    """Make the horizontal axis logarithmic with plain numbers, 1, 2 and 5 of a decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_xscale("log")
+    low, high = axis.get_xlim()
+    subs = (1.0, 2.0, 5.0) if high / low <= 2e4 else (1.0,)
+    axis.xaxis.set_major_locator(LogLocator(subs=subs, numticks=20))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.xaxis.set_minor_locator(NullLocator())
+
+
+def _name_on_paper(
+    axis: "Axes",
+    line: Line,
+    x_ends: tuple[float, float],
+    y_ends: tuple[float, float],
+) -> None:
+    """Write the name of a line of the paper where it leaves the figure."""
+    inside = (line.x >= x_ends[0]) & (line.x <= x_ends[1])
+    inside &= (line.y >= y_ends[0]) & (line.y <= y_ends[1])
+    if not inside.any():
+        return
+    i = int(np.flatnonzero(inside)[-1])
+    axis.annotate(
+        line.label,
+        (line.x[i], line.y[i]),
+        xytext=(-2, 2),
+        textcoords="offset points",
+        ha="right",
+        fontsize=6.5,
+        color="#777777",
+    )
+
+
+def _drawable(y: FloatArray, scale: Scale) -> FloatArray:
+    return np.where(y > 0.0, y, np.nan) if scale.logarithmic else y
+
+
+def _ends(rows: Sequence[FloatArray], scale: Scale) -> tuple[float, float]:
+    values = np.concatenate([*rows, np.zeros(0)])
+    values = values[np.isfinite(values) & ((values > 0.0) | (not scale.logarithmic))]
+    if not values.size or values.min() == values.max():
+        return (0.1, 1.0)
+    return float(values.min()), float(values.max())
+
+
+def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
+    """Return the ends of the vertical axis: whole decades, or a little room."""
+    low, high = _ends([line.y for line in lines if line.look != "paper"], scale)
+    if not scale.logarithmic:
+        room = 0.05 * (high - low)
+        return low - room, high + room
+    top = np.ceil(np.log10(high) - 1e-9)
+    bottom = max(np.floor(np.log10(low) + 1e-9), top - DECADES)
+    return float(10.0**bottom), float(10.0 ** max(top, bottom + 1.0))
+
+
+def drawings(run: RunSummary) -> list[Drawing]:
+    """Return the figures of the analyses of a run for the page."""
+    chosen = _chosen([c.name for c in run.channels], [c.role for c in run.channels])
+    return [_drawing(p, run, chosen) for one in run.analyses for p in one.panels]
+
+
+def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) -> Drawing:
+    lines = [_line(line) for line in panel.lines]
+    x_low, x_high = _ends([line.x for line in lines], panel.x)
+    y_low, y_high = limits(lines, panel.y)
+    return Drawing(
+        f"{panel.title}.",
+        panel.caption,
+        svg.plot(
+            [_curve(line, chosen) for line in lines],
+            svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
+            svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+            most=STILL,
+            title=f"{panel.title} of test {run.test}",
+        ),
+    )
+
+
+def _line(line: LineSummary) -> Line:
+    y = np.array([np.nan if v is None else v for v in line.y], dtype=float)
+    return Line(line.label, np.array(line.x, dtype=float), y, line.channel, line.look)
+
+
+def _curve(line: Line, chosen: Mapping[str, int]) -> svg.Curve:
+    if line.look == "curve":
+        return svg.Curve(line.label, line.x, line.y, chosen.get(line.channel, 0))
+    label = "" if line.look == "paper" else line.label
+    return svg.Curve(label, line.x, line.y, PAGE_STYLES[line.look], thin=True)

@@ -1,0 +1,30 @@
+"""Further analyses of a run that the log asks for: one file a kind, one mapping."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from shakerproc.data import Recording
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.profile import ProfileJudgement
+from shakerproc.runs.analysis import Analysis
+from shakerproc.runs.result import RunResult
+
+__all__ = ["ANALYSES", "analyses_of"]
+
+ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({
+    analysis.kind: analysis for analysis in (ProfileJudgement(),)
+})
+"""Every kind by its key in the log, in the order of the report."""
+
+
+def analyses_of(recording: Recording, result: RunResult) -> tuple[Analysis, ...]:
+    """Return the analyses that the log asks for.
+
+    Raises
+    ------
+    SpectrumError
+        If the recording does not allow one.
+    """
+    found = (analysis.of(recording, result) for analysis in ANALYSES.values())
+    return tuple(one for one in found if one is not None)

@@ -1,0 +1,105 @@
+"""What a further analysis of a run comes to: a table, a summary, figures, sentences."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, final
+
+from shakerproc.data import FloatArray
+
+Cell: TypeAlias = str | float | bool | None
+
+Look: TypeAlias = Literal["curve", "alarm", "abort", "demand", "paper"]
+"""What a line is: a result of a channel, a limit, what is demanded, a line of the paper."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """One line of a figure.
+
+    Attributes
+    ----------
+    label : str
+        Name in the legend; empty for a line that needs none.
+    x, y : (n,) arrays
+        Points, in the units of the axes; not a number breaks the line.
+    channel : str
+        Whose it is, so that a channel has one colour everywhere; empty for a limit.
+    look : Look
+        What it is.
+    """
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+    channel: str = ""
+    look: Look = "curve"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """An axis: its label with the unit, and whether it is logarithmic."""
+
+    label: str
+    logarithmic: bool = True
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """One figure.
+
+    Attributes
+    ----------
+    name : str
+        Name of its file, such as ``shock_maximax``.
+    title, caption : str
+        What it is, and what to look for.
+    x, y : Scale
+        Axes.
+    lines : tuple of Line
+        What is drawn.
+    steps : bool
+        Whether each value holds across its band, as of thirds of an octave.
+    """
+
+    name: str
+    title: str
+    caption: str
+    x: Scale
+    y: Scale
+    lines: tuple[Line, ...]
+    steps: bool = False
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Analysis:
+    """What one further analysis of a run comes to.
+
+    Attributes
+    ----------
+    kind : str
+        Key in the log and name of its table.
+    title : str
+        For people.
+    columns : mapping
+        The whole table, columns of equal length by header with units.
+    summary : tuple of mapping
+        A few rows for the report, the terminal and the table of the batch, by header.
+    panels : tuple of Panel
+        Figures.
+    told : tuple of str
+        Sentences for people.
+    problems : tuple of str
+        What is odd or not kept, a sentence each: flags of the run.
+    """
+
+    kind: str
+    title: str
+    columns: Mapping[str, Any]
+    summary: tuple[Mapping[str, Cell], ...]
+    panels: tuple[Panel, ...]
+    told: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
