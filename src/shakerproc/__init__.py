@@ -1,3 +1,73 @@
-"""From shaker recordings to the physical effect that the model left out."""
+"""From shaker recordings to the physical effect that the model left out.
+
+>>> import shakerproc as sp
+>>> log, model = sp.read_log("testlog.yaml"), sp.read_model("model.yaml")
+>>> sp.diagnose(model, log)
+
+Each function is loaded when it is first used: this import alone takes no time. A function is
+what the command of its name calls. What is wrong with the input raises a `ShakerprocError`
+whose message is the line that the command prints; nothing is printed, and nothing is written
+unless a place for it is given.
+"""
+
+import sys
+from importlib import import_module
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any, Final
+
+from shakerproc.errors import ArgumentError, ShakerprocError
+
+if TYPE_CHECKING:
+    from shakerproc.workflows.comparison import compare
+    from shakerproc.workflows.reading import read_log, read_model
+    from shakerproc.workflows.recording import open_recording
+    from shakerproc.workflows.run import process
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ArgumentError",
+    "ShakerprocError",
+    "compare",
+    "open_recording",
+    "process",
+    "read_log",
+    "read_model",
+]
+
+API: Final = MappingProxyType({
+    "compare": "comparison",
+    "open_recording": "recording",
+    "process": "run",
+    "read_log": "reading",
+    "read_model": "reading",
+})
+"""Where in `shakerproc.workflows` each function is."""
+
+
+class _Package(ModuleType):
+    """The package, on which a function stays a function.
+
+    The import of a room such as `shakerproc.compare` would put the room in place of the
+    function of that name. Rooms are imported all the same, as by
+    ``from shakerproc.compare import sentence``.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name not in API or not isinstance(value, ModuleType):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
+def __getattr__(name: str) -> Any:
+    if name not in API:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    function = getattr(import_module(f"{__name__}.workflows.{API[name]}"), name)
+    globals()[name] = function
+    return function
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *API})

@@ -74,3 +74,24 @@ class ClusterError(ShakerprocError):
 
 class LockedError(ShakerprocError):
     """Another shakerproc works in this folder (exit status 75)."""
+
+
+class ArgumentError(ShakerprocError, ValueError):
+    """An option of a command, or an argument of a function, cannot be used.
+
+    Attributes
+    ----------
+    name : str
+        Name of the argument.
+    says : str
+        The message without the name.
+    """
+
+    def __init__(self, name: str, says: str) -> None:
+        self.name = name
+        self.says = says
+        super().__init__(f"{name}: {says}")
+
+    def __reduce__(self) -> tuple[type["ArgumentError"], tuple[str, str]]:
+        """Return how it is pickled: by its parts."""
+        return type(self), (self.name, self.says)

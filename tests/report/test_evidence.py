@@ -1,6 +1,7 @@
 """Evidence of a gap that was left out, on a campaign whose every number is known."""
 
 import csv
+import importlib
 import json
 from dataclasses import replace
 
@@ -12,7 +13,6 @@ from tests.compare.test_errors import CLEARANCE, CONTACT, GAP
 from tests.report.test_page import PAYLOADS, Page
 from typer.testing import CliRunner
 
-from shakerproc import compare
 from shakerproc.cli import build_app
 from shakerproc.diagnosis.result import (
     Diagnosis,
@@ -43,6 +43,8 @@ from shakerproc.workflows.evidence import (
     name_of_new,
     write_evidence,
 )
+
+compare = importlib.import_module("shakerproc.compare")
 
 
 def estimate(value, unit):

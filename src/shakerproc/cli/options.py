@@ -1,6 +1,6 @@
 """Options that several commands share, and what they change in a test."""
 
-from dataclasses import replace
+from contextlib import contextmanager
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from shakerproc.data import BadRows, Measurement
-    from shakerproc.testlog import Test
 
 
 def positive(value: float | None) -> float | None:
@@ -56,37 +57,43 @@ def effects_of(path: Path | None) -> dict[str, dict[str, str]]:
     return {"effects_sha256": effect_hashes()}
 
 
-def window_of(value: str | None) -> str | None:
-    """Return the name of a window.
+@contextmanager
+def usage() -> "Iterator[None]":
+    """Tell of an argument that cannot be used as of the option of that name.
 
     Raises
     ------
     typer.BadParameter
-        If there is none of that name.
+        If there is one in the block.
     """
+    from shakerproc.errors import ArgumentError
+
+    try:
+        yield
+    except ArgumentError as error:
+        from shakerproc.workflows.processing_options import option
+
+        raise typer.BadParameter(error.says, param_hint=option(error.name)) from error
+
+
+def window_of(value: str | None) -> str | None:
+    """Return the name of a window; see `processing_options.window_of`."""
     if value is None:
         return None
-    from shakerproc.spectra.windows import COSINE_TERMS, PERIODIC
+    from shakerproc.workflows import processing_options
 
-    if value.removeprefix(PERIODIC) not in COSINE_TERMS:
-        raise typer.BadParameter(
-            f"no window {value!r}; there are {', '.join(COSINE_TERMS)}, each also with "
-            f"{PERIODIC.strip()} in front"
-        )
-    return value
+    with usage():
+        return processing_options.window_of(value)
 
 
 def detrend_of(value: str | None) -> str | None:
-    """Return what mean is removed.
+    """Return what mean is removed; see `processing_options.detrend_of`."""
+    if value is None:
+        return None
+    from shakerproc.workflows import processing_options
 
-    Raises
-    ------
-    typer.BadParameter
-        If it is not known.
-    """
-    if value not in {None, "none", "mean", "segment mean"}:
-        raise typer.BadParameter(f"{value!r} is not one of none, mean, segment mean")
-    return value
+    with usage():
+        return processing_options.detrend_of(value)
 
 
 def exclusive(first: str, *others: str) -> None:
@@ -228,18 +235,11 @@ ExportOption: TypeAlias = Annotated[
 
 
 def bad_rows_of(text: str | None) -> "BadRows":
-    """Return what is done with rows that are no numbers.
+    """Return what is done with bad rows; see `processing_options.bad_rows_of`."""
+    from shakerproc.workflows import processing_options
 
-    Raises
-    ------
-    typer.BadParameter
-        If it is not known.
-    """
-    if text in {None, "refuse"}:
-        return "refuse"
-    if text == "skip":
-        return "skip"
-    raise typer.BadParameter(f"{text!r} is not refuse or skip", param_hint="--bad-rows")
+    with usage():
+        return processing_options.bad_rows_of(text)  # type: ignore[return-value]
 
 
 def exports_of(text: str) -> tuple[str, ...]:
@@ -265,51 +265,8 @@ def exports_of(text: str) -> tuple[str, ...]:
 
 
 def measurement_of(text: str | None) -> "Measurement | None":
-    """Return which measurement was asked for.
+    """Return which measurement was asked for; see `processing_options.measurement_of`."""
+    from shakerproc.workflows import processing_options
 
-    Raises
-    ------
-    typer.BadParameter
-        If it is no number from 1, nor all.
-    """
-    if text is None or text == "all":
-        return text  # type: ignore[return-value]
-    if not text.isdecimal() or not 1 <= int(text) <= 10_000:
-        raise typer.BadParameter(
-            f"expected a number from 1, or all, got {text!r}", param_hint="--measurement"
-        )
-    return int(text)
-
-
-def with_averaging(
-    test: "Test",
-    *,
-    segment: int | None,
-    overlap: int | None,
-    window: str | None,
-    detrend: str | None,
-    stitch: bool = False,
-) -> "Test":
-    """Return a test with other averaging than its log says, its sweeps stitched on request.
-
-    Raises
-    ------
-    typer.BadParameter
-        If the values do not fit each other.
-    """
-    welch, processing = test.processing.welch, test.processing
-    if segment is not None:
-        welch = replace(welch, segment=segment, overlap=segment // 2, n_fft=None)
-    if overlap is not None:
-        welch = replace(welch, overlap=overlap)
-    if not welch.overlap < welch.segment:
-        raise typer.BadParameter(
-            f"{welch.overlap} samples do not fit a segment of {welch.segment}",
-            param_hint="--overlap",
-        )
-    if window is not None:
-        welch = replace(welch, window=window)
-    if detrend is not None:
-        processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
-    stitch = stitch or processing.stitch
-    return replace(test, processing=replace(processing, welch=welch, stitch=stitch))
+    with usage():
+        return processing_options.measurement_of(text)  # type: ignore[return-value]

@@ -31,7 +31,7 @@ _PARTS: Final = 60  # of a range, from each of which as many samples are drawn
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
     """Draw every figure that a comparison has, and return the files."""
     written = []
-    for name, draw in _figures(comparison).items():
+    for name, draw in figures_of(comparison).items():
         with style.look():
             written.append(save(draw(), folder / f"{_file_name(name)}.png"))
     return written
@@ -42,7 +42,7 @@ def _file_name(text: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in text)
 
 
-def _figures(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
+def figures_of(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
     """Return what can be drawn, by the name of its file."""
     out: dict[str, Callable[[], Figure]] = {}
     for i, sensor in enumerate(comparison.tests[0].measured.sensors):

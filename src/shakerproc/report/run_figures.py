@@ -68,7 +68,7 @@ def time_series(result: RunResult, title: str) -> "Figure":
         )
         axis.axvspan(0.0, start, color="#888888", alpha=0.25, lw=0.0)
         axis.axvspan(stop, result.promised_duration, color="#888888", alpha=0.25, lw=0.0)
-        _name(axis, result.channels[i].name, unit)
+        style.name(axis, result.channels[i].name, unit)
     _threshold(axes, result)
     if result.incomplete:
         for axis in axes:
@@ -77,19 +77,6 @@ def time_series(result: RunResult, title: str) -> "Figure":
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, result.promised_duration)
     return figure
-
-
-def _name(axis: "Axes", name: str, unit: str) -> None:
-    """Write the name of a channel into its axes, where it has room whatever its length."""
-    axis.set_ylabel(f"[{unit}]")
-    axis.annotate(
-        name,
-        (0.006, 0.93),
-        xycoords="axes fraction",
-        va="top",
-        fontsize=8.0,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-    )
 
 
 def _threshold(axes: Sequence["Axes"], result: RunResult) -> None:
@@ -331,7 +318,7 @@ def notched(result: RunResult, title: str) -> "Figure | None":
             notch.time, notch.before[row] * factor, color="#767676", lw=1.0, label="before"
         )
         axis.plot(notch.time, notch.after[row] * factor, label="after", **style.line(chosen[i]))
-        _name(axis, result.channels[i].name, unit)
+        style.name(axis, result.channels[i].name, unit)
     _head(axes[0], result, title, f"two periods, {notch.frequency:g} Hz taken out")
     style.legend(axes[0])
     axes[-1].set_xlabel("time [s]")
@@ -354,7 +341,7 @@ def notched_psd(result: RunResult, title: str) -> "Figure | None":
         axis.plot(x, before, color="#767676", lw=1.0, label="before")
         axis.plot(x, after, label="after", **style.line(chosen[i]))
         _decades(axis, [before, after])
-        _name(axis, result.channels[i].name, f"{unit}²/Hz")
+        style.name(axis, result.channels[i].name, f"{unit}²/Hz")
     _head(axes[0], result, title, f"PSD, {notch.frequency:g} Hz taken out")
     style.legend(axes[0])
     _frequency_axis(axes[-1], result)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -51,13 +52,17 @@ def line(style: int) -> dict[str, Any]:
     return {"color": COLOURS[style % 8], "linestyle": pattern, "linewidth": 1.2}
 
 
+_SETTINGS: Final = RLock()
+"""Matplotlib's settings are those of the whole process: one thread changes them at a time."""
+
+
 @contextmanager
 def look() -> Iterator[None]:
     """Draw in the program's look, whatever the person's matplotlib settings."""
     import matplotlib as mpl
     from cycler import cycler
 
-    with mpl.rc_context():
+    with _SETTINGS, mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update({
             "font.size": 9.0,
@@ -161,4 +166,17 @@ def legend(axis: "Axes", width: float = 6.0) -> None:
         fontsize=8.0 if n_rows == 1 else 6.5,
         handlelength=2.0,
         columnspacing=1.2,
+    )
+
+
+def name(axis: "Axes", name: str, unit: str) -> None:
+    """Write the name of a channel into its axes, where it has room whatever its length."""
+    axis.set_ylabel(f"[{unit}]")
+    axis.annotate(
+        name,
+        (0.006, 0.93),
+        xycoords="axes fraction",
+        va="top",
+        fontsize=8.0,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )

@@ -94,6 +94,7 @@ def batch(
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.evidence import held_against
     from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.processing_options import with_averaging
     from shakerproc.workflows.write_up import Wish, write_up
 
     options.exclusive(
@@ -102,17 +103,15 @@ def batch(
     log = read_testlog(testlog)
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
-    averaged = tuple(
-        options.with_averaging(
-            test,
-            segment=segment,
-            overlap=overlap,
-            window=window,
-            detrend=detrend,
-            stitch=stitch,
-        )
-        for test in log.tests
-    )
+    averaging = {
+        "segment": segment,
+        "overlap": overlap,
+        "window": window,
+        "detrend": detrend,
+        "stitch": stitch,
+    }
+    with options.usage():
+        averaged = tuple(with_averaging(test, averaging) for test in log.tests)
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out

@@ -50,18 +50,13 @@ def compare(
     measured force) and its sensors are held against the channels of the same name.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.compare import (
-        compare_tests,
-        document_of,
-        scored_alike,
-        sentence,
-        usable_tests,
-    )
+    from shakerproc.compare import document_of, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.evidence import Evidence, check_same, inputs_of
+    from shakerproc.workflows.comparison import compare_models
+    from shakerproc.workflows.evidence import Evidence, inputs_of
 
     options.check_order(model, log)
     announce()
@@ -70,28 +65,21 @@ def compare(
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
-    older = shaken
+    older = None
     if before is not None:
         older, older_hash = read_hashed(read_model, before)
         documents.insert(0, ("model", before, older_hash))
     with output.progress("compare", len(campaign.tests)) as advance:
-        usable = given = usable_tests(campaign, shaken)
-        if before is not None:
-            given = usable_tests(campaign, older).with_those_of(usable)
-            usable = usable.with_those_of(given)
-            check_same(given.tests, usable.tests)
-        found = compare_tests(
-            shaken, usable.tests, left_out=usable.left_out, fit=fit, tell=advance
-        )
-        models = Models(found, old=shaken.title)
-        if before is not None or fit:
-            old = compare_tests(older, given.tests, left_out=given.left_out, tell=advance)
-            old, found = scored_alike(old, found, tell=advance)
-            models = Models(old, found, *_names(older.title, shaken.title, fit=fit))
+        compared = compare_models(shaken, campaign, before=older, fit=fit, tell=advance)
+    found, measured = compared.found, [test.measured for test in compared.found.tests]
+    models = Models(found, old=shaken.title)
+    if compared.before is not None:
+        names = _names((older or shaken).title, shaken.title, fit=fit)
+        models = Models(compared.before, found, *names)
     document = {
         **_provenance(documents[-2:]), **options.effects_of(own), **document_of(found)
     }  # fmt: skip
-    evidence = Evidence(models, None, inputs_of(documents, usable.tests))
+    evidence = Evidence(models, None, inputs_of(documents, measured))
     with output.results(folder, "compare"):
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)
     output.write_json(document, json)

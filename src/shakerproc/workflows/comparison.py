@@ -1,0 +1,175 @@
+"""A model compared with the tests of a log: what `shakerproc compare` does."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
+
+from shakerproc.compare import (
+    COLUMNS,
+    compare_tests,
+    document_of,
+    rows_of,
+    scored_alike,
+    sentence,
+    usable_tests,
+)
+from shakerproc.compare import Comparison as Compared
+from shakerproc.errors import ArgumentError
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog
+from shakerproc.workflows.arguments import log_of, model_of
+from shakerproc.workflows.evidence import check_same
+from shakerproc.workflows.shown import frame_of_rows, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """A model compared with every test of a log: where, and by how much, they disagree.
+
+    Attributes
+    ----------
+    found : shakerproc.compare.Comparison
+        Arrays and errors of every test.
+    before : shakerproc.compare.Comparison, optional
+        The older model, or the model before it was fitted, scored alike.
+    """
+
+    found: Compared
+    before: Compared | None = None
+
+    @property
+    def model(self) -> Model:
+        """The model; with its numbers as fitted, where that was asked."""
+        return self.found.model
+
+    @property
+    def error(self) -> float:
+        """The free-run error over all tests, as a share of the measured response [-]."""
+        return self.found.error
+
+    @property
+    def held_out_error(self) -> float | None:
+        """The same over what is held out; None where nothing is [-]."""
+        return self.found.held_out
+
+    @property
+    def noise_floor(self) -> float:
+        """What even the true model would leave; NaN where the noise is unknown [-]."""
+        return self.found.noise
+
+    @property
+    def sentence(self) -> str:
+        """Where the model fails, in words."""
+        return sentence(self.found)
+
+    def to_pandas(self) -> "DataFrame":
+        """Return the errors: a row for each sensor of each test, as errors.csv."""
+        return frame_of_rows(COLUMNS, rows_of(self.found))
+
+    @property
+    def fitted(self) -> "DataFrame":
+        """The fitted numbers with 95 % intervals; empty where nothing was fitted."""
+        refit = self.found.refit
+        rows = [] if refit is None else [
+            (p.kind, " - ".join(p.between), p.name, p.before, p.value, p.low, p.high, p.unit)
+            for p in refit.parameters
+        ]  # fmt: skip
+        names = ("element", "between", "number", "before", "fitted", "low", "high", "unit")
+        return frame_of_rows(names, rows)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the comparison as compare.json holds it."""
+        return document_of(self.found)
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of the figures that `plot` draws."""
+        from shakerproc.report.compare import figures_of
+
+        return tuple(figures_of(self.found))
+
+    def plot(self, figure: str = "") -> "Figure":
+        """Return a figure of the comparison.
+
+        Parameters
+        ----------
+        figure : str
+            One of `figures`; by default the response function of the first sensor.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such figure.
+        """
+        from shakerproc.report import style
+        from shakerproc.report.compare import figures_of
+
+        known = figures_of(self.found)
+        if figure and figure not in known:
+            raise ArgumentError("figure", f"no figure {figure!r}; there are {', '.join(known)}")
+        with style.look():
+            return known[figure or next(iter(known))]()
+
+    def _repr_html_(self) -> str:
+        errors = self.to_pandas()[["test", "level", "held_out", "sensor", "error", "noise"]]
+        told = [self.sentence, *self.found.left_out, *self.found.warnings]
+        return html(f"{self.model.title}, compared", told, errors)
+
+
+def compare(model: Any, log: TestLog, *, before: Any = None, fit: bool = False) -> Comparison:
+    """Return where, and by how much, a model and the tests of a log disagree.
+
+    Parameters
+    ----------
+    model : ModelFile or Model
+        What `read_model` returned, or a model made in Python.
+    log : TestLog
+        What `read_log` returned.
+    before : ModelFile or Model, optional
+        An older model, scored on the same tests alike.
+    fit : bool
+        Whether to fit the numbers of the model first, to tests that are not held out.
+
+    Returns
+    -------
+    Comparison
+        Errors as shares of the measured response [-], tables and figures.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is of another kind.
+    DiagnosisError
+        If the model and the log do not fit together.
+    ShakerprocError
+        If a recording cannot be used, or the model's motion runs away.
+    """
+    older = None if before is None else model_of(before).model
+    return compare_models(model_of(model).model, log_of(log), before=older, fit=fit)
+
+
+def compare_models(
+    model: Model,
+    log: TestLog,
+    *,
+    before: Model | None = None,
+    fit: bool = False,
+    tell: Callable[[str], None] = lambda _text: None,
+) -> Comparison:
+    """Return a comparison, told of what is going on; see `compare`."""
+    usable = given = usable_tests(log, model)
+    if before is not None:
+        given = usable_tests(log, before).with_those_of(usable)
+        usable = usable.with_those_of(given)
+        check_same(given.tests, usable.tests)
+    found = compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
+    if before is None and not fit:
+        return Comparison(found)
+    old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
+    old, found = scored_alike(old, found, tell=tell)
+    return Comparison(found, old)

@@ -1,0 +1,386 @@
+"""What a person says of a test beside its log, checked: options of `process` and `batch`."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import inf, isfinite
+from types import MappingProxyType
+from typing import Any, Final, TypedDict
+
+from shakerproc.errors import ArgumentError
+from shakerproc.recordings.si import parse_unit
+from shakerproc.runs import UnitOption
+from shakerproc.spectra.windows import COSINE_TERMS, PERIODIC
+from shakerproc.testlog import Test, ThresholdCrop, level_of, threshold_of
+from shakerproc.units import near_miss
+
+LONGEST_SEGMENT: Final = 2**24
+"""Samples of the longest segment: three channels of it take 400 MB."""
+
+
+class Options(TypedDict, total=False):
+    """What is said of one test; what is left out, or None, is as the log or the default has it.
+
+    Attributes
+    ----------
+    excitation : str
+        ``sine sweep``, ``random``, ``sine``, ``stepped sine`` or ``shock``.
+    level : str
+        Demanded, such as ``0.5 g`` or ``1e-3 g^2/Hz``.
+    from_hz, to_hz : float
+        Excited band; of a sine `from_hz` alone is its frequency [Hz].
+    notch_hz : float
+        A tone that is taken out for a second look [Hz].
+    no_crop : bool
+        Whether to use the whole recording.
+    crop_channel, crop_threshold : str
+        Control channel to crop by, and the value between which the run lies, with its unit.
+    crop_absolute : bool
+        Whether magnitudes are compared with the threshold.
+    crop_hold_s, skip_s : float
+        How long the threshold must hold, and time at the start that is not looked at [s].
+    sample_rate_hz : float
+        Where the recording does not say it [Hz].
+    bad_rows : str
+        ``refuse`` or ``skip`` lines of a text file that are no rows of numbers.
+    group : str
+        Group of a file of several.
+    measurement : int or str
+        Which of several that follow each other in the same channels, from 1, or ``all``.
+    segment, overlap : int
+        Samples of a Welch segment, and how many it shares with the next.
+    window, detrend : str
+        Window of the segments, and what mean is removed: ``none``, ``mean``, ``segment mean``.
+    stitch : bool
+        Whether to join the sweeps of one direction to one response.
+    """
+
+    excitation: str | None
+    level: str | None
+    from_hz: float | None
+    to_hz: float | None
+    notch_hz: float | None
+    no_crop: bool
+    crop_channel: str | None
+    crop_threshold: str | None
+    crop_absolute: bool
+    crop_hold_s: float | None
+    skip_s: float | None
+    sample_rate_hz: float | None
+    bad_rows: str | None
+    group: str | None
+    measurement: int | str | None
+    segment: int | None
+    overlap: int | None
+    window: str | None
+    detrend: str | None
+    stitch: bool
+
+
+_TEXT: Final = (
+    "excitation", "level", "crop_channel", "crop_threshold", "bad_rows", "group", "window",
+    "detrend",
+)  # fmt: skip
+_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch")
+_COUNTS: Final[Mapping[str, int]] = MappingProxyType({"segment": 8, "overlap": 0})
+_POSITIVE: Final = ("from_hz", "to_hz", "notch_hz", "sample_rate_hz")
+_NOT_NEGATIVE: Final = ("crop_hold_s", "skip_s")
+_CROP: Final[Mapping[str, str]] = MappingProxyType({
+    "crop_channel": "channel",
+    "crop_threshold": "threshold",
+    "crop_hold_s": "hold",
+    "skip_s": "skip",
+    "crop_absolute": "absolute",
+})
+"""What each option changes in the crop by threshold."""
+
+
+def described(test: Test, said: Options) -> Test:
+    """Return a test with what a person says of it.
+
+    Raises
+    ------
+    ArgumentError
+        If an option is unknown, cannot be used, or contradicts another or the log.
+    """
+    given = {k: v for k, v in said.items() if v is not None and v is not False}
+    check_options(given)
+    test = _with_excitation(test, given)
+    test = _with_crop(test, given)
+    return with_averaging(_with_reading(test, given), given)
+
+
+def check_options(given: Mapping[str, Any]) -> None:
+    """Pass options that there are, each of the kind that it must be.
+
+    Raises
+    ------
+    ArgumentError
+        If one is not.
+    """
+    for name, value in given.items():
+        if name not in Options.__annotations__:
+            meant = near_miss(name, list(Options.__annotations__))
+            known = ", ".join(Options.__annotations__)
+            hint = f"did you mean {meant}?" if meant else f"there are {known}"
+            raise ArgumentError(name, f"no such option; {hint}")
+        if name in _TEXT and not isinstance(value, str):
+            raise ArgumentError(name, f"expected a text, got {value!r}")
+        if name in _SWITCHES and not isinstance(value, bool):
+            raise ArgumentError(name, f"expected True or False, got {value!r}")
+        if name in _COUNTS:
+            _check_count(name, value)
+        if name in {*_POSITIVE, *_NOT_NEGATIVE}:
+            _check_number(name, value)
+
+
+def _check_count(name: str, value: object) -> None:
+    least = _COUNTS[name]
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or not least <= value <= LONGEST_SEGMENT:  # type: ignore[operator]
+        raise ArgumentError(
+            name, f"expected a whole number from {least} to {LONGEST_SEGMENT}, got {value!r}"
+        )
+
+
+def _check_number(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ArgumentError(name, f"expected a number, got {value!r}")
+    if name in _POSITIVE and not 0.0 < value < inf:
+        raise ArgumentError(name, f"must be a number above 0, not {value:g}")
+    if not (value >= 0.0 and isfinite(value)):
+        raise ArgumentError(name, f"must be a number of at least 0, not {value:g}")
+
+
+def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
+    """Return a test with what is said of its excitation.
+
+    Raises
+    ------
+    ArgumentError
+        If a kind or a level is none.
+    """
+    excitation, level = said.get("excitation"), said.get("level")
+    kind = test.excitation
+    if excitation is not None:
+        kind = excitation.replace("-", " ").lower()
+    if kind not in {None, "sine sweep", "random", "sine", "stepped sine", "shock"}:
+        raise ArgumentError(
+            "excitation",
+            f"{excitation or kind!r} is not one of sine sweep, random, sine, stepped sine, "
+            "shock",
+        )
+    test = replace(test, excitation=kind)
+    if level is not None:
+        try:
+            value, unit = level_of(level, kind)
+        except ValueError as error:
+            raise ArgumentError("level", str(error)) from error
+        test = replace(test, level=value, level_unit=unit, level_text=level)
+    elif excitation is not None and test.level_text:
+        try:
+            level_of(test.level_text, kind)
+        except ValueError as error:
+            raise ArgumentError(
+                "excitation",
+                f"the log's level {test.level_text} is none of a {kind} test; give --level too",
+            ) from error
+    if "notch_hz" in said:
+        test = replace(test, notch_hz=said["notch_hz"])
+    from_hz, to_hz = said.get("from_hz"), said.get("to_hz")
+    if from_hz is to_hz is None:
+        return test
+    return (
+        _with_tone(test, from_hz, to_hz) if kind == "sine" else _with_band(test, from_hz, to_hz)
+    )
+
+
+def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:
+    """Return a test with what is said of how its file is read."""
+    given: dict[str, Any] = {}
+    if "sample_rate_hz" in said:
+        given["sample_rate"] = said["sample_rate_hz"]
+    if "group" in said:
+        given["group"] = said["group"]
+    if "measurement" in said:
+        given["measurement"] = measurement_of(said["measurement"])
+    if "bad_rows" in said:
+        given["bad_rows"] = bad_rows_of(said["bad_rows"])
+    return replace(test, processing=replace(test.processing, **given))
+
+
+def bad_rows_of(text: str | None) -> str:
+    """Return what is done with rows that are no numbers.
+
+    Raises
+    ------
+    ArgumentError
+        If it is not known.
+    """
+    if text not in {None, "refuse", "skip"}:
+        raise ArgumentError("bad_rows", f"{text!r} is not refuse or skip")
+    return text or "refuse"
+
+
+def measurement_of(said: int | str | None) -> int | str | None:
+    """Return which measurement was asked for.
+
+    Raises
+    ------
+    ArgumentError
+        If it is no number from 1, nor all.
+    """
+    if said is None or said == "all":
+        return said
+    text = str(said)
+    if not text.isdecimal() or not 1 <= int(text) <= 10_000:
+        raise ArgumentError("measurement", f"expected a number from 1, or all, got {said!r}")
+    return int(text)
+
+
+def _with_tone(test: Test, from_hz: float | None, to_hz: float | None) -> Test:
+    """Return a sine test at the frequency that is said.
+
+    Raises
+    ------
+    ArgumentError
+        If a band is said.
+    """
+    if to_hz is not None:
+        raise ArgumentError("to_hz", "a sine has one frequency, which --from-hz says")
+    return replace(test, frequency_hz=from_hz)
+
+
+def _with_band(test: Test, from_hz: float | None, to_hz: float | None) -> Test:
+    """Return a test with the excited band that is said, here and in the log.
+
+    Raises
+    ------
+    ArgumentError
+        If an end is missing, or the band does not rise.
+    """
+    band = test.processing.band or test.band or (None, None)
+    low = band[0] if from_hz is None else from_hz
+    high = band[1] if to_hz is None else to_hz
+    if low is None or high is None:
+        given, other = ("from_hz", "--to-hz") if high is None else ("to_hz", "--from-hz")
+        raise ArgumentError(given, f"a band has two ends: give {other} too (the log says none)")
+    if not low < high:
+        raise ArgumentError("from_hz", f"the band from {low:g} to {high:g} Hz does not rise")
+    processing = replace(test.processing, band=None)
+    if (test.from_hz or 0.0) > (test.to_hz or inf):  # the log sweeps down, and so it stays
+        low, high = high, low
+    return replace(test, from_hz=low, to_hz=high, processing=processing)
+
+
+def _with_crop(test: Test, given: Mapping[str, Any]) -> Test:
+    """Return a test with what is said of the crop.
+
+    Raises
+    ------
+    ArgumentError
+        If it contradicts itself or the crop of the log, or holds no threshold.
+    """
+    crop = test.processing.crop
+    said = {name: given[name] for name in _CROP if name in given}
+    if given.get("no_crop"):
+        if said:
+            others = " and ".join(option(name) for name in said)
+            raise ArgumentError("no_crop", f"contradicts {others}; give one or the other")
+        return replace(test, processing=replace(test.processing, crop=None))
+    if not said:
+        return test
+    if not isinstance(crop, ThresholdCrop):
+        if "crop_threshold" not in said:
+            has = "does not crop" if crop is None else "crops from one time to another"
+            raise ArgumentError(
+                next(iter(said)),
+                f"goes with a threshold, and the log {has}; give --crop-threshold too",
+            )
+        crop = ThresholdCrop()
+    changed = {_CROP[name]: value for name, value in said.items()}
+    if "crop_threshold" in said:
+        try:
+            changed["threshold"] = threshold_of(said["crop_threshold"])
+        except ValueError as error:
+            raise ArgumentError("crop_threshold", str(error)) from error
+    return replace(test, processing=replace(test.processing, crop=replace(crop, **changed)))
+
+
+def option(name: str) -> str:
+    """Return how the command line spells an argument."""
+    return f"--{name.replace('_', '-')}"
+
+
+def unit_of(unit: str | None, *, override: bool) -> UnitOption | None:
+    """Return what is said of units.
+
+    Raises
+    ------
+    ArgumentError
+        If it is no unit of a channel, or there is none to override with.
+    """
+    if unit is None:
+        if override:
+            raise ArgumentError("override_unit", "goes with --unit")
+        return None
+    if parse_unit(unit) is None:
+        raise ArgumentError(
+            "unit", f"expected the unit of a channel such as g, m/s^2 or N, got {unit!r}"
+        )
+    return UnitOption(unit, override)
+
+
+def window_of(value: str | None) -> str | None:
+    """Return the name of a window.
+
+    Raises
+    ------
+    ArgumentError
+        If there is none of that name.
+    """
+    if value is not None and value.removeprefix(PERIODIC) not in COSINE_TERMS:
+        raise ArgumentError(
+            "window",
+            f"no window {value!r}; there are {', '.join(COSINE_TERMS)}, each also with "
+            f"{PERIODIC.strip()} in front",
+        )
+    return value
+
+
+def detrend_of(value: str | None) -> str | None:
+    """Return what mean is removed.
+
+    Raises
+    ------
+    ArgumentError
+        If it is not known.
+    """
+    if value not in {None, "none", "mean", "segment mean"}:
+        raise ArgumentError("detrend", f"{value!r} is not one of none, mean, segment mean")
+    return value
+
+
+def with_averaging(test: Test, said: Mapping[str, Any]) -> Test:
+    """Return a test with other averaging than its log says, its sweeps stitched on request.
+
+    Raises
+    ------
+    ArgumentError
+        If the values do not fit each other.
+    """
+    welch, processing = test.processing.welch, test.processing
+    segment, overlap = said.get("segment"), said.get("overlap")
+    if segment is not None:
+        welch = replace(welch, segment=segment, overlap=segment // 2, n_fft=None)
+    if overlap is not None:
+        welch = replace(welch, overlap=overlap)
+    if not welch.overlap < welch.segment:
+        raise ArgumentError(
+            "overlap", f"{welch.overlap} samples do not fit a segment of {welch.segment}"
+        )
+    if (window := window_of(said.get("window"))) is not None:
+        welch = replace(welch, window=window)
+    if (detrend := detrend_of(said.get("detrend"))) is not None:
+        processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
+    stitch = bool(said.get("stitch")) or processing.stitch
+    return replace(test, processing=replace(processing, welch=welch, stitch=stitch))

@@ -1,0 +1,146 @@
+"""A recording for a notebook: what is in the file, and its samples when they are asked for."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+from shakerproc import recordings
+from shakerproc.data import Channel
+from shakerproc.errors import ArgumentError
+from shakerproc.runs.result import shown_unit
+from shakerproc.runs.tables import spelled
+from shakerproc.workflows.arguments import AnyPath, file_of
+from shakerproc.workflows.shown import frame, frame_of_rows, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from shakerproc.data import Recording
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenedRecording:
+    """What a recording holds; the file is opened anew, and closed, whenever samples are read.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    channels : tuple of Channel
+        Its channels, with their units in SI.
+    sample_rate : float
+        Samples per second [Hz].
+    n_samples : int
+        Samples of each channel.
+    notes : tuple of str
+        What the reader had to decide, a sentence each.
+    group : str, optional
+        Group of a file of several.
+    rate_said : float, optional
+        Sample rate that was said, where the file does not say it [Hz].
+    """
+
+    path: Path
+    channels: tuple[Channel, ...]
+    sample_rate: float
+    n_samples: int
+    notes: tuple[str, ...] = ()
+    group: str | None = None
+    rate_said: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length [s]."""
+        return self.n_samples / self.sample_rate
+
+    def to_pandas(self, start_s: float = 0.0, stop_s: float | None = None) -> "DataFrame":
+        """Return the samples of every channel, accelerations in g, the others in SI units.
+
+        Parameters
+        ----------
+        start_s, stop_s : float
+            Part of the recording, to the nearest sample; by default all of it [s].
+
+        Returns
+        -------
+        DataFrame
+            A column ``time_s`` and one for each channel, which says its unit at its end.
+
+        Raises
+        ------
+        ArgumentError
+            If the part is empty.
+        RecordingError
+            If the file cannot be read any more.
+        """
+        start = max(0, round(start_s * self.sample_rate))
+        stop = self.n_samples if stop_s is None else round(stop_s * self.sample_rate)
+        stop = min(stop, self.n_samples)
+        if not start < stop:
+            raise ArgumentError(
+                "start_s", f"nothing between {start_s:g} s and the end of {self.duration:g} s"
+            )
+        with self._opened() as recording:
+            samples = recording.samples(start, stop)
+        import numpy as np
+
+        columns = {"time_s": np.arange(start, stop) / self.sample_rate}
+        for channel, row in zip(self.channels, samples, strict=True):
+            unit, factor = shown_unit(channel.unit)
+            columns[f"{channel.name}{spelled(unit)}"] = row * factor
+        return frame(columns)
+
+    def plot(self) -> "Figure":
+        """Return every channel against time, as the extremes of each moment."""
+        from shakerproc.report.recording_figure import time_signals
+
+        with self._opened() as recording:
+            return time_signals(recording)
+
+    def _opened(self) -> "Recording":
+        return recordings.open_recording(
+            self.path, group=self.group, sample_rate=self.rate_said
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [(c.name, c.unit, c.source_unit or "none") for c in self.channels]
+        told = f"{self.duration:.4g} s at {self.sample_rate:.6g} Hz, {self.n_samples} samples"
+        table = frame_of_rows(("channel", "unit", "unit in the file"), rows)
+        return html(self.path.name, [told, *self.notes], table)
+
+
+def open_recording(
+    path: AnyPath, *, group: str | None = None, sample_rate_hz: float | None = None
+) -> OpenedRecording:
+    """Return what a recording holds: channels, units, sample rate, length.
+
+    Parameters
+    ----------
+    path : path
+        The file: TDMS, CSV, LVM, MAT, NPZ, UFF 58 or Parquet, or what an installed reader
+        knows; its ending says the format.
+    group : str, optional
+        Group of a file of several.
+    sample_rate_hz : float, optional
+        Where the file does not say it [Hz].
+
+    Raises
+    ------
+    ArgumentError
+        If `path` is no path of a file.
+    RecordingError
+        If the file cannot be used.
+    """
+    given = file_of("path", path, "a recording")
+    with recordings.open_recording(given, group=group, sample_rate=sample_rate_hz) as opened:
+        return OpenedRecording(
+            given,
+            opened.channels,
+            opened.sample_rate,
+            opened.n_samples,
+            opened.notes,
+            group,
+            sample_rate_hz,
+        )

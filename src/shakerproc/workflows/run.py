@@ -1,0 +1,273 @@
+"""One recording worked through: what `shakerproc process` does, and what it comes to."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack, final
+
+from shakerproc import files
+from shakerproc.batch.campaign import SUMMARY, Products, input_of
+from shakerproc.batch.lock import locked
+from shakerproc.batch.manifest import SINGLE, check_owner
+from shakerproc.batch.single import check_folder, put_in_place
+from shakerproc.data import Recording
+from shakerproc.errors import ArgumentError
+from shakerproc.runs import (
+    RunResult,
+    RunSummary,
+    UnitOption,
+    open_path,
+    process_recording,
+    summary_of,
+    tables,
+    write_summary,
+)
+from shakerproc.testlog import Processing, Test, facts_of
+from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
+from shakerproc.workflows.processing_options import Options, described, unit_of
+from shakerproc.workflows.recording import OpenedRecording
+from shakerproc.workflows.shown import frame, html
+from shakerproc.workflows.work import title_of, write_products
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One recording worked through.
+
+    Attributes
+    ----------
+    result : RunResult
+        Arrays in SI units: crop, spectra, response functions, coherence, peaks.
+    summary : RunSummary
+        Numbers in the units that tables show, flags and remarks.
+    """
+
+    result: RunResult
+    summary: RunSummary
+
+    def to_pandas(self) -> "DataFrame":
+        """Return densities, response functions and coherences against frequency.
+
+        Every column says its unit at its end; as spectra.csv of the command.
+        """
+        return frame(tables.spectra_columns(self.result))
+
+    @property
+    def peaks(self) -> "DataFrame":
+        """Peaks of every channel, with damping where it can be read; as peaks.csv."""
+        return frame(tables.peak_columns([self.summary]))
+
+    @property
+    def statistics(self) -> "DataFrame":
+        """Rms, extremes and crest factor of every channel; as statistics.csv."""
+        return frame(tables.statistics_columns([self.summary]))
+
+    @property
+    def analyses(self) -> dict[str, "DataFrame"]:
+        """Tables of the analyses that the log asks for, by their kinds."""
+        return {
+            kind: frame(tables.analysis_columns([self.summary], kind))
+            for kind in tables.kinds_of_analysis([self.summary])
+        }
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of the figures that `plot` may draw; those that a run lacks are told."""
+        from shakerproc.report.run_figures import FIGURES
+
+        return tuple(FIGURES)
+
+    def plot(self, figure: str = "") -> "Figure":
+        """Return a figure of the run.
+
+        Parameters
+        ----------
+        figure : str
+            One of `figures`; by default density and response function, or the density alone
+            where nothing is set against a control.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such figure, or this run has not got it.
+        """
+        from shakerproc.report import style
+        from shakerproc.report.run_figures import FIGURES
+
+        if figure and figure not in FIGURES:
+            raise ArgumentError(
+                "figure", f"no figure {figure!r}; there are {', '.join(FIGURES)}"
+            )
+        title = title_of(self.result.test, self.result.run)
+        for name in (figure,) if figure else ("psd_and_response", "psd"):
+            with style.look():
+                drawn = FIGURES[name](self.result, title)
+            if drawn is not None:
+                return drawn
+        raise ArgumentError("figure", f"this run has no {figure}: it lacks what is drawn there")
+
+    def _repr_html_(self) -> str:
+        summary = self.summary
+        rate, length = summary.sample_rate_hz or 0.0, summary.duration_s or 0.0
+        told = f"{summary.recording}: {length:.4g} s at {rate:.6g} Hz"
+        flags = [f"{flag.kind}: {flag.message}" for flag in summary.flags]
+        return html(f"Run {summary.test}", [told, *flags, *summary.remarks], self.statistics)
+
+
+def process(
+    recording: OpenedRecording | Test | AnyPath,
+    *,
+    controls: Sequence[str] | None = None,
+    unit: str | None = None,
+    override_unit: bool = False,
+    out: AnyPath | None = None,
+    figures: bool = True,
+    **options: Unpack[Options],
+) -> Run:
+    """Return one recording worked through: crop, spectra, responses, peaks, flags.
+
+    Parameters
+    ----------
+    recording : OpenedRecording, Test or path
+        What `open_recording` returned, a test of a log (``log.find(3)``), or a file. Without
+        a log, channels take the roles that the command gives them.
+    controls : sequence of str, optional
+        Names or numbers of the control channels, all others being responses; an empty one for
+        none. Not with a test, whose log says it.
+    unit : str, optional
+        Unit of channels that say none, such as ``g``.
+    override_unit : bool
+        Whether `unit` counts where the file says another.
+    out : path, optional
+        Folder to write tables and figures into; nothing is written without it.
+    figures : bool
+        Whether to write figures too, where `out` is given.
+    **options
+        See `Options`: excitation, level, band, crop, averaging.
+
+    Returns
+    -------
+    Run
+        Tables, figures and arrays.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument cannot be used.
+    ShakerprocError
+        If the recording cannot be used, in the sentence that the command prints.
+    """
+    path, test = _what(recording)
+    if controls is not None and test.recording is not None:
+        raise ArgumentError("controls", "the log says which channels are controls")
+    if isinstance(controls, str):
+        raise ArgumentError("controls", f"expected a list of channels, got {controls!r}")
+    return process_file(
+        path,
+        described(test, options),
+        controls=None if controls is None else tuple(map(str, controls)),
+        unit=unit_of(unit, override=override_unit),
+        out=None if out is None else path_of("out", out, "a folder"),
+        products=Products(figures),
+    )
+
+
+def _what(given: object) -> tuple[Path, Test]:
+    """Return the file that was meant, and what is known of it.
+
+    Raises
+    ------
+    ArgumentError
+        If it is no recording.
+    """
+    if isinstance(given, Test):
+        return given.require_recording(), given
+    if isinstance(given, OpenedRecording):
+        processing = Processing(group=given.group, sample_rate=given.rate_said)
+        return given.path, Test(id=given.path.stem, processing=processing)
+    if isinstance(given, Recording):
+        raise ArgumentError(
+            "recording", "expected what open_recording(path) returns, or its path"
+        )
+    if not isinstance(given, (str, PathLike)):
+        raise ArgumentError(
+            "recording",
+            "expected what open_recording(path) returns, a test of a log, or the path of a "
+            f"recording, got {told(given)}",
+        )
+    path = file_of("recording", given, "a recording")
+    return path, Test(id=path.stem)
+
+
+def process_file(
+    path: Path,
+    test: Test,
+    *,
+    controls: tuple[str, ...] | None = None,
+    unit: UnitOption | None = None,
+    out: Path | None = None,
+    products: Products | None = None,
+) -> Run:
+    """Return one recording worked through; where `out` is given, its results are put there.
+
+    Parameters
+    ----------
+    path : Path
+        The recording.
+    test : Test
+        What is known of it.
+    controls : tuple of str, optional
+        Its control channels; empty for none.
+    unit : UnitOption, optional
+        Unit of channels that say none.
+    out : Path, optional
+        Folder of its results: of this recording alone, all of one run.
+    products : Products, optional
+        What is written there.
+
+    Raises
+    ------
+    ShakerprocError
+        If the recording cannot be used, or the folder holds the results of another.
+    """
+    if out is not None:
+        check_owner(out, SINGLE)
+    with open_path(path, test, controls=controls, unit=unit) as opened:
+        first = "" if opened.file is None else opened.file.first_sha256()
+        if out is not None:
+            check_folder(out, first)  # before the work, and once nobody else can write there
+        result = process_recording(opened, test)
+        if out is not None:
+            return _put(out, result, opened, path, products or Products())
+        return Run(result, _summary(result, path, opened.sha256()))
+
+
+def _summary(result: RunResult, path: Path, digest: str) -> RunSummary:
+    test = result.test
+    return summary_of(result, str(test.id), facts_of(test), path.name, digest)
+
+
+def _put(
+    out: Path, result: RunResult, opened: Recording, path: Path, products: Products
+) -> Run:
+    """Write the results of a run into its folder, in place of those of an earlier one."""
+    first = "" if opened.file is None else opened.file.first_sha256()
+    with locked(out), files.staged(out) as staged:
+        check_folder(out, first)
+        write_products(result, opened, staged, products)
+        digest = opened.sha256()
+        summary = _summary(result, path, digest)
+        files.write_csv(staged / "peaks.csv", tables.peak_columns([summary]))
+        files.write_csv(staged / "statistics.csv", tables.statistics_columns([summary]))
+        for kind in tables.kinds_of_analysis([summary]):
+            columns = tables.analysis_columns([summary], kind)
+            files.write_csv(staged / f"{kind}.csv", columns)
+        write_summary(staged / SUMMARY, summary)
+        put_in_place(out, staged, digest, [input_of(result.test), asdict(products)])
+    return Run(result, summary)

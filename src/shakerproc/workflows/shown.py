@@ -1,0 +1,39 @@
+"""How results show themselves in a notebook: a heading, sentences, tables."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+MOST_ROWS: Final = 20
+"""Rows of a table that a notebook shows."""
+
+
+def frame(columns: Mapping[str, Any]) -> "DataFrame":
+    """Return a table of columns of equal length."""
+    from pandas import DataFrame
+
+    return DataFrame(dict(columns))
+
+
+def frame_of_rows(names: Sequence[str], rows: Sequence[Sequence[object]]) -> "DataFrame":
+    """Return a table of rows."""
+    from pandas import DataFrame
+
+    return DataFrame([tuple(row) for row in rows], columns=list(names))
+
+
+def html(heading: str, sentences: Sequence[str] = (), *tables: "DataFrame") -> str:
+    """Return a heading, sentences and tables as HTML; whatever they hold is text in it."""
+    parts = [f"<h4>{escape(heading)}</h4>"]
+    parts += [f"<p>{escape(text)}</p>" for text in sentences if text]
+    for table in tables:
+        shown = table.head(MOST_ROWS)
+        parts.append(
+            shown.to_html(index=False, border=0, na_rep="", float_format=lambda x: f"{x:.4g}")
+        )
+        if len(table) > MOST_ROWS:
+            parts.append(f"<p>{len(table) - MOST_ROWS} more rows</p>")
+    return "\n".join(parts)
