@@ -80,7 +80,7 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
 
 def _how(line: Line, chosen: Mapping[str, int]) -> dict[str, Any]:
     if line.look == "curve":
-        return {**style.line(chosen.get(line.channel, 0)), "zorder": 2.5}
+        return {**style.line(chosen.get(line.channel, line.style)), "zorder": 2.5}
     colour, dash, width = LIMITS[line.look]
     return {"color": colour, "linestyle": dash, "linewidth": width}
 
@@ -105,7 +105,7 @@ def _name_on_paper(
 ) -> None:
     """Write the name of a line of the paper where it leaves the figure."""
     inside = (line.x >= x_ends[0]) & (line.x <= x_ends[1])
-    inside &= (line.y >= y_ends[0]) & (line.y <= y_ends[1])
+    inside &= (line.y >= y_ends[0] * 1.1) & (line.y <= y_ends[1] / 1.3)
     if not inside.any():
         return
     i = int(np.flatnonzero(inside)[-1])
@@ -168,11 +168,13 @@ def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) ->
 
 def _line(line: LineSummary) -> Line:
     y = np.array([np.nan if v is None else v for v in line.y], dtype=float)
-    return Line(line.label, np.array(line.x, dtype=float), y, line.channel, line.look)
+    return Line(
+        line.label, np.array(line.x, dtype=float), y, line.channel, line.look, line.style
+    )
 
 
 def _curve(line: Line, chosen: Mapping[str, int]) -> svg.Curve:
     if line.look == "curve":
-        return svg.Curve(line.label, line.x, line.y, chosen.get(line.channel, 0))
+        return svg.Curve(line.label, line.x, line.y, chosen.get(line.channel, line.style))
     label = "" if line.look == "paper" else line.label
     return svg.Curve(label, line.x, line.y, PAGE_STYLES[line.look], thin=True)

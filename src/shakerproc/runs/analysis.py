@@ -27,6 +27,8 @@ class Line:
         Whose it is, so that a channel has one colour everywhere; empty for a limit.
     look : Look
         What it is.
+    style : int
+        Colour and dash of a line that is no channel's.
     """
 
     label: str
@@ -34,6 +36,7 @@ class Line:
     y: FloatArray
     channel: str = ""
     look: Look = "curve"
+    style: int = 0
 
 
 @final

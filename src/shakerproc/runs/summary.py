@@ -246,6 +246,7 @@ class LineSummary:
     y: tuple[float | None, ...]
     channel: str
     look: Look
+    style: int = 0
 
 
 @dataclass(frozen=True, slots=True)

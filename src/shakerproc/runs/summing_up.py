@@ -91,7 +91,7 @@ def _kept(value: Value) -> Value:
 def _line(line: Line) -> LineSummary:
     x, y = thinned(line.x, line.y, MOST_POINTS)
     values = tuple(finite(v) for v in _rounded(y, 4))
-    return LineSummary(line.label, _rounded(x, 6), values, line.channel, line.look)
+    return LineSummary(line.label, _rounded(x, 6), values, line.channel, line.look, line.style)
 
 
 def _alarm(result: RunResult) -> tuple[float, float] | None:

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
+from shakerproc.testlog.analyses import Shock
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -171,6 +172,8 @@ class Processing:
         Of the control spectrum.
     stitch : bool
         Whether the sweeps of one direction are joined to one response.
+    shock : Shock, optional
+        Shock response spectra, where they are asked for.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -185,6 +188,7 @@ class Processing:
     notch: NotchFilter = NotchFilter()
     tolerance: Tolerance = Tolerance()
     stitch: bool = False
+    shock: Shock | None = None
 
 
 @final

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
+from shakerproc.testlog.analyses import Shock
 from shakerproc.testlog.log import (
     Crop,
     Expectation,
@@ -114,7 +115,25 @@ def merged_processing(
         peaks=_overridden(base.peaks, section.peaks),
         notch=notch,
         tolerance=tolerance,
+        shock=_asked(base.shock, section.shock, Shock(), "shock"),
     )
+
+
+def _asked(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:
+    """Return what is asked of an analysis; None where neither log nor test asks for it.
+
+    Raises
+    ------
+    MisfitError
+        If its band does not rise.
+    """
+    if section is None:
+        return base
+    found = _overridden(base or usual, section)
+    low, high = (getattr(found, name, None) for name in ("low", "high"))
+    if low is not None and high is not None and low >= high:
+        raise MisfitError("expected from below to", key, "to")
+    return found
 
 
 def modal_of(section: ModalSection) -> Modal:

@@ -7,13 +7,14 @@ from typing import Final
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
+from shakerproc.runs.analyses.shock import ShockAnalysis
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.result import RunResult
 
 __all__ = ["ANALYSES", "analyses_of"]
 
 ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({
-    analysis.kind: analysis for analysis in (ProfileJudgement(),)
+    analysis.kind: analysis for analysis in (ProfileJudgement(), ShockAnalysis())
 })
 """Every kind by its key in the log, in the order of the report."""
 

@@ -1,0 +1,164 @@
+"""Shock response spectra of accelerations, pseudo-velocity on four-coordinate paper."""
+
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
+from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.result import RunResult
+from shakerproc.spectra.shock import PARTS, QUANTITIES, ShockSpectra, shock_spectra
+
+UNITS: Final = {
+    "absolute_acceleration": ("g", 1.0 / STANDARD_GRAVITY),
+    "relative_velocity": ("m_per_s", 1.0),
+    "relative_displacement": ("mm", 1e3),
+    "pseudo_velocity": ("m_per_s", 1.0),
+    "equivalent_static_acceleration": ("g", 1.0 / STANDARD_GRAVITY),
+}
+"""Ending of a header, and how many of it are one SI unit."""
+
+
+@final
+class ShockAnalysis(AbstractAnalysis):
+    """Shock response spectra of all kinds."""
+
+    kind: ClassVar[str] = "shock"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the shock response spectra of the accelerations of a run."""
+        wanted = result.test.processing.shock
+        if wanted is None:
+            return None
+        rows = accelerations(result, self.kind)
+        frequency = natural_frequencies(
+            result, (wanted.low, wanted.high), wanted.per_octave, self.kind
+        )
+        blocks = offset_free(recording.select(rows), result, rows)
+        found = shock_spectra(blocks, result.sample_rate, frequency, wanted.damping)
+        names = [result.channels[i].name for i in rows]
+        return Analysis(
+            kind=self.kind,
+            title=f"Shock response spectra, damping {100.0 * wanted.damping:g} %",
+            columns=_columns(found, names),
+            summary=tuple(_row(found, row, name) for row, name in enumerate(names)),
+            panels=(
+                _maximax(found, names),
+                _primary_and_residual(found, names, _loudest(result, rows)),
+                _four_coordinates(found, names),
+            ),
+        )
+
+
+def _loudest(result: RunResult, rows: list[int]) -> int:
+    return rows.index(result.loudest) if result.loudest in rows else 0
+
+
+def _columns(found: ShockSpectra, names: list[str]) -> dict[str, FloatArray]:
+    columns = {"frequency_hz": found.frequency}
+    for row, name in enumerate(names):
+        for quantity in QUANTITIES:
+            unit, factor = UNITS[quantity]
+            for part in PARTS:
+                values = found.values[quantity][part][row] * factor
+                columns[f"{quantity}_{part}_{name}_{unit}"] = values
+    return columns
+
+
+def _row(found: ShockSpectra, row: int, name: str) -> dict[str, Cell]:
+    """Return the largest values of a channel, and of which oscillators they are."""
+    cells: dict[str, Cell] = {"channel": name}
+    for quantity in ("absolute_acceleration", "pseudo_velocity", "relative_displacement"):
+        unit, factor = UNITS[quantity]
+        values = found.values[quantity]["maximax"][row]
+        at = int(np.argmax(values))
+        cells[f"{quantity}_{unit}"] = float(values[at] * factor)
+        cells[f"{quantity}_at_hz"] = float(found.frequency[at])
+    return cells
+
+
+def _maximax(found: ShockSpectra, names: list[str]) -> Panel:
+    values = found.values["absolute_acceleration"]["maximax"] / STANDARD_GRAVITY
+    return Panel(
+        name="shock_maximax",
+        title="Shock response, maximax of the absolute acceleration",
+        caption="Largest acceleration of an oscillator of each natural frequency.",
+        x=Scale("natural frequency [Hz]"),
+        y=Scale("acceleration [g]"),
+        lines=tuple(
+            Line(name, found.frequency, values[row], channel=name)
+            for row, name in enumerate(names)
+        ),
+    )
+
+
+def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Panel:
+    parts = found.values["absolute_acceleration"]
+    return Panel(
+        name="shock_primary_residual",
+        title=f"Shock response of {names[row]}, primary and residual",
+        caption="While the shock lasts and after it, each way, of the absolute acceleration.",
+        x=Scale("natural frequency [Hz]"),
+        y=Scale("acceleration [g]"),
+        lines=tuple(
+            Line(
+                part.replace("_", " "),
+                found.frequency,
+                parts[part][row] / STANDARD_GRAVITY,
+                style=i,
+            )
+            for i, part in enumerate(PARTS[:4])
+        ),
+    )
+
+
+def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
+    values = found.values["pseudo_velocity"]["maximax"]
+    return Panel(
+        name="shock_pseudo_velocity",
+        title="Pseudo-velocity on four-coordinate paper",
+        caption=(
+            "Grey: constant displacement rises with frequency, constant acceleration falls; "
+            "a decade from one line to the next."
+        ),
+        x=Scale("natural frequency [Hz]"),
+        y=Scale("pseudo-velocity [m/s]"),
+        lines=(
+            *_paper(found.frequency, values),
+            *(
+                Line(name, found.frequency, values[row], channel=name)
+                for row, name in enumerate(names)
+            ),
+        ),
+    )
+
+
+def _paper(frequency: FloatArray, velocity: FloatArray) -> list[Line]:
+    """Return the lines of constant displacement, ωd, and of constant acceleration, a/ω."""
+    x = np.geomspace(frequency[0], frequency[-1], 60)
+    omega = 2.0 * np.pi * x
+    positive = velocity[velocity > 0.0]
+    if not positive.size:
+        return []
+    low, high = positive.min(), positive.max()
+    lines = []
+    for of_unit, unit, scale in ((omega, "m", 1.0), (1.0 / omega, "g", STANDARD_GRAVITY)):
+        first = np.floor(np.log10(low / (of_unit * scale).max()))
+        last = np.ceil(np.log10(high / (of_unit * scale).min()))
+        for power in np.arange(first, last + 1):
+            lines.append(
+                Line(_named(10.0**power, unit), x, 10.0**power * scale * of_unit, look="paper")
+            )
+    return lines
+
+
+def _named(value: float, unit: str) -> str:
+    """Return a length in the prefix that suits it, an acceleration in g."""
+    if unit == "g":
+        return f"{value:g} g"
+    for factor, prefixed in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")):
+        if value >= factor * (1.0 - 1e-9):
+            return f"{value / factor:g} {prefixed}"
+    return f"{value:.0e} m"

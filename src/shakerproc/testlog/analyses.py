@@ -1,0 +1,26 @@
+"""What further analyses a log may ask for, in SI."""
+
+from dataclasses import dataclass
+from typing import final
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Shock:
+    """Shock response spectra.
+
+    Attributes
+    ----------
+    damping : float
+        Damping ratio of the oscillators [-]; 5 % is a quality factor of 10.
+    low, high : float, optional
+        Natural frequencies [Hz]; by default from one period in the run to a tenth of the
+        sample rate.
+    per_octave : int
+        How many of them.
+    """
+
+    damping: float = 0.05
+    low: float | None = None
+    high: float | None = None
+    per_octave: int = 12

@@ -1,0 +1,20 @@
+"""The keys of further analyses in a test log."""
+
+from typing import Annotated, TypeAlias
+
+from pydantic import Field
+
+from shakerproc.documents import Section
+from shakerproc.units import in_unit
+
+Ratio: TypeAlias = Annotated[float | None, in_unit("1", positive=True)]
+Frequency: TypeAlias = Annotated[float | None, in_unit("Hz", positive=True)]
+
+
+class ShockSection(Section):
+    """Shock response spectra."""
+
+    damping: Annotated[Ratio, Field(lt=1.0)] = None
+    low: Frequency = Field(None, alias="from")
+    high: Frequency = Field(None, alias="to")
+    per_octave: Annotated[int, Field(ge=1, le=96)] | None = None

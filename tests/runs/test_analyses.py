@@ -1,0 +1,108 @@
+"""Further analyses of a log: asked for, written, drawn, told; refused in one line."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.in_process import run
+from tests.small_campaign import write_campaign
+
+from shakerproc.runs.analyses import ANALYSES
+
+ASKED = {
+    "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
+}
+"""What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
+
+REFUSED = {
+    "shock: {to: 300 Hz}": "above a tenth of the sample rate",
+    "shock: {from: 210 Hz}": "does not lie below to",
+}
+"""What a recording of 2048 Hz does not allow."""
+
+MISTAKEN = {
+    "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
+    "shock: {damping: 100 %}": "a number below 1",
+    "shock: {dampnig: 5 %}": 'did you mean "damping"',
+}
+"""What a log may not say."""
+
+
+def campaign(folder, asked):
+    log = write_campaign(folder, 1)
+    mark = "  welch: {segment: 512, overlap: 256}\n"
+    assert mark in log.read_text()
+    log.write_text(log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked)))
+    return log
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("analyses")
+    log = campaign(folder, [f"{kind}: {how}" for kind, how in ASKED.items()])
+    recording = folder / "recordings" / "test_1.tdms"
+    assert run("process", recording, "--log", log, "--out", folder / "process") == 0
+    assert run("batch", log, "--out", folder / "batch") == 0
+    return folder
+
+
+def table(path):
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def numbers(path):
+    return {name: np.array(values, dtype=float) for name, values in table(path).items()}
+
+
+def test_every_kind_is_asked_for_here():
+    assert set(ASKED) == set(ANALYSES) - {"profile"}
+
+
+@pytest.mark.parametrize("kind", ASKED)
+def test_every_kind_is_in_tables_figures_and_report(results, kind):
+    assert "test" in table(results / "batch" / f"{kind}.csv")
+    for folder in (results / "process", results / "batch" / "runs" / "test_1"):
+        assert len(table(folder / f"{kind}_curves.csv")) >= 2
+        assert list(folder.glob(f"{kind}*.png"))
+    assert table(results / "process" / f"{kind}.csv")
+    page = (results / "batch" / "report.html").read_text()
+    titles = re.findall(r"<p class=\"made\">([^<]*):</p>\s*<div class=\"wide\">", page)
+    assert len(titles) >= len(ASKED)
+
+
+@pytest.mark.parametrize(("asked", "says"), REFUSED.items())
+def test_what_a_recording_does_not_allow_is_one_line_and_nothing_is_written(
+    tmp_path, capsys, asked, says
+):
+    log = campaign(tmp_path, [asked])
+    recording = tmp_path / "recordings" / "test_1.tdms"
+    assert run("process", recording, "--log", log, "--out", tmp_path / "out") == 1
+    (line,) = [x for x in capsys.readouterr().err.splitlines() if x.startswith("error")]
+    assert says in line
+    assert not list((tmp_path / "out").glob("*.csv"))
+
+
+@pytest.mark.parametrize(("asked", "says"), MISTAKEN.items())
+def test_a_mistake_in_the_log_is_told_with_its_place(tmp_path, capsys, asked, says):
+    log = campaign(tmp_path, [asked])
+    recording = tmp_path / "recordings" / "test_1.tdms"
+    assert run("process", recording, "--log", log, "--out", tmp_path / "out") == 1
+    (line,) = [x for x in capsys.readouterr().err.splitlines() if x.startswith("error")]
+    assert re.search(r"testlog\.yaml:\d+:\d+:", line)
+    assert says in line
+
+
+def test_kinds_of_one_shock_belong_together(results):
+    columns = numbers(results / "process" / "shock_curves.csv")
+    omega = 2.0 * np.pi * columns["frequency_hz"]
+    z = columns["relative_displacement_maximax_ch3_mm"] * 1e-3
+    assert_allclose(columns["pseudo_velocity_maximax_ch3_m_per_s"], omega * z, rtol=1e-9)
+    still = columns["equivalent_static_acceleration_maximax_ch3_g"] * 9.80665
+    assert_allclose(still, omega**2 * z, rtol=1e-9)
+    parts = ("primary_positive", "primary_negative", "residual_positive", "residual_negative")
+    largest = np.max([columns[f"absolute_acceleration_{p}_ch3_g"] for p in parts], axis=0)
+    assert_allclose(columns["absolute_acceleration_maximax_ch3_g"], largest, rtol=1e-12)
