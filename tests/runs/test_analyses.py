@@ -13,16 +13,20 @@ from shakerproc.runs.analyses import ANALYSES
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
+    "octaves": "{from: 8 Hz, to: 630 Hz}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
 REFUSED = {
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
     "shock: {from: 210 Hz}": "does not lie below to",
+    "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
 """What a recording of 2048 Hz does not allow."""
 
 MISTAKEN = {
+    "octaves: {fraction: 5}": "octaves.fraction",
+    "octaves: {from: 100 Hz, to: 50 Hz}": "expected from below to",
     "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
     "shock: {damping: 100 %}": "a number below 1",
     "shock: {dampnig: 5 %}": 'did you mean "damping"',

@@ -63,8 +63,6 @@ class Panel:
         Axes.
     lines : tuple of Line
         What is drawn.
-    steps : bool
-        Whether each value holds across its band, as of thirds of an octave.
     """
 
     name: str
@@ -73,7 +71,6 @@ class Panel:
     x: Scale
     y: Scale
     lines: tuple[Line, ...]
-    steps: bool = False
 
 
 @final

@@ -24,3 +24,21 @@ class Shock:
     low: float | None = None
     high: float | None = None
     per_octave: int = 12
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Octaves:
+    """Octave or fractional-octave bands.
+
+    Attributes
+    ----------
+    fraction : int
+        Bands to an octave.
+    low, high : float, optional
+        Middles of the lowest and the highest band [Hz]; by default those of the excited band.
+    """
+
+    fraction: int = 3
+    low: float | None = None
+    high: float | None = None

@@ -1,6 +1,6 @@
 """The keys of further analyses in a test log."""
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -18,3 +18,11 @@ class ShockSection(Section):
     low: Frequency = Field(None, alias="from")
     high: Frequency = Field(None, alias="to")
     per_octave: Annotated[int, Field(ge=1, le=96)] | None = None
+
+
+class OctavesSection(Section):
+    """Octave or fractional-octave bands."""
+
+    fraction: Literal[1, 2, 3, 6, 12, 24] | None = None
+    low: Frequency = Field(None, alias="from")
+    high: Frequency = Field(None, alias="to")

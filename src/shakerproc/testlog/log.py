@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
-from shakerproc.testlog.analyses import Shock
+from shakerproc.testlog.analyses import Octaves, Shock
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -174,6 +174,8 @@ class Processing:
         Whether the sweeps of one direction are joined to one response.
     shock : Shock, optional
         Shock response spectra, where they are asked for.
+    octaves : Octaves, optional
+        Octave bands, likewise.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -189,6 +191,7 @@ class Processing:
     tolerance: Tolerance = Tolerance()
     stitch: bool = False
     shock: Shock | None = None
+    octaves: Octaves | None = None
 
 
 @final

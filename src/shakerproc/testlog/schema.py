@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.analysis_sections import ShockSection
+from shakerproc.testlog.analysis_sections import OctavesSection, ShockSection
 from shakerproc.testlog.log import Excitation
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 
@@ -230,6 +230,7 @@ class ProcessingSection(Section):
     tolerance: ToleranceSection = ToleranceSection()
     stitch: bool | None = None
     shock: ShockSection | None = None
+    octaves: OctavesSection | None = None
 
 
 class ExpectSection(Section):

@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
 from shakerproc.runs.analyses.shock import ShockAnalysis
 from shakerproc.runs.analysis import Analysis
@@ -14,7 +15,8 @@ from shakerproc.runs.result import RunResult
 __all__ = ["ANALYSES", "analyses_of"]
 
 ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({
-    analysis.kind: analysis for analysis in (ProfileJudgement(), ShockAnalysis())
+    analysis.kind: analysis
+    for analysis in (ProfileJudgement(), ShockAnalysis(), OctaveAnalysis())
 })
 """Every kind by its key in the log, in the order of the report."""
 
