@@ -13,11 +13,13 @@ from shakerproc.runs.analyses import ANALYSES
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
+    "integration": "{high_pass: 4 Hz, baseline: line}",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
 REFUSED = {
+    "integration: {high_pass: 0.1 Hz}": "two periods in the run",
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
     "shock: {from: 210 Hz}": "does not lie below to",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
@@ -25,6 +27,8 @@ REFUSED = {
 """What a recording of 2048 Hz does not allow."""
 
 MISTAKEN = {
+    "integration: {high_pass: 4}": "a unit",
+    "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
     "octaves: {from: 100 Hz, to: 50 Hz}": "expected from below to",
     "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
@@ -59,7 +63,8 @@ def table(path):
 
 
 def numbers(path):
-    return {name: np.array(values, dtype=float) for name, values in table(path).items()}
+    columns = {name: np.array(values) for name, values in table(path).items()}
+    return {name: v.astype(float) for name, v in columns.items() if name != "excited"}
 
 
 def test_every_kind_is_asked_for_here():
@@ -110,3 +115,18 @@ def test_kinds_of_one_shock_belong_together(results):
     parts = ("primary_positive", "primary_negative", "residual_positive", "residual_negative")
     largest = np.max([columns[f"absolute_acceleration_{p}_ch3_g"] for p in parts], axis=0)
     assert_allclose(columns["absolute_acceleration_maximax_ch3_g"], largest, rtol=1e-12)
+
+
+def test_displacement_of_a_run_is_that_of_its_density(results):
+    """Rms of the displacement is the area of the density over omega^4, high-pass and all."""
+    row = table(results / "process" / "integration.csv")
+    spectra = numbers(results / "process" / "spectra.csv")
+    f = spectra["frequency_hz"][1:]
+    density = spectra["psd_ch3_g2_per_hz"][1:] * 9.80665**2
+    velocity = density / (2.0 * np.pi * f) ** 2 / (1.0 + (4.0 / f) ** 8) ** 2
+    rms = np.sqrt(np.sum(velocity) * f[0]) * 1e3
+    i = row["channel"].index("ch3")
+    assert_allclose(float(row["velocity_rms_mm_per_s"][i]), rms, rtol=0.15)  # bins of 4 Hz
+    span = numbers(results / "process" / "integration_curves.csv")
+    high, low = (span[f"displacement_{side}_ch3_mm"] for side in ("high", "low"))
+    assert_allclose(float(row["displacement_peak_to_peak_mm"][i]), high.max() - low.min())

@@ -1,7 +1,9 @@
 """What further analyses a log may ask for, in SI."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, TypeAlias, final
+
+Baseline: TypeAlias = Literal["none", "mean", "line"]
 
 
 @final
@@ -42,3 +44,21 @@ class Octaves:
     fraction: int = 3
     low: float | None = None
     high: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Integration:
+    """Velocity and displacement of accelerations.
+
+    Attributes
+    ----------
+    high_pass : float or "none", optional
+        Corner of the high-pass [Hz]; by default half the low end of the excited band. Without
+        one, integration starts from rest.
+    baseline : Baseline
+        What is taken from the acceleration of the run first.
+    """
+
+    high_pass: float | Literal["none"] | None = None
+    baseline: Baseline = "mean"

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from shakerproc.documents import Section
+from shakerproc.testlog.analyses import Baseline
 from shakerproc.units import in_unit
 
 Ratio: TypeAlias = Annotated[float | None, in_unit("1", positive=True)]
@@ -26,3 +27,21 @@ class OctavesSection(Section):
     fraction: Literal[1, 2, 3, 6, 12, 24] | None = None
     low: Frequency = Field(None, alias="from")
     high: Frequency = Field(None, alias="to")
+
+
+def _is_none(value: object) -> str:
+    return "<none>" if value == "none" else "<frequency>"
+
+
+class IntegrationSection(Section):
+    """Velocity and displacement."""
+
+    high_pass: (
+        Annotated[
+            Annotated[Literal["none"], Tag("<none>")]
+            | Annotated[Frequency, Tag("<frequency>")],
+            Discriminator(_is_none),
+        ]
+        | None
+    ) = None
+    baseline: Baseline | None = None

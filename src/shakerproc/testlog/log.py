@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
-from shakerproc.testlog.analyses import Octaves, Shock
+from shakerproc.testlog.analyses import Integration, Octaves, Shock
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -176,6 +176,8 @@ class Processing:
         Shock response spectra, where they are asked for.
     octaves : Octaves, optional
         Octave bands, likewise.
+    integration : Integration, optional
+        Velocity and displacement, likewise.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -192,6 +194,7 @@ class Processing:
     stitch: bool = False
     shock: Shock | None = None
     octaves: Octaves | None = None
+    integration: Integration | None = None
 
 
 @final

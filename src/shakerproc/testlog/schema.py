@@ -12,7 +12,11 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.analysis_sections import OctavesSection, ShockSection
+from shakerproc.testlog.analysis_sections import (
+    IntegrationSection,
+    OctavesSection,
+    ShockSection,
+)
 from shakerproc.testlog.log import Excitation
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 
@@ -231,6 +235,7 @@ class ProcessingSection(Section):
     stitch: bool | None = None
     shock: ShockSection | None = None
     octaves: OctavesSection | None = None
+    integration: IntegrationSection | None = None
 
 
 class ExpectSection(Section):

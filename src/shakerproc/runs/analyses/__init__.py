@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
 from shakerproc.runs.analyses.shock import ShockAnalysis
@@ -14,9 +15,15 @@ from shakerproc.runs.result import RunResult
 
 __all__ = ["ANALYSES", "analyses_of"]
 
+_KINDS: Final = (
+    ProfileJudgement(),
+    IntegrationAnalysis(),
+    OctaveAnalysis(),
+    ShockAnalysis(),
+)
+
 ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({
-    analysis.kind: analysis
-    for analysis in (ProfileJudgement(), ShockAnalysis(), OctaveAnalysis())
+    analysis.kind: analysis for analysis in _KINDS
 })
 """Every kind by its key in the log, in the order of the report."""
 
