@@ -18,29 +18,44 @@ from typing import TYPE_CHECKING, Any, Final
 from shakerproc.errors import ArgumentError, ShakerprocError
 
 if TYPE_CHECKING:
+    from shakerproc.workflows.campaign import batch
     from shakerproc.workflows.comparison import compare
+    from shakerproc.workflows.diagnosis import diagnose
+    from shakerproc.workflows.effect_list import effects
     from shakerproc.workflows.reading import read_log, read_model
     from shakerproc.workflows.recording import open_recording
     from shakerproc.workflows.run import process
+    from shakerproc.workflows.simulation import simulate
+    from shakerproc.workflows.updated_model import add
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ArgumentError",
     "ShakerprocError",
+    "add",
+    "batch",
     "compare",
+    "diagnose",
+    "effects",
     "open_recording",
     "process",
     "read_log",
     "read_model",
+    "simulate",
 ]
 
 API: Final = MappingProxyType({
-    "compare": "comparison",
     "open_recording": "recording",
-    "process": "run",
     "read_log": "reading",
     "read_model": "reading",
+    "process": "run",
+    "batch": "campaign",
+    "compare": "comparison",
+    "diagnose": "diagnosis",
+    "add": "updated_model",
+    "simulate": "simulation",
+    "effects": "effect_list",
 })
 """Where in `shakerproc.workflows` each function is."""
 

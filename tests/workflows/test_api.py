@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from tests.compare.small_campaigns import campaign, drive, written
 from tests.in_process import run
 
 import shakerproc as sp
+from shakerproc.models import Element, Excitation, Model, Sensor
+from shakerproc.models.effects import Spring
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 RECORDING = SAMPLE / "recordings" / "Test_1" / "Acceleration.tdms"
@@ -158,6 +161,20 @@ def test_unusable_input_is_told_in_the_sentence_of_the_command(command, tmp_path
         (lambda _m, _l: sp.process(RECORDING, levle="1 g"), "levle: no such .* mean level"),
         (lambda _m, _l: sp.process(RECORDING, from_hz="5 Hz"), "from_hz: expected a number"),
         (lambda _m, _l: sp.process(RECORDING, controls="none"), "controls: expected a list"),
+        (lambda _m, _l: sp.batch("log.yaml"), r"log: expected a test log, as read_log\(path\)"),
+        (lambda _m, log: sp.batch(log, 3), "out: expected the path of a folder, got 3"),
+        (lambda _m, log: sp.batch(log, by=["level"]), "by: goes with --trend"),
+        (lambda _m, log: sp.diagnose("model.yaml", log), "model: expected a model"),
+        (lambda m, log: sp.add("gapp", m, log), "effect: no effect 'gapp'; did you mean gap"),
+        (lambda m, log: sp.add(m, "gap", log), "model: expected a model"),
+        (
+            lambda m, log: sp.add("gap", m, log, between=["rim"]),
+            "between: .* has no place 'rim'",
+        ),
+        (lambda m, log: sp.add("gap", m, log, start={"clearance": "3 kg"}), "start: clearance"),
+        (lambda m, _l: sp.simulate(m, "sine", 1e3), "excitation: expected an array"),
+        (lambda m, _l: sp.simulate(m, [1.0, np.nan], 1e3), "excitation: sample 1 is nan"),
+        (lambda m, _l: sp.simulate(m, [1.0, 2.0], "1 kHz"), "sample_rate: expected a number"),
     ],
 )
 def test_what_is_of_another_kind_is_told_what_was_expected(given, call, message):
@@ -193,3 +210,94 @@ def test_calls_in_threads_are_those_one_after_the_other(given):
         for error, spectra in pool.map(one, range(4)):
             assert error == alone[0]
             assert DataFrame.equals(spectra, alone[1])
+
+
+def test_a_batch_in_memory_is_that_of_the_folder_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    log = sp.read_log(SAMPLE / "testlog.yaml")
+    few = replace(log, tests=(*log.tests[:3], log.find(6)))
+    found = sp.batch(few)
+    assert not everything_below(tmp_path)
+    filed = sp.batch(few, tmp_path / "out", figures=False)
+    assert (filed.folder / "report.html").exists()
+    assert found.runs == filed.runs
+    assert DataFrame.equals(found.peaks, filed.peaks)
+    assert found.to_pandas()["status"].tolist() == ["done", "done", "done", "discarded"]
+    assert isinstance(found.plot(), Figure)
+    assert found.sentence in found._repr_html_()
+    with pytest.raises(sp.ArgumentError, match="no trend 'x'; there are"):
+        found.plot("x")
+    with pytest.raises(sp.ShakerprocError, match="weather"):
+        _ = sp.batch(few, trend=["weather"]).trends
+
+
+def test_a_test_that_cannot_be_used_is_in_the_batch_with_the_reason(tmp_path):
+    log = sp.read_log(SAMPLE / "testlog.yaml")
+    first = log.find(1)
+    broken = tmp_path / "broken.tdms"
+    broken.write_bytes(b"not a recording")
+    found = sp.batch(replace(log, tests=(replace(first, recording=broken), log.find(2))))
+    assert [run.status for run in found.runs] == ["failed", "done"]
+    assert "broken.tdms" in found.runs[0].error
+    assert "test 1 failed" in found._repr_html_()
+
+
+def test_a_response_is_that_of_a_mass_on_a_spring():
+    """Oracle: the closed form of a mass on a spring, pushed by a force of 1 N from rest."""
+    mass, frequency, rate = 0.4, 20.0, 5000.0
+    stiffness = mass * (2.0 * np.pi * frequency) ** 2
+    joint = (Element(Spring(stiffness), ("base", "coupon")),)
+    shaken = Model(
+        "coupon", {"coupon": mass}, joint, Excitation("force", "coupon"),
+        {"ch3": Sensor("coupon", "relative displacement")},
+    )  # fmt: skip
+    found = sp.simulate(shaken, np.ones_like, rate, duration=0.2)
+    table = sp.simulate(shaken, np.ones_like, rate, duration=0.2).to_pandas()
+    expected = (1.0 - np.cos(2.0 * np.pi * frequency * found.found.time)) / stiffness
+    np.testing.assert_allclose(table["ch3_m"], expected, atol=1e-9 / stiffness)
+    assert isinstance(found.plot(), Figure)
+    assert "switchings" in found._repr_html_()
+
+
+def test_the_effects_are_those_of_the_command(command):
+    listed = sp.effects()
+    _, out, _ = command("effects", "--json", "-")
+    assert json.loads(out)["effects"] == json.loads(json.dumps(dict(sp.effects())))
+    assert set(listed.to_pandas()["is"]) == {"effect", "fault"}
+    assert "clearance [m]" in listed._repr_html_()
+    assert isinstance(listed.plot("gap"), Figure)
+
+
+@pytest.mark.slow
+def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_path):
+    model, log = given
+    before = Path(files[1]).read_bytes()
+    with pytest.raises(sp.ShakerprocError, match="gap between base and coupon: the held-out"):
+        sp.add("gap", model, log)
+    found = sp.add("gap", model, log, force=True, between=["base", "coupon"])
+    saved = found.save(tmp_path / "new.yaml")
+    assert Path(files[1]).read_bytes() == before
+    again = sp.read_model(saved).model
+    assert again.elements == found.model.elements
+    assert again.title == found.title
+    assert set(found.intervals["of"]) == {"gap", "model"}
+    held_out = found.errors.held_out
+    assert held_out.before == pytest.approx(held_out.after, rel=1e-2)
+    assert len(found.to_pandas()) == 3
+    assert "held-out error does not fall" in found._repr_html_()
+    assert isinstance(found.plot(), Figure)
+    with pytest.raises(sp.ArgumentError, match="NEW must be another file"):
+        found.save(files[1])
+    made = sp.add("gap", model.model, log, force=True).save(tmp_path / "made.yaml")
+    assert sp.read_model(made).model.title == found.title
+
+
+@pytest.mark.slow
+def test_a_complete_model_is_told_to_be_complete_twice(given):
+    found, again = sp.diagnose(*given), sp.diagnose(*given)
+    assert found.verdict == again.verdict == "nothing missing"
+    assert found.as_json() == again.as_json()
+    assert isinstance(found.plot(), Figure)
+    assert "Nothing is missing" in found._repr_html_()
+    assert len(found.errors) == 3
+    assert found.effects.empty

@@ -58,8 +58,10 @@ def effects_of(path: Path | None) -> dict[str, dict[str, str]]:
 
 
 @contextmanager
-def usage() -> "Iterator[None]":
+def usage(**places: str) -> "Iterator[None]":
     """Tell of an argument that cannot be used as of the option of that name.
+
+    `places` are the names of those that are no options.
 
     Raises
     ------
@@ -73,7 +75,9 @@ def usage() -> "Iterator[None]":
     except ArgumentError as error:
         from shakerproc.workflows.processing_options import option
 
-        raise typer.BadParameter(error.says, param_hint=option(error.name)) from error
+        raise typer.BadParameter(
+            error.says, param_hint=places.get(error.name, option(error.name))
+        ) from error
 
 
 def window_of(value: str | None) -> str | None:

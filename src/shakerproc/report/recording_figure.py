@@ -1,11 +1,14 @@
-"""A recording as it is, against time: before anything of it is cropped or averaged."""
+"""Samples as they are, against time: before anything is cropped or averaged."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from shakerproc.data import Recording
+import numpy as np
+
+from shakerproc.data import FloatArray, Recording
 from shakerproc.report import style
 from shakerproc.report.run_figures import LEFT
-from shakerproc.runs.envelope import envelope
+from shakerproc.runs.envelope import Envelope, envelope
 from shakerproc.runs.result import shown_unit
 
 if TYPE_CHECKING:
@@ -15,17 +18,48 @@ if TYPE_CHECKING:
 def time_signals(recording: Recording) -> "Figure":
     """Return every channel against time: the extremes of each of some thousand slices."""
     found = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
-    n = len(recording.channels)
+    named = []
+    for channel in recording.channels:
+        unit, factor = shown_unit(channel.unit)
+        named.append((channel.name, unit, factor))
+    return _drawn(recording.run, found, named, recording.duration)
+
+
+def signals(
+    title: str, time: FloatArray, named: Sequence[tuple[str, str, FloatArray]]
+) -> "Figure":
+    """Return signals against time, likewise.
+
+    Parameters
+    ----------
+    title : str
+        Headline.
+    time : (n,) array
+        From 0 in equal steps [s].
+    named : sequence of (str, str, (n,) array)
+        Name, unit and samples of each.
+    """
+    rate = (time.size - 1) / float(time[-1]) if time.size > 1 else 1.0
+    rows = np.stack([samples for _, _, samples in named])
+    found = envelope([rows], time.size, rate)
+    return _drawn(
+        title, found, [(name, unit, 1.0) for name, unit, _ in named], time.size / rate
+    )
+
+
+def _drawn(
+    title: str, found: Envelope, named: Sequence[tuple[str, str, float]], duration: float
+) -> "Figure":
+    n = len(named)
     with style.look():
         figure, axes = style.figure(
             7.0, 0.5 + 0.85 * n, n, sharex=True, left=LEFT, legend=False
         )
-        for i, (axis, channel) in enumerate(zip(axes, recording.channels, strict=True)):
-            unit, factor = shown_unit(channel.unit)
+        for i, (axis, (name, unit, factor)) in enumerate(zip(axes, named, strict=True)):
             low, high = found.low[i] * factor, found.high[i] * factor
-            axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.3)
-            style.name(axis, channel.name, unit)
-        style.head(axes[0], recording.run, f"{recording.duration:.4g} s", legend=False)
+            axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.5)
+            style.name(axis, name, unit)
+        style.head(axes[0], title, f"{duration:.4g} s", legend=False)
         axes[-1].set_xlabel("time [s]")
-        axes[-1].set_xlim(0.0, recording.duration)
+        axes[-1].set_xlim(0.0, duration)
     return figure

@@ -10,12 +10,18 @@ from shakerproc.runs.trends import Point, Trend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P")
 
 
 def draw_trend(trend: Trend, path: Path) -> Path:
     """Draw a trend, and return the file."""
+    return save(trend_figure(trend), path)
+
+
+def trend_figure(trend: Trend) -> "Figure":
+    """Return the figure of a trend."""
     places, x_axis, names = trend_view.positions(trend)
     with style.look():
         figure, (axis,) = style.figure(7.0, 4.0, left=LEFT)
@@ -34,7 +40,7 @@ def draw_trend(trend: Trend, path: Path) -> Path:
             note += "; hollow: incomplete recording"
         style.head(axis, trend.title.rstrip("."), note)
         style.legend(axis)
-        return save(figure, path)
+    return figure
 
 
 def _draw_series(

@@ -49,6 +49,40 @@ def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
     return trends.chosen_channel(wish.channel, known)
 
 
+@dataclass(frozen=True, slots=True)
+class Trends:
+    """The trends of a campaign.
+
+    Attributes
+    ----------
+    channel : str
+        Whose peak frequency.
+    found : tuple of Trend
+        Those in which two values of a quantity have a run.
+    missing : tuple of str
+        Titles of the others.
+    """
+
+    channel: str
+    found: tuple[Trend, ...]
+    missing: tuple[str, ...]
+
+
+def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
+    """Return the trends that a person wants, and the usual ones."""
+    channel = _channel(wish, runs)
+    requests = [
+        *(trends.chosen_trend(runs, x, wish.by) for x in wish.against),
+        *trends.standard_trends(runs),
+    ]
+    drawn = {request.title: trends.trend(runs, request, channel) for request in requests}
+    return Trends(
+        channel,
+        tuple(trend for trend in drawn.values() if trend is not None),
+        tuple(title for title, trend in drawn.items() if trend is None),
+    )
+
+
 def write_up(
     title: str,
     campaign: Campaign,
@@ -78,14 +112,8 @@ def _written_up(
     verdict: str,
 ) -> dict[str, Any]:
     runs = campaign.runs
-    channel = _channel(wish, runs)
-    requests = [
-        *(trends.chosen_trend(runs, x, wish.by) for x in wish.against),
-        *trends.standard_trends(runs),
-    ]
-    drawn = {request.title: trends.trend(runs, request, channel) for request in requests}
-    found = [trend for trend in drawn.values() if trend is not None]
-    missing = [title for title, trend in drawn.items() if trend is None]
+    told = trends_of(runs, wish)
+    channel, found, missing = told.channel, told.found, told.missing
     write_tables(runs, found, channel, root)
     if wish.figures:
         for trend in found:

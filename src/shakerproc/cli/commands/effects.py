@@ -41,7 +41,8 @@ def effects(
     and with -o a picture of its loop and of what it makes of stiffness and damping as the
     level rises. With --out a folder with the pictures of all, and a page that shows them.
     """
-    from shakerproc.workflows.effect_documents import document_of, known_kinds
+    from shakerproc.workflows.effect_documents import known_kinds
+    from shakerproc.workflows.effect_list import effects as listed
 
     known = known_kinds()
     if kind is not None and kind not in known:
@@ -49,7 +50,7 @@ def effects(
     if figure is not None and kind is None:
         raise typer.BadParameter("needs the name of one effect", param_hint="-o")
     chosen = known if kind is None else {kind: known[kind]}
-    documents = {name: document_of(one) for name, one in chosen.items()}
+    documents = {name: one for name, one in listed().items() if name in chosen}
     output.write_json(
         {"schema": "shakerproc-effects/1", "effects": documents, **options.effects_of(own)},
         json,

@@ -1,0 +1,183 @@
+"""Every test of a log worked through: what `shakerproc batch` does, and what it comes to."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from os import cpu_count
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack, final
+
+from shakerproc.batch.campaign import Products, relative_recording
+from shakerproc.batch.lock import locked
+from shakerproc.errors import ArgumentError, ShakerprocError
+from shakerproc.runs import RunSummary, tables, telling
+from shakerproc.runs.trends import Trend
+from shakerproc.testlog import Test, TestLog, facts_of
+from shakerproc.workflows.arguments import AnyPath, log_of, path_of
+from shakerproc.workflows.log_runs import run_log
+from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.processing_options import Options, described
+from shakerproc.workflows.run import process_file
+from shakerproc.workflows.shown import frame, html
+from shakerproc.workflows.write_up import Wish, trends_of, write_up
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Campaign:
+    """Every test of a log worked through.
+
+    Attributes
+    ----------
+    title : str
+        Title of the log.
+    runs : tuple of RunSummary
+        Every test in order, failed (``.status``, ``.error``) and discarded ones included.
+    wish : Wish
+        Channel and columns of the trends.
+    folder : Path, optional
+        Where tables, figures and report.html are, if they were asked for.
+    """
+
+    title: str
+    runs: tuple[RunSummary, ...]
+    wish: Wish
+    folder: Path | None = None
+
+    def to_pandas(self) -> "DataFrame":
+        """Return a row for each test, as runs.csv: what the log says, status, levels."""
+        return frame(tables.run_columns(self.runs))
+
+    @property
+    def peaks(self) -> "DataFrame":
+        """Peaks of every channel of every test, as peaks.csv."""
+        return frame(tables.peak_columns(self.runs))
+
+    @property
+    def statistics(self) -> "DataFrame":
+        """Rms, extremes and crest factors, as statistics.csv."""
+        return frame(tables.statistics_columns(self.runs))
+
+    @property
+    def trends(self) -> dict[str, Trend]:
+        """Peak frequency against what the log varies, by the names of the trends."""
+        return {trend.name: trend for trend in trends_of(self.runs, self.wish).found}
+
+    @property
+    def sentence(self) -> str:
+        """What the trends say, in words; empty where there is none."""
+        return telling.trend_sentence(self.runs, trends_of(self.runs, self.wish).channel)
+
+    def plot(self, trend: str = "") -> "Figure":
+        """Return the figure of a trend.
+
+        Parameters
+        ----------
+        trend : str
+            One of `trends`; by default the first.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such trend, or none at all.
+        """
+        from shakerproc.report.trend_figures import trend_figure
+
+        known = self.trends
+        if not known:
+            raise ArgumentError("trend", "no quantity of the log takes two values in its tests")
+        if trend and trend not in known:
+            raise ArgumentError("trend", f"no trend {trend!r}; there are {', '.join(known)}")
+        return trend_figure(known[trend or next(iter(known))])
+
+    def _repr_html_(self) -> str:
+        failed = [f"test {r.test} failed: {r.error}" for r in self.runs if r.status == "failed"]
+        table = self.to_pandas().dropna(axis="columns", how="all")
+        return html(self.title, [self.sentence, *failed], table.iloc[:, :10])
+
+
+def batch(
+    log: TestLog,
+    out: AnyPath | None = None,
+    *,
+    channel: str | None = None,
+    trend: Sequence[str] = (),
+    by: Sequence[str] = (),
+    figures: bool = True,
+    workers: int | None = None,
+    **options: Unpack[Options],
+) -> Campaign:
+    """Return every test of a log worked through, with trends over the tests.
+
+    A test whose recording cannot be used is in the result as failed, with the reason; the
+    others are worked through all the same.
+
+    Parameters
+    ----------
+    log : TestLog
+        What `read_log` returned.
+    out : path, optional
+        Folder to write tables, figures and the report into, in processes of their own and
+        resumable, as the command does; without it nothing is written, and the tests are worked
+        through in threads of this process.
+    channel : str, optional
+        Channel of the trends; by default the one with the largest response.
+    trend, by : sequence of str
+        Further trends of the peak frequency: columns along the axis, and columns that make
+        the series.
+    figures : bool
+        Whether to draw files, where `out` is given.
+    workers : int, optional
+        Tests at a time; by default one for each processor.
+    **options
+        Of every test, before what its log says; see `Options`.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument cannot be used.
+    LogError
+        If a trend is asked for of a column that the log does not have.
+    LockedError
+        If another shakerproc works in the folder.
+    """
+    known = log_of(log)
+    for name, given in (("trend", trend), ("by", by)):
+        if isinstance(given, str):
+            raise ArgumentError(name, f"expected a list of columns, got {given!r}")
+    if by and not trend:
+        raise ArgumentError("by", "goes with --trend")
+    if workers is not None and workers < 1:
+        raise ArgumentError("workers", f"expected a whole number from 1, got {workers!r}")
+    known = replace(known, tests=tuple(described(test, options) for test in known.tests))
+    command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
+    wish = Wish(channel, tuple(trend), tuple(by), figures=figures, command=command)
+    if out is None:
+        return Campaign(known.title, _in_threads(known, workers), wish)
+    root = path_of("out", out, "a folder")
+    with locked(root):
+        done = run_log(known, root, Products(figures), Machines(workers))
+        write_up(known.title, done, root, wish)
+    return Campaign(known.title, done.runs, wish, root)
+
+
+def _in_threads(log: TestLog, workers: int | None) -> tuple[RunSummary, ...]:
+    """Return every test of a log worked through in memory."""
+    with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
+        return tuple(pool.map(partial(_summary, log), log.tests))
+
+
+def _summary(log: TestLog, test: Test) -> RunSummary:
+    name = "" if test.recording is None else test.recording.name
+    if test.discarded:
+        return RunSummary(str(test.id), "discarded", facts_of(test), name)
+    try:
+        summary = process_file(test.require_recording(), test).summary
+        return replace(summary, recording=relative_recording(log, test))
+    except ShakerprocError as error:
+        return RunSummary(str(test.id), "failed", facts_of(test), name, error=str(error))

@@ -1,0 +1,119 @@
+"""Which effect a model lacks: what `shakerproc diagnose` does."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
+
+from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.diagnosis.result import Diagnosis as Found
+from shakerproc.errors import ArgumentError
+from shakerproc.testlog import TestLog
+from shakerproc.workflows import judging
+from shakerproc.workflows.arguments import log_of, model_of
+from shakerproc.workflows.shown import frame_of_rows, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """Which effect a model lacks, how surely, and which test would settle it.
+
+    Attributes
+    ----------
+    found : shakerproc.diagnosis.Diagnosis
+        The whole of it, typed.
+    """
+
+    found: Found
+
+    @property
+    def verdict(self) -> str:
+        """What was found, such as ``effect found`` or ``nothing missing``."""
+        return self.found.verdict
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in a sentence."""
+        return self.found.sentence
+
+    @property
+    def confidence(self) -> float | None:
+        """The probability that verdict, kinds and joints are exactly right [-]."""
+        return self.found.confidence
+
+    @property
+    def effects(self) -> "DataFrame":
+        """The effects that were found: their numbers in SI units, with 95 % intervals."""
+        rows = [
+            (effect.kind, " - ".join(effect.between), name, p.value, p.low, p.high, p.unit)
+            for effect in self.found.effects
+            for name, p in effect.parameters.items()
+        ]
+        names = ("effect", "between", "parameter", "value", "low", "high", "unit")
+        return frame_of_rows(names, rows)
+
+    @property
+    def errors(self) -> "DataFrame":
+        """The free-run errors before and after, and the noise floor [-]."""
+        errors = self.found.errors
+        rows = [
+            ("before", errors.fitted.before, errors.held_out.before),
+            ("after", errors.fitted.after, errors.held_out.after),
+            ("noise floor", None, errors.noise_floor),
+        ]
+        return frame_of_rows(("error", "fitted", "held_out"), rows)
+
+    def to_pandas(self) -> "DataFrame":
+        """Return every hypothesis that was tried, best first, with its errors [-]."""
+        rows = [
+            (one.kind, " - ".join(one.between), one.fitted_error, one.held_out_error)
+            for one in self.found.candidates
+        ]
+        return frame_of_rows(("candidate", "between", "fitted_error", "held_out_error"), rows)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the diagnosis as diagnosis.json holds it."""
+        return self.found.as_json()
+
+    def plot(self) -> "Figure":
+        """Return the errors of all hypotheses beside the model as it was and the noise."""
+        from shakerproc.report.diagnosis_figure import candidate_errors
+
+        return candidate_errors(self.found)
+
+    def _repr_html_(self) -> str:
+        surely = self.found.confidence
+        told = [self.sentence, *self.found.notes]
+        if surely is not None:
+            told.insert(1, f"exactly right with a probability of {100.0 * surely:.0f} %")
+        return html(self.verdict, told, self.errors, self.effects, self.to_pandas())
+
+
+def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> Diagnosis:
+    """Return which effect a model lacks, how surely, and which test would settle it.
+
+    Parameters
+    ----------
+    model : ModelFile or Model
+        What `read_model` returned, or a model made in Python.
+    log : TestLog
+        What `read_log` returned; tests with ``hold_out: true`` are only scored.
+    seed : int
+        Of the tests that are proposed.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is of another kind.
+    DiagnosisError
+        If the tests and the model do not fit together.
+    ShakerprocError
+        If a recording cannot be used.
+    """
+    known, tests = model_of(model).model, log_of(log)
+    if isinstance(seed, bool) or not isinstance(seed, int):
+        raise ArgumentError("seed", f"expected a whole number, got {seed!r}")
+    return Diagnosis(judging.diagnose_tests(known, tests, tests_of(tests, known), seed=seed))

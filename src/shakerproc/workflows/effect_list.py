@@ -1,0 +1,96 @@
+"""What a model may be made of: what `shakerproc effects` lists."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
+
+from shakerproc.errors import ArgumentError
+from shakerproc.models import FAULTS
+from shakerproc.workflows.effect_documents import document_of, known_kinds
+from shakerproc.workflows.shown import frame_of_rows, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Effects(Mapping[str, Mapping[str, Any]]):
+    """Effects and faults by name: formula, parameters with units, signature, references.
+
+    Attributes
+    ----------
+    documents : mapping of str to mapping
+        As ``shakerproc effects --json`` writes them.
+    """
+
+    documents: Mapping[str, Mapping[str, Any]]
+
+    def __getitem__(self, kind: str) -> Mapping[str, Any]:
+        return self.documents[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.documents)
+
+    def __len__(self) -> int:
+        return len(self.documents)
+
+    def to_pandas(self) -> "DataFrame":
+        """Return a row for each effect and each fault of the measurement."""
+        rows = [
+            (
+                name,
+                "fault" if name in FAULTS else "effect",
+                one["formula"],
+                ", ".join(
+                    f"{key} [{p['unit']}]" if p["unit"] else key
+                    for key, p in one["parameters"].items()
+                ),
+                one["signature"],
+            )
+            for name, one in self.documents.items()
+        ]
+        return frame_of_rows(("name", "is", "formula", "parameters", "signature"), rows)
+
+    def plot(self, kind: str) -> "Figure":
+        """Return the picture of an effect: its loop, and what it makes of stiffness.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such effect.
+        """
+        from shakerproc.report import style
+        from shakerproc.report.effects import picture
+
+        if kind not in self.documents:
+            raise ArgumentError("kind", f"no effect {kind!r}; there are {', '.join(self)}")
+        with style.look():
+            return picture(kind)
+
+    def _repr_html_(self) -> str:
+        table = self.to_pandas()
+        found = [table[table["is"] == word].drop(columns="is") for word in ("effect", "fault")]
+        return "\n".join(
+            html(heading, [], part)
+            for heading, part in zip(("Effects", "Faults"), found, strict=True)
+        )
+
+
+def effects() -> Effects:
+    """Return what a model may be made of: laws of force, and faults of the measurement.
+
+    Those of installed packages are among them.
+
+    Returns
+    -------
+    Effects
+        A mapping from the name to formula, parameters with units, signature and references.
+
+    Raises
+    ------
+    ModelError
+        If an effect of an installed package cannot be used.
+    """
+    return Effects({name: document_of(kind) for name, kind in known_kinds().items()})

@@ -1,0 +1,332 @@
+"""A model with one effect more: what `shakerproc add` does."""
+
+import datetime
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, final
+
+from shakerproc import __version__, files
+from shakerproc.diagnosis.adding import NO_START, Added
+from shakerproc.errors import ArgumentError, DiagnosisError
+from shakerproc.model_files import (
+    Provenance,
+    add_element,
+    model_text,
+)
+from shakerproc.models import BASE, EFFECTS, Model
+from shakerproc.models.identification import Values
+from shakerproc.testlog import TestLog
+from shakerproc.units import near_miss, to_si
+from shakerproc.workflows.arguments import (
+    AnyPath,
+    GivenModel,
+    log_of,
+    model_of,
+    path_of,
+    told,
+)
+from shakerproc.workflows.judging import add_effect
+from shakerproc.workflows.shown import frame_of_rows, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from shakerproc.diagnosis.result import Errors
+
+_NO_HASHES: Final[Mapping[str, str]] = {}
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class UpdatedModel:
+    """A model with one effect more, fitted, and what that does to the errors.
+
+    Attributes
+    ----------
+    kind : str
+        Key of the effect.
+    known : GivenModel
+        The model as it was, and its file.
+    log : TestLog
+        The tests that it was fitted to and scored on.
+    added : Added
+        The fit.
+    effect_hashes : mapping of str to str
+        SHA-256 of the files of own effects that play a part, by name.
+    """
+
+    kind: str
+    known: GivenModel
+    log: TestLog
+    added: Added
+    effect_hashes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        """The new model; `compare` takes it as it is."""
+        return replace(self.added.model, title=self.title)
+
+    @property
+    def title(self) -> str:
+        """Title of the new model."""
+        joint = " to ".join(self.added.element.between)
+        return f"{self.known.model.title}, with {self.kind.replace('_', ' ')} ({joint})"
+
+    @property
+    def errors(self) -> "Errors":
+        """The free-run errors before and after, fitted and held out [-]."""
+        return self.added.errors
+
+    @property
+    def intervals(self) -> "DataFrame":
+        """The fitted numbers in SI units, of the effect and of the model, with intervals."""
+        rows = [
+            (whose, name, p.value, p.low, p.high, p.unit)
+            for whose, numbers in (
+                (self.kind, self.added.parameters),
+                ("model", self.added.linear),
+            )
+            for name, p in numbers.items()
+        ]
+        return frame_of_rows(("of", "parameter", "value", "low", "high", "unit"), rows)
+
+    def to_pandas(self) -> "DataFrame":
+        """Return the errors before and after, on fitted and on held-out tests [-]."""
+        errors = self.errors
+        rows = [
+            ("before", errors.fitted.before, errors.held_out.before),
+            ("after", errors.fitted.after, errors.held_out.after),
+            ("noise floor", None, errors.noise_floor),
+        ]
+        return frame_of_rows(("error", "fitted", "held_out"), rows)
+
+    def plot(self) -> "Figure":
+        """Return the response functions of the model as it was and of the new one."""
+        from shakerproc.workflows.comparison import compare_models
+
+        found = compare_models(self.model, self.log, before=self.known.model)
+        return found.plot()
+
+    def save(self, path: AnyPath, *, modes: bool = False) -> Path:
+        """Write the new model file, comments and order of the old one kept.
+
+        Parameters
+        ----------
+        path : path
+            The new file; not the old one.
+        modes : bool
+            Whether to write further linear modes that were fitted, too.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ArgumentError
+            If it is the file of the old model.
+        DocumentError
+            If the old file is laid out so that it cannot be changed in place.
+        """
+        out, old = path_of("path", path, "a new model file"), self.known.file
+        if old is None:
+            files.write_text(out, model_text(self.model, heading=f"shakerproc {__version__}"))
+            return out
+        if out.resolve() == old.path.resolve():
+            raise ArgumentError("path", "NEW must be another file than MODEL")
+        known, new = self.known.model, self.added.model
+        add_element(
+            old.path,
+            self.added.element,
+            out,
+            self._provenance(),
+            changes=_changes(known, new),
+            masses={n: m for n, m in new.masses.items() if m != known.masses[n]},
+            modes=self.added.modes if modes else (),
+            title=self.title,
+        )
+        return out
+
+    def _provenance(self) -> Provenance:
+        """Return where the fitted numbers come from, as the model file says it."""
+        added = self.added
+        spans = {
+            name: (p.low, p.high)
+            for name, p in added.parameters.items()
+            if p.low is not None and p.high is not None
+        }
+        hashes = {
+            f"{test.recording.parent.name}/{test.recording.name}": added.sha256[str(test.id)]
+            for test in self.log.tests
+            if test.recording is not None and str(test.id) in added.tests
+        }
+        hashes |= self.effect_hashes
+        today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
+        return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
+
+    def _repr_html_(self) -> str:
+        told = [self.added.worse, *self.added.left_out, *self.added.notes]
+        return html(self.title, told, self.to_pandas(), self.intervals)
+
+
+def add(
+    effect: str,
+    model: Any,
+    log: TestLog,
+    *,
+    between: Sequence[str] | None = None,
+    start: Mapping[str, str | float] | None = None,
+    force: bool = False,
+) -> UpdatedModel:
+    """Return a model with one effect more, fitted to a log together with its own numbers.
+
+    Parameters
+    ----------
+    effect : str
+        Key of `effects`, such as ``gap``.
+    model : ModelFile or Model
+        What `read_model` returned, or a model made in Python.
+    log : TestLog
+        What `read_log` returned; tests with ``hold_out: true`` are only scored.
+    between : pair of str, optional
+        Its two places; by default where it fits best.
+    start : mapping of str to str or float, optional
+        Where its fit may start besides: numbers with their unit (``"0.1 mm"``), or in SI.
+    force : bool
+        Whether to return it even where it is no gain.
+
+    Returns
+    -------
+    UpdatedModel
+        Model, intervals, errors before and after, and ``.save(path)``.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument cannot be used.
+    DiagnosisError
+        If the effect does not fit these tests, or the held-out error does not fall.
+    """
+    known, tests = model_of(model), log_of(log)
+    check_kind(effect)
+    places = None if between is None else places_of(between, known.model)
+    found = fitted_effect(
+        effect, known, tests, between=places, start=start_of(effect, start or {})
+    )
+    if not force:
+        check_gain(effect, found.added)
+    return found
+
+
+def fitted_effect(
+    effect: str,
+    known: GivenModel,
+    log: TestLog,
+    *,
+    between: Sequence[str] | None = None,
+    start: Values = NO_START,
+    effect_hashes: Mapping[str, str] = _NO_HASHES,
+    progress: Callable[[str], None] | None = None,
+) -> UpdatedModel:
+    """Return a model with one effect more, whether or not it is a gain."""
+    added = add_effect(
+        effect, known.model, log, between=between, start=start, force=True, progress=progress
+    )
+    return UpdatedModel(effect, known, log, added, effect_hashes)
+
+
+def check_gain(effect: str, added: Added) -> None:
+    """Pass an effect with which the held-out error falls.
+
+    Raises
+    ------
+    DiagnosisError
+        If it does not fall by more than its standard error.
+    """
+    if added.worse:
+        raise DiagnosisError(
+            f"{effect} between {' and '.join(added.element.between)}: {added.worse}. No model "
+            "is written; --force writes it all the same."
+        )
+
+
+def _changes(known: Model, new: Model) -> dict[int, dict[str, float]]:
+    """Return the numbers of a model that another has changed, by the number of the element."""
+    changes = {
+        i: {
+            name: getattr(other.effect, name)
+            for name in own.effect.parameters
+            if getattr(other.effect, name) != getattr(own.effect, name)
+        }
+        for i, (own, other) in enumerate(zip(known.elements, new.elements, strict=False))
+    }
+    return {i: values for i, values in changes.items() if values}
+
+
+def check_kind(effect: Any) -> None:
+    """Pass an effect that there is.
+
+    Raises
+    ------
+    ArgumentError
+        If there is none of that name.
+    """
+    if not isinstance(effect, str):
+        raise ArgumentError("effect", f"expected the name of an effect, got {told(effect)}")
+    if effect not in EFFECTS:
+        meant = near_miss(effect, list(EFFECTS))
+        question = f"; did you mean {meant}?" if meant else f"; there are {', '.join(EFFECTS)}"
+        raise ArgumentError("effect", f"no effect {effect!r}{question}")
+
+
+def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float | str]:
+    """Return numbers to start from [SI].
+
+    Raises
+    ------
+    ArgumentError
+        If one is no number of the effect, or not written with its unit.
+    """
+    known = EFFECTS[effect].estimated()
+    found: dict[str, float | str] = {}
+    for name, value in given.items():
+        parameter = known.get(name)
+        if parameter is None:
+            raise ArgumentError(
+                "start", f"{effect} has no number {name!r}; it has {', '.join(known)}"
+            )
+        if parameter.choices or not isinstance(value, str):
+            found[name] = value
+            continue
+        try:
+            found[name] = to_si(value, parameter.unit)
+        except ValueError as error:
+            raise ArgumentError("start", f"{name}: {error}") from error
+    return found
+
+
+def places_of(between: Sequence[str], model: Model) -> list[str]:
+    """Return two places of a model.
+
+    Raises
+    ------
+    ArgumentError
+        If they are not two of its places.
+    """
+    there = [BASE, *model.masses]
+    places = [between] if isinstance(between, str) else [str(place) for place in between]
+    unknown = [place for place in places if place not in there]
+    if unknown:
+        raise ArgumentError(
+            "between",
+            f"{model.title} has no place {unknown[0]!r}; there are {', '.join(there)}",
+        )
+    if len(places) != 2 or places[0] == places[1]:
+        raise ArgumentError(
+            "between",
+            f"expected two places such as {there[0]},{there[1]}, got {','.join(places)!r}",
+        )
+    return places
