@@ -1,7 +1,7 @@
 """The mapping of all effects: those of shakerproc, of installed packages and of the user."""
 
 from collections.abc import Iterator, Mapping
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Final, final
 
 if TYPE_CHECKING:
@@ -37,6 +37,11 @@ class Effects(Mapping[str, "type[AbstractEffect]"]):
         return len(self._all())
 
     @property
+    def known(self) -> "Kinds":
+        """The effects of shakerproc itself."""
+        return dict(self._known)
+
+    @property
     def own(self) -> "Kinds":
         """What the user brought."""
         return dict(self._own)
@@ -62,10 +67,21 @@ def _installed(known: "Kinds") -> "dict[str, type[AbstractEffect]]":
     """
     found: dict[str, type[AbstractEffect]] = {}
     for entry in entry_points(group=GROUP):
-        from shakerproc.models.own_effects import checked, effects_in, failing
-
-        where = f"entry point {entry.name} ({entry.value})"
-        with failing(where):
-            loaded = entry.load()
-        found |= checked(effects_in(loaded), where, {**known, **found})
+        found |= loaded(entry, {**known, **found})
     return found
+
+
+def loaded(entry: EntryPoint, known: "Kinds") -> "dict[str, type[AbstractEffect]]":
+    """Return the effects that an entry point names, each of which can be used.
+
+    Raises
+    ------
+    ModelError
+        If one cannot, or has the name of one that is known.
+    """
+    from shakerproc.models.own_effects import checked, effects_in, failing
+
+    where = f"entry point {entry.name} ({entry.value})"
+    with failing(where):
+        found = entry.load()
+    return checked(effects_in(found), where, known)

@@ -1,10 +1,9 @@
 """Open a recording, whatever its format."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -39,11 +38,12 @@ from shakerproc.recordings.matlab import read_mat
 from shakerproc.recordings.numpy_file import read_npz
 from shakerproc.recordings.parquet import read_parquet
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
+from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.si import Scale, scale_of
 from shakerproc.recordings.tdms.reader import read_tdms
 from shakerproc.recordings.uff import read_uff
 
-READERS: Mapping[str, Reader] = MappingProxyType({
+READERS: Final = Readers({
     ".tdms": read_tdms,
     ".csv": read_csv,
     ".txt": read_csv,
@@ -193,12 +193,12 @@ def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
 
 
 def _reader(path: Path, run: str) -> Reader:
-    reader = READERS.get(path.suffix.lower())
     if path.is_dir():
         raise RecordingError(f"{run}: {path} is a folder. Give a recording inside it.")
     if not path.exists():
         raise RecordingError(f"{run}: no file {path}{_near(path)}.")
     open_regular(path, run).close()
+    reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise RecordingError(
             f"{run}: no reader for {path.suffix or 'a file without ending'}. "

@@ -46,9 +46,11 @@ def doctor(json: output.JsonOption = None) -> None:
     not.
     """
     from shakerproc.cli.compiling import announce
+    from shakerproc.workflows.plug_ins import plug_ins
 
     announce()
     packages = _packages()
+    brought = plug_ins()
     speed = _speed()
     missing = [p for p in packages if p.installed is None and not p.extra]
     extras = {
@@ -67,11 +69,21 @@ def doctor(json: output.JsonOption = None) -> None:
             "missing": [p.name for p in missing],
             "missing_extras": extras,
             "browser": browser,
+            "plug_ins": [one.as_json() for one in brought],
             "speed": speed,
         },
         json,
     )
     _print(packages, speed, extras, browser, json)
+    for one in brought:
+        what = f"{one.name} ({one.value}) of {one.package}"
+        if one.problem:
+            output.warning(f"plug-in {what}: {one.problem}")
+        else:
+            output.data(
+                f"plug-in {what}: {one.group.rpartition('.')[2]} {', '.join(one.brings)}",
+                json_target=json,
+            )
     if missing:
         names = ", ".join(p.name for p in missing)
         output.message(f"error: {names} missing; install again: pip install shakerproc")

@@ -1,0 +1,90 @@
+"""The mapping of all readers: those of shakerproc, and those of installed packages."""
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Final, final
+
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import foreign
+from shakerproc.recordings.raw import RawFile, Reader
+
+GROUP: Final = "shakerproc.readers"
+"""Entry points of packages that bring readers: the name is the ending of the files, without its
+dot, and the value a function from the path and the name of the run to a `RawFile`."""
+
+
+@final
+class Readers(Mapping[str, Reader]):
+    """What opens a file, by its ending in small letters.
+
+    Readers of installed packages are looked for when all are listed, or when an ending is asked
+    for that shakerproc does not know; they are loaded when they are asked for.
+    """
+
+    def __init__(self, known: Mapping[str, Reader]) -> None:
+        self._known = dict(known)
+        self._installed: dict[str, EntryPoint] | None = None
+
+    def __getitem__(self, ending: str) -> Reader:
+        found = self._known.get(ending)
+        return loaded(self._entries()[ending]) if found is None else found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self._known, **self._entries()})
+
+    def __len__(self) -> int:
+        return len({**self._known, **self._entries()})
+
+    @property
+    def known(self) -> Mapping[str, Reader]:
+        """The readers of shakerproc itself."""
+        return dict(self._known)
+
+    def _entries(self) -> dict[str, EntryPoint]:
+        """Return the first entry point for each ending that shakerproc does not read."""
+        if self._installed is None:
+            found: dict[str, EntryPoint] = {}
+            for entry in entry_points(group=GROUP):
+                ending = f".{entry.name.lower()}"
+                if ending not in self._known:
+                    found.setdefault(ending, entry)
+            self._installed = found
+        return self._installed
+
+
+def loaded(entry: EntryPoint) -> Reader:
+    """Return the reader that an entry point names, whatever it raises turned into one line.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be loaded, or is no function.
+    """
+    where = f"entry point {entry.name} ({entry.value})"
+    try:
+        reader = entry.load()
+    except Exception as error:
+        told = " ".join(str(error).split()) or "no reason given"
+        raise RecordingError(
+            f"{where}: {type(error).__name__}: {told}. Correct the package, or remove it."
+        ) from error
+    if not callable(reader):
+        raise RecordingError(f"{where}: is no function. Name one that reads a file.")
+    return _guarded(reader, where)
+
+
+def _guarded(reader: Callable[[Path, str], object], where: str) -> Reader:
+    """Return a reader whose failures are one line that says where."""
+
+    def read(path: Path, run: str) -> RawFile:
+        with foreign(run, where):
+            made = reader(path, run)
+        if isinstance(made, RawFile):
+            return made
+        raise RecordingError(
+            f"{run}: {where}: returned {type(made).__name__}, not a RawFile of "
+            "shakerproc.recordings.raw. Correct the package."
+        )
+
+    return read
