@@ -13,12 +13,14 @@ from shakerproc.runs.analyses import ANALYSES
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
+    "fatigue": "{from: 10 Hz, exponent: 8, per_octave: 3}",
     "integration": "{high_pass: 4 Hz, baseline: line}",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
 REFUSED = {
+    "fatigue: {to: 205 Hz}": "above a tenth of the sample rate",
     "integration: {high_pass: 0.1 Hz}": "two periods in the run",
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
     "shock: {from: 210 Hz}": "does not lie below to",
@@ -27,6 +29,8 @@ REFUSED = {
 """What a recording of 2048 Hz does not allow."""
 
 MISTAKEN = {
+    "fatigue: {exponent: 0}": "fatigue.exponent",
+    "fatigue: {damping: 0 %}": "more than 0",
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",

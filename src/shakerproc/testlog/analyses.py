@@ -62,3 +62,27 @@ class Integration:
 
     high_pass: float | Literal["none"] | None = None
     baseline: Baseline = "mean"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Fatigue:
+    """Vibration response and fatigue damage spectra.
+
+    Attributes
+    ----------
+    damping : float
+        Damping ratio of the oscillators [-].
+    exponent : float
+        Of the S-N curve [-].
+    low, high : float, optional
+        Natural frequencies [Hz]; by default those of the shock response spectra.
+    per_octave : int
+        How many of them.
+    """
+
+    damping: float = 0.05
+    exponent: float = 4.0
+    low: float | None = None
+    high: float | None = None
+    per_octave: int = 6

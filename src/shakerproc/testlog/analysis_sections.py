@@ -45,3 +45,13 @@ class IntegrationSection(Section):
         | None
     ) = None
     baseline: Baseline | None = None
+
+
+class FatigueSection(Section):
+    """Vibration response and fatigue damage spectra."""
+
+    damping: Annotated[Ratio, Field(lt=1.0)] = None
+    exponent: Annotated[float, Field(ge=1.0, le=30.0, strict=False)] | None = None
+    low: Frequency = Field(None, alias="from")
+    high: Frequency = Field(None, alias="to")
+    per_octave: Annotated[int, Field(ge=1, le=96)] | None = None

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
-from shakerproc.testlog.analyses import Integration, Octaves, Shock
+from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -178,6 +178,8 @@ class Processing:
         Octave bands, likewise.
     integration : Integration, optional
         Velocity and displacement, likewise.
+    fatigue : Fatigue, optional
+        Vibration response and fatigue damage spectra, likewise.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -195,6 +197,7 @@ class Processing:
     shock: Shock | None = None
     octaves: Octaves | None = None
     integration: Integration | None = None
+    fatigue: Fatigue | None = None
 
 
 @final

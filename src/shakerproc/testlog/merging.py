@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
-from shakerproc.testlog.analyses import Integration, Octaves, Shock
+from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
 from shakerproc.testlog.log import (
     Crop,
     Expectation,
@@ -117,6 +117,7 @@ def merged_processing(
         tolerance=tolerance,
         shock=_asked(base.shock, section.shock, Shock(), "shock"),
         octaves=_asked(base.octaves, section.octaves, Octaves(), "octaves"),
+        fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
     )
 

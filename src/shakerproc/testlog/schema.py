@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analysis_sections import (
+    FatigueSection,
     IntegrationSection,
     OctavesSection,
     ShockSection,
@@ -236,6 +237,7 @@ class ProcessingSection(Section):
     shock: ShockSection | None = None
     octaves: OctavesSection | None = None
     integration: IntegrationSection | None = None
+    fatigue: FatigueSection | None = None
 
 
 class ExpectSection(Section):

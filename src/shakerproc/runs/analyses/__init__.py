@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
@@ -20,6 +21,7 @@ _KINDS: Final = (
     IntegrationAnalysis(),
     OctaveAnalysis(),
     ShockAnalysis(),
+    FatigueAnalysis(),
 )
 
 ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({

@@ -1,0 +1,92 @@
+"""Vibration response and fatigue damage spectra of accelerations."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
+from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.result import RunResult
+from shakerproc.spectra.fatigue import FatigueSpectra, fatigue_spectra
+
+
+@final
+class FatigueAnalysis(AbstractAnalysis):
+    """What the vibration does to oscillators: root mean squares and damage."""
+
+    kind: ClassVar[str] = "fatigue"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the spectra of the accelerations of a run."""
+        wanted = result.test.processing.fatigue
+        if wanted is None:
+            return None
+        rows = accelerations(result, self.kind)
+        frequency = natural_frequencies(
+            result, (wanted.low, wanted.high), wanted.per_octave, self.kind
+        )
+        found = fatigue_spectra(
+            offset_free(recording.select(rows), result, rows),
+            result.sample_rate,
+            frequency,
+            damping=wanted.damping,
+            exponent=wanted.exponent,
+        )
+        names = [result.channels[i].name for i in rows]
+        how = f"damping {100.0 * wanted.damping:g} %, exponent {wanted.exponent:g}"
+        unit = f"(m/s)^{wanted.exponent:g}"
+        rms = found.acceleration / STANDARD_GRAVITY
+        return Analysis(
+            kind=self.kind,
+            title=f"Vibration response and fatigue damage spectra ({how})",
+            columns=_columns(found, names, wanted.exponent),
+            summary=tuple(_row(found, i, name, unit) for i, name in enumerate(names)),
+            panels=(
+                _panel("response", "Vibration response spectrum, absolute acceleration",
+                       "acceleration [g rms]", found.frequency, rms, names),
+                _panel("damage", f"Fatigue damage spectrum of pseudo-velocity, {how}",
+                       f"damage [{unit}]", found.frequency, found.damage, names),
+            ),
+        )  # fmt: skip
+
+
+def _columns(found: FatigueSpectra, names: list[str], exponent: float) -> dict[str, FloatArray]:
+    columns = {"frequency_hz": found.frequency}
+    for i, name in enumerate(names):
+        columns[f"acceleration_rms_{name}_g"] = found.acceleration[i] / STANDARD_GRAVITY
+        columns[f"displacement_rms_{name}_mm"] = found.displacement[i] * 1e3
+        columns[f"damage_{name}_m_per_s_to_the_{exponent:g}"] = found.damage[i]
+    return columns
+
+
+def _row(found: FatigueSpectra, i: int, name: str, unit: str) -> dict[str, Cell]:
+    """Return the largest values of a channel, and of which oscillators they are."""
+    loudest, worst = int(np.argmax(found.acceleration[i])), int(np.argmax(found.damage[i]))
+    return {
+        "channel": name,
+        "acceleration_rms_g": float(found.acceleration[i, loudest] / STANDARD_GRAVITY),
+        "acceleration_at_hz": float(found.frequency[loudest]),
+        "damage": float(found.damage[i, worst]),
+        "damage_unit": unit,
+        "damage_at_hz": float(found.frequency[worst]),
+    }
+
+
+def _panel(  # noqa: PLR0917
+    name: str, title: str, label: str, frequency: FloatArray, values: FloatArray,
+    channels: list[str],
+) -> Panel:  # fmt: skip
+    """Return one figure: values of every channel against natural frequency."""
+    return Panel(
+        name=f"fatigue_{name}",
+        title=title,
+        caption="Of an oscillator of each natural frequency on the place of the sensor.",
+        x=Scale("natural frequency [Hz]"),
+        y=Scale(label),
+        lines=tuple(
+            Line(channel, frequency, values[i], channel=channel)
+            for i, channel in enumerate(channels)
+        ),
+    )
