@@ -7,11 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 import shakerproc
-from shakerproc.cli import build_app, example
+from shakerproc.cli import build_app
 from shakerproc.diagnose import sheet
 from shakerproc.model_files import read_model
 from shakerproc.runs import process_test
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows import example
 
 FEW = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
 ALL_CANDIDATES = sheet.library

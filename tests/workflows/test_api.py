@@ -197,6 +197,8 @@ def test_a_comparison_has_the_errors_of_the_command(command, files, given, tmp_p
     with pytest.raises(sp.ArgumentError, match="no figure 'x'; there are response_"):
         found.plot("x")
     assert found.sentence.split(".")[0] in found._repr_html_()
+    assert found.sentence in repr(found)
+    assert "<" not in repr(found)
 
 
 def test_calls_in_threads_are_those_one_after_the_other(given):
@@ -266,6 +268,7 @@ def test_the_effects_are_those_of_the_command(command):
     assert set(listed.to_pandas()["is"]) == {"effect", "fault"}
     assert "clearance [m]" in listed._repr_html_()
     assert isinstance(listed.plot("gap"), Figure)
+    assert listed.plot("gap")._repr_png_().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow

@@ -110,9 +110,9 @@ def _numbers_of(made: AbstractEffect | AbstractFault) -> str:
 
 
 def _panels(kind: str, formula: str) -> tuple["Figure", "Axes", "Axes"]:
-    from matplotlib.figure import Figure
+    from shakerproc.report.notebook_figure import NotebookFigure
 
-    figure = Figure(figsize=(8.0, 3.7), layout="constrained")
+    figure = NotebookFigure(figsize=(8.0, 3.7), layout="constrained")
     left, right = figure.subplots(1, 2)
     figure.suptitle(f"{kind}:  {formula}\n{numbers(kind)}", fontsize=9.0, x=0.01, ha="left")
     return figure, left, right

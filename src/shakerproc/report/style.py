@@ -98,15 +98,15 @@ def figure(
     for a `head` and, if wanted, a `legend` above the axes; otherwise matplotlib finds room for
     every label.
     """
-    from matplotlib.figure import Figure
+    from shakerproc.report.notebook_figure import NotebookFigure
 
     if left is None:
-        made = Figure(figsize=(width, height), layout="constrained")
+        made = NotebookFigure(figsize=(width, height), layout="constrained")
         axes = made.subplots(rows, 1, sharex=sharex, squeeze=False)
     else:
         above = HEAD + (LEGEND if legend else 0.0)
         height += above
-        made = Figure(figsize=(width, height))
+        made = NotebookFigure(figsize=(width, height))
         grid = {
             "left": left / width,
             "right": 1.0 - 0.15 / width,

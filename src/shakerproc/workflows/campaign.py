@@ -19,7 +19,7 @@ from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.processing_options import Options, described
 from shakerproc.workflows.run import process_file
-from shakerproc.workflows.shown import frame, html
+from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.write_up import Wish, trends_of, write_up
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Campaign:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Campaign(Shown):
     """Every test of a log worked through.
 
     Attributes

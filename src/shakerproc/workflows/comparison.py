@@ -19,7 +19,7 @@ from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, model_of
 from shakerproc.workflows.evidence import check_same
-from shakerproc.workflows.shown import frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Comparison(Shown):
     """A model compared with every test of a log: where, and by how much, they disagree.
 
     Attributes

@@ -9,7 +9,7 @@ from shakerproc.errors import ArgumentError
 from shakerproc.testlog import TestLog
 from shakerproc.workflows import judging
 from shakerproc.workflows.arguments import log_of, model_of
-from shakerproc.workflows.shown import frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Diagnosis(Shown):
     """Which effect a model lacks, how surely, and which test would settle it.
 
     Attributes

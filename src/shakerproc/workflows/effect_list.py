@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 from shakerproc.errors import ArgumentError
 from shakerproc.models import FAULTS
 from shakerproc.workflows.effect_documents import document_of, known_kinds
-from shakerproc.workflows.shown import frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Effects(Mapping[str, Mapping[str, Any]]):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Effects(Shown, Mapping[str, Mapping[str, Any]]):
     """Effects and faults by name: formula, parameters with units, signature, references.
 
     Attributes

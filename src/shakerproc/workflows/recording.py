@@ -10,7 +10,7 @@ from shakerproc.errors import ArgumentError
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.workflows.arguments import AnyPath, file_of
-from shakerproc.workflows.shown import frame, frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class OpenedRecording:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OpenedRecording(Shown):
     """What a recording holds; the file is opened anew, and closed, whenever samples are read.
 
     Attributes

@@ -27,7 +27,7 @@ from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
 from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
-from shakerproc.workflows.shown import frame, html
+from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.work import title_of, write_products
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Run:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Run(Shown):
     """One recording worked through.
 
     Attributes

@@ -1,7 +1,9 @@
 """How results show themselves in a notebook: a heading, sentences, tables."""
 
+import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from html import escape
+from html import escape, unescape
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -9,6 +11,21 @@ if TYPE_CHECKING:
 
 MOST_ROWS: Final = 20
 """Rows of a table that a notebook shows."""
+
+
+class Shown(ABC):
+    """A result that shows itself: as HTML in a notebook, without tables in a terminal."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def _repr_html_(self) -> str:
+        """Return what matters of it as HTML."""
+
+    def __repr__(self) -> str:
+        lines = self._repr_html_().splitlines()
+        said = [line for line in lines if line.startswith(("<h4>", "<p>"))]
+        return "\n".join(unescape(re.sub(r"<[^>]+>", "", line)) for line in said)
 
 
 def frame(columns: Mapping[str, Any]) -> "DataFrame":

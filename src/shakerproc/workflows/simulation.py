@@ -15,7 +15,7 @@ from shakerproc.runs.tables import spelled
 from shakerproc.simulate import Simulation as Simulated
 from shakerproc.simulate import simulate as simulated
 from shakerproc.workflows.arguments import model_of, told
-from shakerproc.workflows.shown import frame, frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Simulation:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Simulation(Shown):
     """The response of a model, and how far it can be trusted.
 
     Attributes

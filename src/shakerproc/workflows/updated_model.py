@@ -27,7 +27,7 @@ from shakerproc.workflows.arguments import (
     told,
 )
 from shakerproc.workflows.judging import add_effect
-from shakerproc.workflows.shown import frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +39,8 @@ _NO_HASHES: Final[Mapping[str, str]] = {}
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class UpdatedModel:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class UpdatedModel(Shown):
     """A model with one effect more, fitted, and what that does to the errors.
 
     Attributes

@@ -92,7 +92,6 @@ def _worked_through(
 
 def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     """Compare, diagnose, add, compare again; end with the ladder, the report and a sentence."""
-    from shakerproc.cli import example
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
     from shakerproc.compare import compare, scored_alike, sentence
@@ -101,6 +100,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.recordings import sha256
     from shakerproc.report.evidence_figures import Models
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows import example
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
     from shakerproc.workflows.judging import diagnose_tests
 

@@ -54,9 +54,9 @@ def _own(folder: Path, recordings: Path, sample_rate: float | None) -> None:
 
 
 def _simulated(folder: Path) -> None:
-    from shakerproc.cli import example
     from shakerproc.cli.compiling import announce
     from shakerproc.errors import LogError
+    from shakerproc.workflows import example
 
     announce()
     if folder.is_dir() and any(folder.iterdir()):
