@@ -15,11 +15,13 @@ ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
     "fatigue": "{from: 10 Hz, exponent: 8, per_octave: 3}",
     "integration": "{high_pass: 4 Hz, baseline: line}",
+    "response_functions": "[{input: ch3, output: ch4}, {input: controls, output: ch3}]",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
 REFUSED = {
+    "response_functions: [{input: ch9, output: ch4}]": "no channel 'ch9'; the run has",
     "fatigue: {to: 205 Hz}": "above a tenth of the sample rate",
     "integration: {high_pass: 0.1 Hz}": "two periods in the run",
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
@@ -29,6 +31,8 @@ REFUSED = {
 """What a recording of 2048 Hz does not allow."""
 
 MISTAKEN = {
+    "response_functions: [{input: ch3, output: ch3}]": "another channel than the input",
+    "response_functions: [{input: ch3}]": "output",
     "fatigue: {exponent: 0}": "fatigue.exponent",
     "fatigue: {damping: 0 %}": "more than 0",
     "integration: {high_pass: 4}": "a unit",
@@ -68,7 +72,9 @@ def table(path):
 
 def numbers(path):
     columns = {name: np.array(values) for name, values in table(path).items()}
-    return {name: v.astype(float) for name, v in columns.items() if name != "excited"}
+    return {
+        name: v.astype(float) for name, v in columns.items() if not name.startswith("excited")
+    }
 
 
 def test_every_kind_is_asked_for_here():
@@ -134,3 +140,21 @@ def test_displacement_of_a_run_is_that_of_its_density(results):
     span = numbers(results / "process" / "integration_curves.csv")
     high, low = (span[f"displacement_{side}_ch3_mm"] for side in ("high", "low"))
     assert_allclose(float(row["displacement_peak_to_peak_mm"][i]), high.max() - low.min())
+
+
+def test_a_function_from_the_controls_is_the_usual_one_and_one_between_responses_its_ratio(
+    results,
+):
+    """ch4 is 0.6 ch3 + 0.4 of the base, so that ch4 / ch3 is 0.6 + 0.4 / H."""
+    spectra = numbers(results / "process" / "spectra.csv")
+    found = numbers(results / "process" / "response_functions_curves.csv")
+    f = found["frequency_hz"]
+    inside = (f > 20.0) & (f < 300.0)
+    usual = spectra["h1_ch3_magnitude"][inside]
+    assert_allclose(found["h1_ch3_over_controls_magnitude"][inside], usual, rtol=1e-9)
+    phase = np.radians(spectra["h1_ch3_phase_deg"])
+    wanted = np.abs(0.6 + 0.4 / (spectra["h1_ch3_magnitude"] * np.exp(1j * phase)))
+    assert_allclose(found["h1_ch4_over_ch3_magnitude"][inside], wanted[inside], rtol=0.05)
+    rows = table(results / "process" / "response_functions.csv")
+    assert rows["unit"] == ["1", "1"]
+    assert rows["name"] == ["transmissibility"] * 2

@@ -24,6 +24,9 @@ STILL: Final = 240
 DECADES: Final = 7
 """Decades below the largest value that a logarithmic axis shows at most."""
 
+PAGE_BOX: Final = (484, 188)
+"""Width and height of the axes of a figure of the page [px]."""
+
 LIMITS: Final[Mapping[Look, tuple[str, str, float]]] = {
     "demand": ("#000000", "--", 1.2),
     "alarm": ("#e69f00", "-", 1.0),
@@ -71,6 +74,8 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
     for line in panel.lines:
         if line.look == "paper" and line.label:
             _name_on_paper(axis, line, (x_low, x_high), (y_low, y_high))
+    if panel.equal:
+        axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel(panel.x.label)
     axis.set_ylabel(panel.y.label)
     style.head(axis, title, panel.title)
@@ -153,6 +158,8 @@ def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) ->
     lines = [_line(line) for line in panel.lines]
     x_low, x_high = _ends([line.x for line in lines], panel.x)
     y_low, y_high = limits(lines, panel.y)
+    if panel.equal:
+        (x_low, x_high), (y_low, y_high) = _equal((x_low, x_high), (y_low, y_high))
     return Drawing(
         f"{panel.title}.",
         panel.caption,
@@ -164,6 +171,19 @@ def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) ->
             title=f"{panel.title} of test {run.test}",
         ),
     )
+
+
+def _equal(
+    x: tuple[float, float], y: tuple[float, float]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return wider ends of two axes, so that a unit is as long along both on the page."""
+    scale = max((x[1] - x[0]) / PAGE_BOX[0], (y[1] - y[0]) / PAGE_BOX[1])
+    middles = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]))
+    wide, high = (
+        (middle - 0.52 * scale * size, middle + 0.52 * scale * size)
+        for middle, size in zip(middles, PAGE_BOX, strict=True)
+    )
+    return wide, high
 
 
 def _line(line: LineSummary) -> Line:

@@ -63,6 +63,8 @@ class Panel:
         Axes.
     lines : tuple of Line
         What is drawn.
+    equal : bool
+        Whether a unit is as long along one axis as along the other, both being linear.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Panel:
     x: Scale
     y: Scale
     lines: tuple[Line, ...]
+    equal: bool = False
 
 
 @final

@@ -258,6 +258,7 @@ class PanelSummary:
     x: Scale
     y: Scale
     lines: tuple[LineSummary, ...]
+    equal: bool = False
 
 
 @dataclass(frozen=True, slots=True)

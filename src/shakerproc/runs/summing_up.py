@@ -78,7 +78,9 @@ def _analysis(one: Analysis) -> AnalysisSummary:
         tuple({name: _kept(value) for name, value in row.items()} for row in one.summary),
         one.told,
         tuple(
-            PanelSummary(p.title, p.caption, p.x, p.y, tuple(_line(line) for line in p.lines))
+            PanelSummary(
+                p.title, p.caption, p.x, p.y, tuple(_line(line) for line in p.lines), p.equal
+            )
             for p in one.panels
         ),
     )

@@ -1,5 +1,6 @@
 """The YAML log sheet of a campaign, read into a TestLog; every message with line and column."""
 
+from shakerproc.testlog.analyses import ResponseFunction
 from shakerproc.testlog.expectations import check_expectation, nominal_duration
 from shakerproc.testlog.facts import facts_of
 from shakerproc.testlog.levels import level_of
@@ -35,6 +36,7 @@ __all__ = [
     "Processing",
     "Profile",
     "ProfileNotch",
+    "ResponseFunction",
     "Shaker",
     "Specimen",
     "Test",

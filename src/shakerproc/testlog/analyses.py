@@ -86,3 +86,18 @@ class Fatigue:
     low: float | None = None
     high: float | None = None
     per_octave: int = 6
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ResponseFunction:
+    """A response function between two channels.
+
+    Attributes
+    ----------
+    input, output : str
+        Names of channels; ``controls`` is the mean of the controls.
+    """
+
+    input: str
+    output: str

@@ -55,3 +55,10 @@ class FatigueSection(Section):
     low: Frequency = Field(None, alias="from")
     high: Frequency = Field(None, alias="to")
     per_octave: Annotated[int, Field(ge=1, le=96)] | None = None
+
+
+class ResponseFunctionSection(Section):
+    """A response function between two channels."""
+
+    input: Annotated[str, Field(min_length=1, max_length=200)]
+    output: Annotated[str, Field(min_length=1, max_length=200)]

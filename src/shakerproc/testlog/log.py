@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
-from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
+from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, ResponseFunction, Shock
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -180,6 +180,8 @@ class Processing:
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
         Vibration response and fatigue damage spectra, likewise.
+    response_functions : tuple of ResponseFunction
+        Between channels other than the controls and the responses.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -198,6 +200,7 @@ class Processing:
     octaves: Octaves | None = None
     integration: Integration | None = None
     fatigue: Fatigue | None = None
+    response_functions: tuple[ResponseFunction, ...] = ()
 
 
 @final

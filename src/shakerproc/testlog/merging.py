@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
-from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
+from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, ResponseFunction, Shock
 from shakerproc.testlog.log import (
     Crop,
     Expectation,
@@ -118,8 +118,29 @@ def merged_processing(
         shock=_asked(base.shock, section.shock, Shock(), "shock"),
         octaves=_asked(base.octaves, section.octaves, Octaves(), "octaves"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
+        response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
     )
+
+
+def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFunction, ...]:
+    """Return the response functions that are asked for; a test's replace the log's.
+
+    Raises
+    ------
+    MisfitError
+        If one is from a channel to itself, or stands twice.
+    """
+    if section.response_functions is None:
+        return base.response_functions
+    found = [ResponseFunction(one.input, one.output) for one in section.response_functions]
+    for i, one in enumerate(found):
+        if one.input == one.output:
+            told = f"expected another channel than the input, got {quoted(one.output)}"
+            raise MisfitError(told, "response_functions", i, "output")
+        if one in found[:i]:
+            raise MisfitError("expected each function once", "response_functions", i)
+    return tuple(found)
 
 
 def _asked(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:

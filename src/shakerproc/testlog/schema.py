@@ -16,6 +16,7 @@ from shakerproc.testlog.analysis_sections import (
     FatigueSection,
     IntegrationSection,
     OctavesSection,
+    ResponseFunctionSection,
     ShockSection,
 )
 from shakerproc.testlog.log import Excitation
@@ -238,6 +239,7 @@ class ProcessingSection(Section):
     octaves: OctavesSection | None = None
     integration: IntegrationSection | None = None
     fatigue: FatigueSection | None = None
+    response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
 
 
 class ExpectSection(Section):

@@ -10,6 +10,7 @@ from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
+from shakerproc.runs.analyses.response_functions import ResponseFunctionAnalysis
 from shakerproc.runs.analyses.shock import ShockAnalysis
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.result import RunResult
@@ -18,6 +19,7 @@ __all__ = ["ANALYSES", "analyses_of"]
 
 _KINDS: Final = (
     ProfileJudgement(),
+    ResponseFunctionAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
     ShockAnalysis(),
