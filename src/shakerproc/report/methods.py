@@ -4,8 +4,9 @@ import importlib.metadata
 import inspect
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from shakerproc.models import EFFECTS
 from shakerproc.models.faults import FAULTS
@@ -57,6 +58,41 @@ _REFERENCES = (
     "J. S. Bendat and A. G. Piersol, Random Data, 4th ed., Wiley, 2010, chapters 6, 8, 9, 11.",
     "IEC 60068-2-6, Vibration (sinusoidal), and IEC 60068-2-64, Vibration, broadband random.",
 )
+
+
+_ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
+    "profile": (
+        "A profile is straight between its breakpoints where level and frequency are "
+        "logarithmic. The mean control is held against every alarm and abort line; an abort "
+        "line is kept where no value lies beyond it by more than chance, an alarm line where "
+        "5 % do at most.",
+        "IEC 60068-2-64, Vibration, broadband random.",
+    ),
+    "shock": (
+        "Shock response spectra are the largest values of oscillators that start from rest, "
+        "solved exactly for an acceleration that is straight between samples; residual ones "
+        "are the closed form of the decay after the last sample.",
+        "ISO 18431-4:2007, Signal processing, shock-response spectrum analysis.",
+    ),
+    "octaves": (
+        "Octave bands are the root mean squares of what passes Butterworth filters of fourth "
+        "order to each side, within the limits of class 1.",
+        "IEC 61260-1:2014, Octave-band and fractional-octave-band filters.",
+    ),
+    "integration": (
+        "Velocity and displacement are acceleration over iω and its square, the baseline of "
+        "the run taken out, with a high-pass 1/(1 + (f_c/f)⁸) without phase shift; without a "
+        "high-pass, straight lines between samples are integrated from rest.",
+        "",
+    ),
+    "fatigue": (
+        "A vibration response spectrum is the root mean square of oscillators on the place of "
+        "a sensor; a fatigue damage spectrum adds up the amplitudes of their pseudo-velocity, "
+        "counted by rainflow, to the exponent of the S-N curve.",
+        "ASTM E1049-85, Standard practices for cycle counting in fatigue analysis.",
+    ),
+}
+"""What each further analysis did, and where it is written."""
 
 
 _COMPARED = (
@@ -121,6 +157,10 @@ def methods_of(
     references = list(_REFERENCES if swept else _REFERENCES[:2])
     if not runs and (compared or diagnosed):
         paragraphs, references = [], [_REFERENCES[1]]
+    asked = dict.fromkeys(one.kind for run in runs for one in run.analyses)
+    found = [_ANALYSES[kind] for kind in asked if kind in _ANALYSES]
+    paragraphs += [text for text, _ in found]
+    references += [source for _, source in found if source]
     if compared:
         paragraphs.append(_COMPARED)
         references.append(_MASRI)

@@ -185,9 +185,11 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
             "that measures the input."
         )
     return (
-        f"No response function: no channel has the role control, and none is computed against "
+        "No response function: no channel has the role control, and none is computed against "
         f"a force ({', '.join(forces)}); spectra and peaks are those of each channel alone. "
-        "compare and diagnose take the force as the input (excitation: {force on: ...})."
+        "processing: {response_functions: [{input: FORCE, output: RESPONSE}]} in the log asks "
+        "for one, and compare and diagnose take the force as the input (excitation: {force on: "
+        "...})."
     )
 
 

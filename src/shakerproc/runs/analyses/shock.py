@@ -116,17 +116,20 @@ def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Pa
 
 def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
     values = found.values["pseudo_velocity"]["maximax"]
+    rising, falling = _paper(found.frequency, values)
     return Panel(
         name="shock_pseudo_velocity",
         title="Pseudo-velocity on four-coordinate paper",
         caption=(
-            "Grey: constant displacement rises with frequency, constant acceleration falls; "
-            "a decade from one line to the next."
+            "Grey, rising: constant displacement, upwards "
+            f"{', '.join(line.label for line in rising)}; falling: constant acceleration, "
+            f"upwards {', '.join(line.label for line in falling)}."
         ),
         x=Scale("natural frequency [Hz]"),
         y=Scale("pseudo-velocity [m/s]"),
         lines=(
-            *_paper(found.frequency, values),
+            *rising,
+            *falling,
             *(
                 Line(name, found.frequency, values[row], channel=name)
                 for row, name in enumerate(names)
@@ -135,23 +138,27 @@ def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
     )
 
 
-def _paper(frequency: FloatArray, velocity: FloatArray) -> list[Line]:
-    """Return the lines of constant displacement, ωd, and of constant acceleration, a/ω."""
+def _paper(frequency: FloatArray, velocity: FloatArray) -> tuple[list[Line], list[Line]]:
+    """Return the lines of constant displacement, ωd, and of constant acceleration, a/ω.
+
+    Those that cross the decades of the velocities, a decade from one to the next.
+    """
     x = np.geomspace(frequency[0], frequency[-1], 60)
     omega = 2.0 * np.pi * x
     positive = velocity[velocity > 0.0]
     if not positive.size:
-        return []
-    low, high = positive.min(), positive.max()
-    lines = []
-    for of_unit, unit, scale in ((omega, "m", 1.0), (1.0 / omega, "g", STANDARD_GRAVITY)):
-        first = np.floor(np.log10(low / (of_unit * scale).max()))
-        last = np.ceil(np.log10(high / (of_unit * scale).min()))
-        for power in np.arange(first, last + 1):
-            lines.append(
-                Line(_named(10.0**power, unit), x, 10.0**power * scale * of_unit, look="paper")
-            )
-    return lines
+        return [], []
+    low, high = (10.0 ** f(np.log10(v)) for f, v in
+                 ((np.floor, positive.min()), (np.ceil, positive.max())))  # fmt: skip
+    found: list[list[Line]] = []
+    for of_unit, unit in ((omega, "m"), (STANDARD_GRAVITY / omega, "g")):
+        first = np.floor(np.log10(low / of_unit.max())) + 1
+        last = np.ceil(np.log10(high / of_unit.min())) - 1
+        found.append([
+            Line(_named(10.0**power, unit), x, 10.0**power * of_unit, look="paper")
+            for power in np.arange(first, last + 1)
+        ])
+    return found[0], found[1]
 
 
 def _named(value: float, unit: str) -> str:
