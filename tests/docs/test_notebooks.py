@@ -72,5 +72,5 @@ def test_the_hidden_gap():
     notebook, told = executed("hidden_gap")
     assert pictures(notebook) == 3
     assert "The model lacks gap between base and coupon" in words(told)
-    found = re.search(r"kind: gap.*clearance: ([\d.]+) mm", told)
-    assert float(found[1]) == pytest.approx(0.05, rel=0.02)
+    found = re.search(r"kind: gap.*clearance: ([\d.]+) um", told)
+    assert float(found[1]) == pytest.approx(50.0, rel=0.02)

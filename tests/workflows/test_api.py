@@ -304,3 +304,15 @@ def test_a_complete_model_is_told_to_be_complete_twice(given):
     assert "Nothing is missing" in found._repr_html_()
     assert len(found.errors) == 3
     assert found.effects.empty
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path):
+    taken = tmp_path / "taken"
+    taken.write_bytes(b"")
+    with pytest.raises(sp.ShakerprocError, match="taken is no folder"):
+        sp.process(RECORDING, out=taken)
+    with pytest.raises(sp.ShakerprocError, match="taken is no folder"):
+        sp.batch(sp.read_log(SAMPLE / "testlog.yaml"), taken / "out")
+    sp.process(RECORDING, out=tmp_path / "one", figures=False)
+    with pytest.raises(sp.ShakerprocError, match="holds"):
+        sp.batch(sp.read_log(SAMPLE / "testlog.yaml"), tmp_path / "one")

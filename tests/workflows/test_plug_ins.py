@@ -59,7 +59,7 @@ def package(tmp_path, monkeypatch):
     (told / "entry_points.txt").write_text(textwrap.dedent(ENTRIES), encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(READERS, "_installed", None)
-    monkeypatch.setattr(EFFECTS, "_installed", {})
+    monkeypatch.setattr(EFFECTS, "_installed", None)
     return tmp_path
 
 
@@ -119,3 +119,11 @@ def test_an_effect_with_the_name_of_a_built_in_one_is_refused(package):
     (package / "taker.py").write_text(taken, encoding="utf-8")
     (found,) = plug_ins()
     assert "kind 'spring' exists already" in found.problem
+
+
+def test_a_broken_effect_is_the_same_line_each_time_it_matters(package, capsys):
+    for _ in range(2):
+        assert run("effects") == 1
+        assert capsys.readouterr().err.startswith(
+            "error: entry point mine (bringer_of_none): ModuleNotFoundError"
+        )

@@ -14,6 +14,7 @@ import typer
 from shakerproc import files
 from shakerproc.cli import tables
 from shakerproc.errors import OutputError
+from shakerproc.workflows.folders import checked_folder, own_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,24 +66,6 @@ def _may_be_json(path: Path) -> bool:
     except OSError:
         return False
     return not beginning or beginning.startswith((b"{", b"["))
-
-
-def checked_folder(folder: Path | None) -> Path | None:
-    """Return a folder for results, looked at before the long work; it need not be there yet.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made, or nothing can be written there.
-    """
-    if folder is None:
-        return None
-    there = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
-    if not there.is_dir():
-        raise OutputError(f"{folder}: {there} is no folder. Choose another folder for results.")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise OutputError(f"{folder}: {there} may not be written. Choose another folder.")
-    return folder
 
 
 def _is_stdout(path: Path) -> bool:
@@ -138,22 +121,6 @@ def out_folder(folder: Path | None, default: str) -> Path:
     checked_folder(chosen)
     chosen.mkdir(parents=True, exist_ok=True)
     return chosen
-
-
-def own_folder(folder: Path, command: str) -> None:
-    """Pass a folder that a command may write its results into, before the long work.
-
-    Raises
-    ------
-    OutputError
-        If nothing can be written there.
-    ShakerprocError
-        If it holds the results of another command.
-    """
-    from shakerproc.batch.manifest import check_owner
-
-    checked_folder(folder)
-    check_owner(folder, command)
 
 
 @contextmanager

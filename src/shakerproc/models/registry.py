@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
+from threading import RLock
 from typing import TYPE_CHECKING, Final, final
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Effects(Mapping[str, "type[AbstractEffect]"]):
         self._known = dict(known)
         self._installed: dict[str, type[AbstractEffect]] | None = None
         self._own: dict[str, type[AbstractEffect]] = {}
+        self._looking = RLock()
 
     def __getitem__(self, kind: str) -> "type[AbstractEffect]":
         found = self._known.get(kind) or self._own.get(kind)
@@ -51,10 +53,15 @@ class Effects(Mapping[str, "type[AbstractEffect]"]):
         self._own = dict(own)
 
     def _all(self) -> dict[str, "type[AbstractEffect]"]:
-        if self._installed is None:
-            self._installed = {}  # what looks for them may list the others
-            self._installed = _installed(self._known)
-        return {**self._known, **self._installed, **self._own}
+        with self._looking:
+            if self._installed is None:
+                self._installed = {}  # what looks for them may list the others
+                try:
+                    self._installed = _installed(self._known)
+                except BaseException:
+                    self._installed = None  # the next call says so again
+                    raise
+            return {**self._known, **self._installed, **self._own}
 
 
 def _installed(known: "Kinds") -> "dict[str, type[AbstractEffect]]":

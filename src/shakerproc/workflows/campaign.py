@@ -15,6 +15,7 @@ from shakerproc.runs import RunSummary, tables, telling
 from shakerproc.runs.trends import Trend
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import AnyPath, log_of, path_of
+from shakerproc.workflows.folders import own_folder
 from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.processing_options import Options, described
@@ -160,6 +161,7 @@ def batch(
     if out is None:
         return Campaign(known.title, _in_threads(known, workers), wish)
     root = path_of("out", out, "a folder")
+    own_folder(root, "batch")
     with locked(root):
         done = run_log(known, root, Products(figures), Machines(workers))
         write_up(known.title, done, root, wish)

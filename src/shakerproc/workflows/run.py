@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Unpack, final
 from shakerproc import files
 from shakerproc.batch.campaign import SUMMARY, Products, input_of
 from shakerproc.batch.lock import locked
-from shakerproc.batch.manifest import SINGLE, check_owner
+from shakerproc.batch.manifest import SINGLE
 from shakerproc.batch.single import check_folder, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
@@ -25,6 +25,7 @@ from shakerproc.runs import (
 )
 from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
+from shakerproc.workflows.folders import own_folder
 from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
@@ -237,7 +238,7 @@ def process_file(
         If the recording cannot be used, or the folder holds the results of another.
     """
     if out is not None:
-        check_owner(out, SINGLE)
+        own_folder(out, SINGLE)
     with open_path(path, test, controls=controls, unit=unit) as opened:
         first = "" if opened.file is None else opened.file.first_sha256()
         if out is not None:

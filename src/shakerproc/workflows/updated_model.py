@@ -26,6 +26,7 @@ from shakerproc.workflows.arguments import (
     path_of,
     told,
 )
+from shakerproc.workflows.folders import checked_folder
 from shakerproc.workflows.judging import add_effect
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
@@ -128,10 +129,13 @@ class UpdatedModel(Shown):
         ------
         ArgumentError
             If it is the file of the old model.
+        OutputError
+            If nothing can be written there.
         DocumentError
             If the old file is laid out so that it cannot be changed in place.
         """
         out, old = path_of("path", path, "a new model file"), self.known.file
+        checked_folder(out.parent)
         if old is None:
             files.write_text(out, model_text(self.model, heading=f"shakerproc {__version__}"))
             return out

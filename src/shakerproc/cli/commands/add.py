@@ -7,6 +7,7 @@ import typer
 
 from shakerproc.cli import options, output
 from shakerproc.cli.commands.effects import complete_kind
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.adding import Added
@@ -60,7 +61,7 @@ def add(
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
-    output.checked_folder(new.parent)
+    folders.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model)
     with options.usage(effect="EFFECT"):
         updated_model.check_kind(effect)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -61,7 +62,7 @@ def compare(
     options.check_order(model, log)
     announce()
     folder = Path(f"{model.stem}_compare") if out is None else out
-    output.own_folder(folder, "compare")
+    folders.own_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Tried
@@ -40,7 +41,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    output.own_folder(folder, "diagnose")
+    folders.own_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.testlog import Modal
@@ -79,7 +80,7 @@ def modal(
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
     folder = output.out_folder(out, f"{log.stem}_modal")
-    output.own_folder(folder, "modal")
+    folders.own_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
         analysis = analyse_log(

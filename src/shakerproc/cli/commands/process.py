@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.runs import RunSummary
@@ -157,7 +158,7 @@ def process(
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out
-    output.own_folder(folder, "process")
+    folders.own_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
         recording, chosen, controls=controls, unit=named, out=folder, products=products

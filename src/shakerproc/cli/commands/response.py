@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.models import Model
@@ -79,7 +80,7 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    output.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
+    folders.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
@@ -82,7 +83,7 @@ def _run(
     read, digest = read_hashed(read_study, path)
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    output.own_folder(folder, "study")
+    folders.own_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,
