@@ -9,7 +9,12 @@ from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.report.analysis_figures import draw_analyses, drawings
+from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
+from shakerproc.testlog import Processing, Profile, ResponseFunction, Test
+from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
@@ -158,3 +163,36 @@ def test_a_function_from_the_controls_is_the_usual_one_and_one_between_responses
     rows = table(results / "process" / "response_functions.csv")
     assert rows["unit"] == ["1", "1"]
     assert rows["name"] == ["transmissibility"] * 2
+
+
+@pytest.mark.parametrize("dead", ["control", "response", "both"])
+def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
+    """The health of the run is flagged elsewhere; no analysis ends in a traceback."""
+    rng = np.random.default_rng(0)
+    rows = rng.standard_normal((3, 4000))
+    rows[{"control": [0], "response": [1], "both": [0, 1]}[dead]] = 0.0
+    channels = (
+        Channel("control", "m/s^2", "control", "g", "control"),
+        Channel("ch3", "m/s^2", "ch3", "g", "response"),
+        Channel("force", "N", "force", "N", "force"),
+    )
+    test = Test(
+        1,
+        excitation="random",
+        from_hz=20.0,
+        to_hz=900.0,
+        profile=Profile("p", "(m/s^2)^2/Hz", (20.0, 900.0), (1.0, 1.0), (3.0,) * 2, (6.0,) * 2),
+        processing=Processing(
+            crop=None,
+            shock=Shock(),
+            octaves=Octaves(),
+            integration=Integration(),
+            fatigue=Fatigue(),
+            response_functions=(ResponseFunction("force", "ch3"),),
+        ),
+    )
+    result = process_recording(recording_of_arrays("run", channels, rows, 2000.0), test)
+    assert {one.kind for one in result.analyses} == set(ANALYSES)
+    if dead == "both":
+        assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
+    assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))

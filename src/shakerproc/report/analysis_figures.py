@@ -64,18 +64,18 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
         axis.plot(line.x, _drawable(line.y, panel.y), label=label, **how)
     x_low, x_high = _ends([line.x for line in panel.lines], panel.x)
     y_low, y_high = limits(panel.lines, panel.y)
-    axis.set_xlim(x_low, x_high)
+    if panel.equal:
+        axis.set_aspect("equal", adjustable="datalim")
+    else:
+        axis.set_xlim(x_low, x_high)
+        axis.set_ylim(y_low, y_high)
     if panel.x.logarithmic:
         _logarithmic_x(axis)
     if panel.y.logarithmic:
         style.logarithmic(axis, y_low, y_high)
-    else:
-        axis.set_ylim(y_low, y_high)
     for line in panel.lines:
         if line.look == "paper" and line.label:
             _name_on_paper(axis, line, (x_low, x_high), (y_low, y_high))
-    if panel.equal:
-        axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel(panel.x.label)
     axis.set_ylabel(panel.y.label)
     style.head(axis, title, panel.title)

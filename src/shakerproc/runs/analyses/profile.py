@@ -243,9 +243,10 @@ def _rms_told(result: RunResult, profile: Profile, rows: Sequence[int]) -> str:
     each = spectra.rms_in_band(result.spectra, band)[list(rows)]
     seen = float(np.sqrt(np.mean(each**2)))
     unit, factor = shown_unit(result.channels[rows[0]].unit)
+    off = f" ({20.0 * np.log10(seen / demanded):+.2f} dB)" if seen > 0.0 else ""
     return (
         f"Demanded {demanded * factor:.4g} {unit} rms from {band[0]:g} to {band[1]:g} Hz, "
-        f"measured {seen * factor:.4g} {unit} rms ({20.0 * np.log10(seen / demanded):+.2f} dB)."
+        f"measured {seen * factor:.4g} {unit} rms{off}."
     )
 
 

@@ -165,6 +165,7 @@ def _columns(
 def _row(frequency: FloatArray, pair: _Pair) -> dict[str, Cell]:
     gain = np.where(pair.excited, np.abs(pair.h1), -np.inf)
     peak = int(np.argmax(gain))
+    known = pair.coherence[pair.excited & np.isfinite(pair.coherence)]
     return {
         "function": pair.label,
         "name": pair.name,
@@ -172,7 +173,7 @@ def _row(frequency: FloatArray, pair: _Pair) -> dict[str, Cell]:
         "largest": float(gain[peak]),
         "at_hz": float(frequency[peak]),
         "coherence_there": float(pair.coherence[peak]),
-        "mean_coherence": float(np.nanmean(pair.coherence[pair.excited])),
+        "mean_coherence": float(known.mean()) if known.size else None,
     }
 
 
