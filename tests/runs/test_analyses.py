@@ -52,7 +52,7 @@ MISTAKEN = {
 
 
 def campaign(folder, asked):
-    log = write_campaign(folder, 1)
+    log = write_campaign(folder, 1, seconds=4.0)
     mark = "  welch: {segment: 512, overlap: 256}\n"
     assert mark in log.read_text()
     log.write_text(log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked)))

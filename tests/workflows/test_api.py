@@ -217,14 +217,14 @@ def test_calls_in_threads_are_those_one_after_the_other(given):
 def test_a_batch_in_memory_is_that_of_the_folder_and_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = sp.read_log(SAMPLE / "testlog.yaml")
-    few = replace(log, tests=(*log.tests[:3], log.find(6)))
+    few = replace(log, tests=(*log.tests[:2], log.find(6)))
     found = sp.batch(few)
     assert not everything_below(tmp_path)
-    filed = sp.batch(few, tmp_path / "out", figures=False)
+    filed = sp.batch(few, tmp_path / "out", figures=False, workers=1)
     assert (filed.folder / "report.html").exists()
     assert found.runs == filed.runs
     assert DataFrame.equals(found.peaks, filed.peaks)
-    assert found.to_pandas()["status"].tolist() == ["done", "done", "done", "discarded"]
+    assert found.to_pandas()["status"].tolist() == ["done", "done", "discarded"]
     assert isinstance(found.plot(), Figure)
     assert found.sentence in found._repr_html_()
     with pytest.raises(sp.ArgumentError, match="no trend 'x'; there are"):
