@@ -42,7 +42,11 @@ STARTS = {  # where its computing starts, and what the command is given
         "{play} --level 1g --out {out}",
     ),
     "compare": ("shakerproc.compare", "compare_tests", "{demo}/model.yaml {demo}/testlog.yaml"),
-    "diagnose": ("shakerproc.diagnose", "diagnose", "{demo}/model.yaml {demo}/testlog.yaml"),
+    "diagnose": (
+        "shakerproc.diagnosis",
+        "diagnose_tests",
+        "{demo}/model.yaml {demo}/testlog.yaml",
+    ),
 }
 
 CHILD = """

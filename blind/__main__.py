@@ -11,7 +11,7 @@ from pathlib import Path
 from blind import classes, folder, next_test, records, runner, score, works
 from blind.campaigns import TUNING_SEEDS_END, draw
 from blind.judging import exact, first_named, tied
-from blind.trial import ROOMS, Trial
+from blind.trial import Trial
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
@@ -23,7 +23,6 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     add("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
     add("--nice", type=int, default=0, help="niceness of the processes")
     add("--limit-s", type=float, default=180.0, help="processor seconds of one campaign")
-    add("--room", choices=tuple(ROOMS), default="old", help="which diagnosis")
     add(
         "--classes", default="standard",
         help=f"classes or groups ({', '.join(classes.GROUPS)}), commas between; `frozen`: all"
@@ -59,9 +58,9 @@ def write(tasks: list[tuple[int, str]], target: Path) -> None:
 def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list[Trial]:
     """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
     done = records.read(options.json) if options.json else []
-    work = functools.partial(works.first, room=options.room)
+    work = works.first
     if options.next_test:
-        work = functools.partial(works.retest, path=options.next_test, room=options.room)
+        work = functools.partial(works.retest, path=options.next_test)
     left = records.left(tasks, done)
     running = runner.run(left, work, options.jobs, options.limit_s, options.nice)
     try:
@@ -103,7 +102,7 @@ def main() -> None:
     start = time.perf_counter()
     trials = trials_of(options, tasks)
     use = "tuning" if options.seed < TUNING_SEEDS_END else "looked at once"
-    print(f"blind trials from seed {options.seed} ({use}), {options.room} room")
+    print(f"blind trials from seed {options.seed} ({use})")
     tell(trials, options)
     print(f"\n{len(trials)} campaigns in {time.perf_counter() - start:.0f} s")
 

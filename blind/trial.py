@@ -50,18 +50,8 @@ def from_json(words: dict[str, Any]) -> Trial:
     return Trial(**{name: value for name, value in words.items() if name in known})
 
 
-def diagnose_old(log: Path, model: Path, seed: int) -> dict[str, Any]:
-    """Return the document of the room `diagnose`."""
-    from shakerproc.diagnose import diagnose as run
-    from shakerproc.model_files import read_model
-    from shakerproc.testlog import read_testlog
-
-    found: dict[str, Any] = run(read_model(model), read_testlog(log), seed=seed).as_json()
-    return found
-
-
-def diagnose_new(log: Path, model: Path, seed: int) -> dict[str, Any]:
-    """Return the document of the room `diagnosis`."""
+def diagnose(log: Path, model: Path, seed: int) -> dict[str, Any]:
+    """Return the document of a diagnosis."""
     from shakerproc.diagnosis import diagnose as run
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
@@ -72,7 +62,6 @@ def diagnose_new(log: Path, model: Path, seed: int) -> dict[str, Any]:
 
 Diagnose = Callable[[Path, Path, int], dict[str, Any]]
 """A function of the paths of log and model and of a seed, that returns a document."""
-ROOMS: dict[str, Diagnose] = {"old": diagnose_old, "new": diagnose_new}
 
 
 def processor_seconds() -> float:
@@ -83,9 +72,7 @@ def processor_seconds() -> float:
     return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
 
 
-def attempt(
-    seed: int, kind: str, judge: Diagnose = diagnose_old, *, limit: float = 0.0
-) -> Trial:
+def attempt(seed: int, kind: str, judge: Diagnose = diagnose, *, limit: float = 0.0) -> Trial:
     """Return the trial of one seed and class; a failed diagnosis is a miss with its reason."""
     return diagnosed(draw(seed, kind), judge, limit=limit)
 

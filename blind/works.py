@@ -3,15 +3,15 @@
 from pathlib import Path
 
 from blind import next_test, records
-from blind.trial import ROOMS, Trial, attempt
+from blind.trial import Trial, attempt, diagnose
 
 
-def first(seed: int, kind: str, limit: float, room: str) -> Trial:
+def first(seed: int, kind: str, limit: float) -> Trial:
     """Return the trial of a campaign."""
-    return attempt(seed, kind, ROOMS[room], limit=limit)
+    return attempt(seed, kind, limit=limit)
 
 
-def retest(seed: int, kind: str, limit: float, *, path: Path, room: str) -> Trial:
+def retest(seed: int, kind: str, limit: float, *, path: Path) -> Trial:
     """Return the trial of a file after the test that it proposes."""
     known = {(trial.seed, trial.kind): trial for trial in records.read(path)}
-    return next_test.again(known[seed, kind], ROOMS[room], limit=limit)
+    return next_test.again(known[seed, kind], diagnose, limit=limit)

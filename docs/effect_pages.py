@@ -161,13 +161,14 @@ def _parameters(parameters: dict[str, Any]) -> list[str]:
 
 def _sought(name: str, *, is_fault: bool) -> list[str]:
     """Return how the diagnosis treats a kind, and how to add it by hand."""
-    from shakerproc.diagnose.candidates import sought
+    from shakerproc.models import EFFECTS
+    from shakerproc.models.own_effects import TYPICAL
 
     if is_fault:
         return ["`shakerproc diagnose` names it, and does not explain it by physics.", ""]
     if name in {"spring", "damper"}:
         return ["`shakerproc diagnose` and `shakerproc compare --fit` fit it.", ""]
-    if name not in sought():
+    if EFFECTS[name].identification(TYPICAL) is None:
         return [
             "`shakerproc diagnose` does not look for it: it is there to be compared with.",
             "",

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakerproc.diagnose import TestArrays, diagnose_arrays
+from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Gap, Spring
 from shakerproc.simulate import simulate

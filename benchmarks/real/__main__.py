@@ -15,7 +15,6 @@ def main() -> int:
     """Print a line for each set; return 1 where one failed."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.real")
     parser.add_argument("sets", nargs="*", metavar="SET", help=", ".join(convert.SETS))
-    parser.add_argument("--room", choices=["old", "new"], default="new")
     parser.add_argument("--rounds", type=int, default=2, help="turns of the loop")
     parser.add_argument("--limit-s", type=int, default=steps.LIMIT_S, help="of each diagnosis")
     parser.add_argument("--folder", type=Path, help="keep models and results here")
@@ -35,9 +34,7 @@ def main() -> int:
             except FileNotFoundError as error:
                 print(f"{name:16s} left out: {error}", flush=True)
                 continue
-            found[name] = loop.judge(
-                folder, room=given.room, rounds=given.rounds, limit=given.limit_s
-            )
+            found[name] = loop.judge(folder, rounds=given.rounds, limit=given.limit_s)
             print("\n".join(loop.lines_of(name, found[name])), flush=True)
     if given.json:
         given.json.write_text(json.dumps(loop.as_json(found), indent=1), encoding="utf-8")

@@ -46,11 +46,11 @@ class Round:
         return list(self.diagnosis.get("effects", []))
 
 
-def judge(folder: Path, *, room: str, rounds: int, limit: int = steps.LIMIT_S) -> list[Round]:
+def judge(folder: Path, *, rounds: int, limit: int = steps.LIMIT_S) -> list[Round]:
     """Return the turns of the loop on a set, until nothing more is named."""
     found, model = [], folder / "model.yaml"
     for number in range(1, rounds + 1):
-        turn, new = _turn(folder, model, number, room, limit)
+        turn, new = _turn(folder, model, number, limit)
         found.append(turn)
         if new is None:
             break
@@ -58,12 +58,10 @@ def judge(folder: Path, *, room: str, rounds: int, limit: int = steps.LIMIT_S) -
     return found
 
 
-def _turn(
-    folder: Path, model: Path, number: int, room: str, limit: int
-) -> tuple[Round, Path | None]:
+def _turn(folder: Path, model: Path, number: int, limit: int) -> tuple[Round, Path | None]:
     """Return one turn, and the model that it leaves; None where the loop ends."""
     log = folder / "testlog.yaml"
-    step = steps.diagnose(model, log, room=room, limit=limit)
+    step = steps.diagnose(model, log, limit=limit)
     turn = Round(step.document, step.seconds, step.failure)
     turn.error_before = _error(model, log)
     if turn.verdict != "effect found":

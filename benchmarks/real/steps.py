@@ -12,17 +12,6 @@ from typing import Any
 LIMIT_S = 120
 """Processor seconds that a step may take, by default [s]."""
 
-NEW_ROOM = """
-import json, sys
-from pathlib import Path
-from shakerproc.diagnosis import diagnose
-from shakerproc.model_files import read_model
-from shakerproc.testlog import read_testlog
-found = diagnose(read_model(Path(sys.argv[1])), read_testlog(Path(sys.argv[2])))
-Path(sys.argv[3]).write_text(json.dumps(found.as_json()), encoding="utf-8")
-"""
-"""What the command `diagnose` will do once the new room serves it."""
-
 
 @dataclass(frozen=True)
 class Step:
@@ -43,14 +32,11 @@ class Step:
     failure: str
 
 
-def diagnose(model: Path, log: Path, *, room: str, limit: int = LIMIT_S) -> Step:
-    """Ask one of the two rooms which effect is missing."""
+def diagnose(model: Path, log: Path, *, limit: int = LIMIT_S) -> Step:
+    """Ask which effect is missing."""
     target = model.with_suffix(".diagnosis.json")
-    if room == "new":
-        command = ["-c", NEW_ROOM, str(model), str(log), str(target)]
-    else:
-        command = ["-m", "shakerproc", "diagnose", str(model), str(log), "--json", str(target)]
-        command += ["--out", str(model.with_suffix(".diagnosis"))]
+    command = ["-m", "shakerproc", "diagnose", str(model), str(log), "--json", str(target)]
+    command += ["--out", str(model.with_suffix(".diagnosis"))]
     return _run(command, target, limit)
 
 

@@ -18,7 +18,7 @@ def turns(shared, tmp_path):
 
     def of(name, rounds=1):
         folder = convert.folder_of(name, tmp_path, shared / "data")
-        return judge(folder, room="new", rounds=rounds, limit=LIMIT_S)
+        return judge(folder, rounds=rounds, limit=LIMIT_S)
 
     return of
 
@@ -122,7 +122,7 @@ def test_the_ring_down_has_a_joint_that_slips(turns):
 def test_a_gap_by_construction_is_found_in_its_joint(tmp_path, name, joint):
     """What the recordings of these two are made with is known."""
     folder = convert.folder_of(name, tmp_path)
-    (turn,) = judge(folder, room="new", rounds=1, limit=LIMIT_S)
+    (turn,) = judge(folder, rounds=1, limit=LIMIT_S)
     (gap,) = named(turn).values()
     assert (gap["kind"], gap["between"][1]) == ("gap", joint)
     falls(turn)

@@ -13,6 +13,7 @@ from shakerproc.models.effects import (
     Gap,
     Iwan,
     Jenkins,
+    Series,
     Spring,
 )
 from shakerproc.simulate import Runs, free_runs, prepare_displacement, simulate
@@ -70,7 +71,16 @@ def test_force_is_that_of_the_laws_and_of_inertia(law, reverse):
     np.testing.assert_allclose(fine.outputs["stroke"], X, rtol=0.0, atol=1e-9 * SIZE)
 
 
-@pytest.mark.parametrize("law", [Jenkins(1e5, 30.0), Iwan(1e5, 6e-4)])
+@pytest.mark.parametrize(
+    "law",
+    [
+        Jenkins(1e5, 30.0),
+        Iwan(1e5, 6e-4),
+        pytest.param(
+            Series((Gap(1e5, 2e-4), CoulombFriction(30.0))), id="play before a slider"
+        ),
+    ],
+)
 def test_hysteresis_is_that_of_the_effect_along_the_same_motion(law):
     model = rig(law)
     force = simulate(model, X, RATE, growth=False).outputs["force"]

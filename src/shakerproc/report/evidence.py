@@ -24,11 +24,6 @@ from shakerproc.report.page import Section, Table
 from shakerproc.report.rivals import laws
 from shakerproc.runs.remarks import by_tests
 
-TWO_METHODS: Final = (
-    "The two kinds of error in this report are not the same: a comparison lets the model run "
-    "free under the measured input, a diagnosis predicts the response one sample ahead with "
-    "an observer that follows the measurement; the second is usually the smaller."
-)
 ONE_METHOD: Final = (
     "All errors in this report are of a model that runs free under the measured input; a "
     "diagnosis predicts windows of one length where a motion cannot be predicted for a whole "
@@ -155,7 +150,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
         *_confidence(diagnosis),
     ]
     if models is not None:
-        paragraphs.append(ONE_METHOD if is_free_run(diagnosis) else TWO_METHODS)
+        paragraphs.append(ONE_METHOD)
     drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
     parts = [
         Section(
@@ -172,11 +167,6 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
     return Section("What is missing", "diagnosis", paragraphs, parts=kept)
 
 
-def is_free_run(diagnosis: Diagnosis) -> bool:
-    """Return whether the errors of a diagnosis are of models that run free."""
-    return bool(diagnosis.errors.horizon_s)
-
-
 def _confidence(diagnosis: Diagnosis) -> list[str]:
     """Return how probable the verdict is, where that is known."""
     if diagnosis.confidence is None:
@@ -189,8 +179,6 @@ def _confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _horizon(diagnosis: Diagnosis) -> str:
     """Return how far ahead the models of a diagnosis predict, as a sentence."""
-    if not is_free_run(diagnosis):
-        return "One sample ahead."
     found = {length for length in diagnosis.errors.horizon_s.values() if length is not None}
     if not found:
         return "Free-run simulation of whole tests."

@@ -106,12 +106,6 @@ _COMPARED = (
     "and Caughey)."
 )
 _DIAGNOSED = (
-    "A diagnosis screens every effect of the library in every joint, fits those that explain "
-    "something together with stiffness, damping and sensors, and ranks them by the likelihood "
-    "of what an observer does not predict one sample ahead (Ljung). Held-out tests take no "
-    "part in any fit. Intervals are 95 %."
-)
-_FREE_RUN = (
     "A diagnosis screens every effect of the library in every joint by regression on the "
     "measured motion, fits those that explain something, together with the model's own numbers "
     "and the chain of measurement, by least squares to free-run simulations (Moré), and ranks "
@@ -128,7 +122,6 @@ _MASRI = (
     "S. F. Masri and T. K. Caughey, A nonparametric identification technique for nonlinear "
     "dynamic problems, Journal of Applied Mechanics 46, 433-447, 1979."
 )
-_LJUNG = "L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall, 1999."
 
 
 def methods_of(
@@ -136,7 +129,6 @@ def methods_of(
     *,
     compared: bool = False,
     diagnosed: bool = False,
-    free_run: bool = False,
     kinds: Sequence[str] = (),
 ) -> Methods:
     """Return the methods that were used.
@@ -147,8 +139,6 @@ def methods_of(
         Runs that were processed.
     compared, diagnosed : bool
         Whether a model was held against the tests, and whether an effect was sought.
-    free_run : bool
-        Whether it was sought by free-run simulation.
     kinds : sequence of str
         Effects of the models; each brings its own references.
     """
@@ -165,8 +155,8 @@ def methods_of(
         paragraphs.append(_COMPARED)
         references.append(_MASRI)
     if diagnosed:
-        paragraphs.append(_FREE_RUN if free_run else _DIAGNOSED)
-        references += _LEAST_SQUARES if free_run else (_LJUNG,)
+        paragraphs.append(_DIAGNOSED)
+        references += _LEAST_SQUARES
     references += [text for kind in kinds for text in references_of(kind)]
     names = ("numpy", "scipy", "nptdms")
     python = f"Python {platform.python_version()} on {platform.system()}"

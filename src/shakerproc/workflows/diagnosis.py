@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
+from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.result import Diagnosis as Found
 from shakerproc.errors import ArgumentError
 from shakerproc.testlog import TestLog
-from shakerproc.workflows import judging
 from shakerproc.workflows.arguments import log_of, model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
@@ -116,4 +116,4 @@ def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> Diagnosis:
     known, tests = model_of(model).model, log_of(log)
     if isinstance(seed, bool) or not isinstance(seed, int):
         raise ArgumentError("seed", f"expected a whole number, got {seed!r}")
-    return Diagnosis(judging.diagnose_tests(known, tests, tests_of(tests, known), seed=seed))
+    return Diagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=seed))

@@ -87,7 +87,6 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
     """Return what was done, with the references of every effect that plays a part."""
     from shakerproc.report import methods
-    from shakerproc.report.evidence import is_free_run
 
     models, diagnosis = evidence.models, evidence.diagnosis
     kinds = [] if models is None else [
@@ -99,7 +98,6 @@ def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
         [run for run in runs if run.status != "discarded"],
         compared=models is not None,
         diagnosed=diagnosis is not None,
-        free_run=diagnosis is not None and is_free_run(diagnosis),
         kinds=tuple(dict.fromkeys(kinds)),
     )
 
@@ -206,10 +204,10 @@ def held_against(
 
     Its recordings are those of which the runs were made.
     """
+    from shakerproc.diagnosis import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
-    from shakerproc.workflows.judging import diagnose_tests
 
     known, digest = read_hashed(read_model, model)
     usable = tests_of(log, known)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc import __version__, files
 from shakerproc.diagnosis.adding import NO_START, Added
+from shakerproc.diagnosis.adding import add as add_effect
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import (
     Provenance,
@@ -27,7 +28,6 @@ from shakerproc.workflows.arguments import (
     told,
 )
 from shakerproc.workflows.folders import checked_folder
-from shakerproc.workflows.judging import add_effect
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

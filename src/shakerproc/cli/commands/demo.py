@@ -95,6 +95,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
     from shakerproc.compare import compare, scored_alike, sentence
+    from shakerproc.diagnosis import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
@@ -102,7 +103,6 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import example
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
-    from shakerproc.workflows.judging import diagnose_tests
 
     with output.progress("simulating", len(example.TESTS)) as advance:
         log_path, model_path = example.write_example(folder, advance=advance)

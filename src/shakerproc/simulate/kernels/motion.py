@@ -197,9 +197,7 @@ def switch(machine: Machine, row: int, which: int, time: float, series: Series) 
     law, before = machine.lines[row, LAW], machine.mode[row, 0]
     follow(machine, row, which, between(machine, row, series.y, 0, 0))
     if before != 0 and (law == FRICTION or law == JENKINS):
-        left = between(machine, row, series.y, n, 0)  # a rounding error
-        if mobility(machine, row, row) > 0.0:
-            push(machine, row, left / mobility(machine, row, row), series.y, n, 0)
+        _take_away(machine, row, between(machine, row, series.y, n, 0), series)
     elif law == JENKINS:
         limit = machine.values[row, 1] * machine.mode[row, 0]
         series.y[2 * n + machine.lines[row, MEMORY], 0] = limit
@@ -218,7 +216,17 @@ def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
         series.y[2 * n + machine.lines[row, MEMORY], 0] = limit
     elif before == 2 or before == -2:
         left = between(machine, row, series.y, n, 0) - side * series_slip(machine, row)
-        push(machine, row, left / mobility(machine, row, row), series.y, n, 0)
+        _take_away(machine, row, left, series)
+
+
+@inner
+def _take_away(machine: Machine, row: int, left: float, series: Series) -> None:
+    """Take the rounding error of a velocity away where a slider stops [m/s].
+
+    Where the motion is imposed there is none: no push moves the joint.
+    """
+    if mobility(machine, row, row) > 0.0:
+        push(machine, row, left / mobility(machine, row, row), series.y, machine.mass.size, 0)
 
 
 @inner
