@@ -85,17 +85,14 @@ class Found:
 
     @cached_property
     def explained(self) -> bool:
-        """Whether the best leaves no more than the noise and what it becomes in the model.
-
-        As a whole, or in the mean over the blocks: a few in which motions part rule the sum.
-        """
-        if self.best.mean <= np.log1p(EXCESS):
-            return True
+        """Whether the best leaves no more than the noise and what it becomes in the model."""
         return is_explained(self.data, self.best, self.form.held_out, self.left)
 
 
 def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) -> bool:
     """Return whether an error is no more than the noise and what it becomes in the model.
+
+    In the mean over the blocks, or as a whole: a few in which motions part rule the sum.
 
     Parameters
     ----------
@@ -108,4 +105,6 @@ def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) ->
     left : float
         The held-out error [-].
     """
+    if score.mean <= np.log1p(EXCESS):
+        return True
     return left <= EXCESS * floor_of(data, score.fit, held_out)

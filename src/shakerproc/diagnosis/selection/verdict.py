@@ -9,7 +9,7 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.found import EXCESS, Found
+from shakerproc.diagnosis.found import Found, is_explained
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import (
@@ -207,8 +207,10 @@ def _is_outside(found: Found, chosen: Score, errors: Errors) -> bool:
     """
     if found.free is not None and gain(found.free, chosen).t > SURE:
         return True
-    left, floor = errors.held_out.after, errors.noise_floor
-    return left > max(EXCESS * floor, NEGLIGIBLE) and left > SHARE * errors.held_out.before
+    left = errors.held_out.after
+    if left <= max(NEGLIGIBLE, SHARE * errors.held_out.before):
+        return False
+    return not is_explained(found.data, chosen, found.form.held_out, left)
 
 
 def _curve(found: Found) -> Outside | None:
