@@ -55,7 +55,7 @@ NUMBERS = {"stiffness": estimate(CONTACT, "N/m"), "clearance": estimate(CLEARANC
 DIAGNOSIS = Diagnosis(
     verdict="effect found",
     sentence="The model lacks a gap.",
-    effects=(Finding("gap", ("base", "coupon"), 0.9, NUMBERS),),
+    effects=(Finding("gap", ("base", "coupon"), NUMBERS),),
     indistinguishable=("offset_gap",),
     errors=Errors(Pair(0.5, 0.02), Pair(0.6, 0.03), 0.01),
     candidates=(
@@ -178,7 +178,7 @@ def test_the_updated_model_has_the_effect_and_the_fitted_numbers(files):
     assert springs[0].stiffness == pytest.approx(1.001 * JOINT.stiffness)
     assert name_of_new(DIAGNOSIS) == "with gap"
     assert updated_model(model, replace(DIAGNOSIS, verdict="outside library")) is None
-    fault = replace(DIAGNOSIS, effects=(Finding("sensor_gain", ("ch3",), 0.9, {}),))
+    fault = replace(DIAGNOSIS, effects=(Finding("sensor_gain", ("ch3",), {}),))
     assert len(updated_model(model, fault).elements) == len(model.elements)
 
 

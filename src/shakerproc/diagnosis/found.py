@@ -11,6 +11,7 @@ from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
@@ -107,4 +108,4 @@ def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) ->
     """
     if score.mean <= np.log1p(EXCESS):
         return True
-    return left <= EXCESS * floor_of(data, score.fit, held_out)
+    return left <= EXCESS * floor_of(data, score.fit, held_out, drawn_numbers(score.fit))

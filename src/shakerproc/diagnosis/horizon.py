@@ -9,13 +9,14 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.selection.errors import parted
 from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
 PARTED: Final = 0.1
-"""Share of the response by which noise of the input may part two motions that are predicted:
-beyond, a test cannot be foretold, whatever the model [-]."""
+"""Share of the response by which noise of the input and the spread of the numbers may part two
+motions that are predicted: beyond, a test cannot be foretold, whatever the model [-]."""
 
 LONGER: Final = 0.2
 """Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
@@ -90,7 +91,7 @@ def compared(
     for i, form in enumerate(forms):
         standing = worth_a_fit(standing, campaign.known)
         forms[i] = form.knowing(campaign.data, best)
-        if i and forms[i].parted(campaign.data) > PARTED:
+        if i and not _foretold(campaign, best, forms[i]):
             break
         scores = along(campaign, standing, [forms[i]])
         level = min((score.mean for score in scores), default=np.inf)
@@ -103,6 +104,14 @@ def compared(
         base = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
         effects = [score for score in scores if score.fit.hypothesis.added]
     return forms[: chosen + 1], base, effects
+
+
+def _foretold(campaign: Campaign, best: Fit, form: Form) -> bool:
+    """Return whether the best hypothesis so far, fitted at a horizon, foretells it."""
+    there = carried(campaign.data, best, [form])
+    if there is None:
+        return False
+    return parted(campaign.data, there, form.held_out) <= PARTED
 
 
 def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:

@@ -44,15 +44,12 @@ class Finding:
         Key of `EFFECTS` or `FAULTS`.
     between : tuple of str
         The two places of an effect; the channel of a fault.
-    confidence : float
-        From 0 to 1 [-].
     parameters : mapping of str to Estimate
         Fitted numbers.
     """
 
     kind: str
     between: tuple[str, ...]
-    confidence: float
     parameters: Mapping[str, Estimate]
 
     def as_json(self) -> dict[str, Any]:
@@ -60,7 +57,6 @@ class Finding:
         return {
             "kind": self.kind,
             "between": list(self.between),
-            "confidence": self.confidence,
             "parameters": {name: p.as_json() for name, p in self.parameters.items()},
         }
 

@@ -24,24 +24,24 @@ def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
 
 def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
     """Return the numbers of effects found, of the linear joints, and of every candidate."""
-    columns = ("", "between", "number", "value", "low", "high", "±", "unit", "confidence")
+    columns = ("", "between", "number", "value", "low", "high", "±", "unit")
     found = [
         (
             effect.kind.replace("_", " "), " - ".join(effect.between), name,
-            *interval(estimate), f"{effect.confidence:.2f}",
+            *interval(estimate),
         )
         for effect in diagnosis.effects
         for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
     ]  # fmt: skip
     linear = [
-        ("linear joint", place, number, *interval(estimate), "")
+        ("linear joint", place, number, *interval(estimate))
         for name, estimate in diagnosis.linear.items()
         for number, place in [name.split(" ", 1)]
     ]
     tried = [
         (
             candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
-            *interval(estimate), "",
+            *interval(estimate),
         )
         for c in diagnosis.candidates
         if c.held_out_error is not None

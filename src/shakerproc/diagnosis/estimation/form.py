@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
-import numpy as np
-
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
@@ -39,18 +37,6 @@ class Form:
     fitted: Windows
     scored_fitted: Windows
     held_out: Windows
-
-    def parted(self, data: DataSet) -> float:
-        """Return what noise of the input becomes in what is held out, over the response [-]."""
-        if self.held_out.passed is None:
-            return 0.0
-        passed, whole = 0.0, 0.0
-        for i, (test, first, size) in enumerate(self.held_out.table):
-            counted = self.held_out.counted[i]
-            response = data.measured[test][:, first : first + size]
-            passed += float(np.sum(self.held_out.passed[i][:, counted] ** 2))
-            whole += float(np.sum(response[:, counted] ** 2))
-        return float(np.sqrt(passed / whole)) if whole > 0.0 else 0.0
 
     def knowing(self, data: DataSet, found: Fit) -> "Form":
         """Return the form with what noise of the input becomes in the motion of a fit."""

@@ -28,18 +28,42 @@ def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | No
         return None
 
 
-def under_noise(data: DataSet, found: Fit, windows: Windows) -> Iterator[Predicted]:
-    """Yield the same with as much noise again on the inputs, drawn afresh each time."""
+def under_noise(
+    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
+) -> Iterator[Predicted]:
+    """Yield the same with as much noise again on the inputs, drawn afresh each time.
+
+    Parameters
+    ----------
+    data, found, windows
+        As for `prediction_of`.
+    numbers : (DRAWS, n_x) array, optional
+        Coordinates of each draw; those of the fit.
+    """
     generator = np.random.default_rng(0)
-    for _ in range(DRAWS):
+    for i in range(DRAWS):
         shaken = tuple(
             replace(test, input=test.input + test.noise_density.drawn(
                 test.n_samples, test.sample_rate, generator))
             for test in data.tests
         )  # fmt: skip
-        noisy = prediction_of(replace(data, tests=shaken), found, windows)
+        drawn = found if numbers is None else replace(found, x=numbers[i])
+        noisy = prediction_of(replace(data, tests=shaken), drawn, windows)
         if noisy is not None:
             yield noisy
+
+
+def drawn_numbers(found: Fit) -> FloatArray:
+    """Return coordinates that would do as well as those of a fit, (DRAWS, n_x) array.
+
+    From the normal distribution with their covariance, within their bounds.
+    """
+    n = found.x.size
+    covariance = 0.5 * (found.covariance + found.covariance.T)[:n, :n]
+    power, directions = np.linalg.eigh(covariance)
+    normal = np.random.default_rng(0).standard_normal((DRAWS, n))
+    drawn = found.x + (normal * np.sqrt(np.maximum(power, 0.0))) @ directions.T
+    return np.asarray(np.clip(drawn, *found.hypothesis.bounds()))
 
 
 NEARBY: Final = 1e-3

@@ -8,8 +8,13 @@ from numpy.typing import NDArray
 from shakerproc.compare.floor import floor_shares
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.passed_noise import prediction_of, under_noise
+from shakerproc.diagnosis.estimation.passed_noise import (
+    drawn_numbers,
+    prediction_of,
+    under_noise,
+)
 from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows
 
 
@@ -61,22 +66,50 @@ def error_of_scored(tests: Mapping[int, Scored] | None) -> float:
     return free_run_error(tuple(tests.values())) if tests else float("inf")
 
 
-def floor_of(data: DataSet, found: Fit, windows: Windows) -> float:
-    """Return the error that even the true model has: noise, and noise sent through it."""
+def floor_of(
+    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
+) -> float:
+    """Return the error that even the true model has: noise, and noise sent through it [-].
+
+    With `numbers` (see `drawn_numbers`) also what the spread of the numbers of a fit makes of
+    the motion: where motions part, it is the most. NaN where the motion runs away.
+    """
+    shares = [
+        floor_shares(one, test.noise_density, moved)
+        for test, one, moved in _moved(data, found, windows, numbers)
+    ]
+    return pooled(shares) if shares else float("nan")
+
+
+def parted(data: DataSet, found: Fit, windows: Windows) -> float:
+    """Return by how much the motion of a fit cannot be foretold, over the response [-].
+
+    What noise of the input and the spread of the numbers make of it; infinite where it runs
+    away.
+    """
+    moved, whole = 0.0, 0.0
+    for _test, one, apart in _moved(data, found, windows, drawn_numbers(found)):
+        moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
+        whole += float(np.sum(one.measured[:, one.counted] ** 2))
+    return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")
+
+
+def _moved(
+    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None
+) -> list[tuple[Test, Scored, FloatArray]]:
+    """Return each test, its score, and by how much draws of noise move its motion."""
     settled = with_starts_fitted(data, found, windows)
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
-        return float("nan")
-    noisy = list(under_noise(data, settled, windows))
-    if not noisy:
-        return float("nan")
-    shares = []
+        return []
+    noisy = list(under_noise(data, settled, windows, numbers))
+    out = []
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
-        if counted.any():
+        if noisy and counted.any():
             moved = [_gathered(data, windows, one, i)[0] - simulated for one in noisy]
             one = Scored(
                 data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
             )
-            shares.append(floor_shares(one, test.noise_density, np.array(moved)))
-    return pooled(shares)
+            out.append((test, one, np.array(moved)))
+    return out

@@ -114,7 +114,7 @@ def judged(
 def _effects(fit: Fit) -> list[Finding]:
     """Return the effects of a fit with their intervals."""
     return [
-        Finding(one.kind, one.between, 0.99, estimates(fit, i))
+        Finding(one.kind, one.between, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
 
@@ -173,13 +173,13 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
         own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
         out += _in_the_samples(found, i, name)
         if found.signs and found.signs[i] < 0.0:
-            out.append(Finding("sensor_polarity", (name,), 0.99, {}))
+            out.append(Finding("sensor_polarity", (name,), {}))
         if abs(size - 1.0) > GAIN_TOLERANCE:
             value = Estimate(size, size - own, size + own, "1")
-            out.append(Finding("sensor_gain", (name,), 0.98, {"gain": value}))
+            out.append(Finding("sensor_gain", (name,), {"gain": value}))
         if abs(delay) > DELAY_TOLERANCE:
             value = Estimate(delay, delay - late, delay + late, "s")
-            out.append(Finding("sensor_delay", (name,), 0.98, {"delay": value}))
+            out.append(Finding("sensor_delay", (name,), {"delay": value}))
     return out
 
 
@@ -191,11 +191,11 @@ def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
     if reached:
         unit = "m/s^2" if found.data.model.sensors[name].measures == "acceleration" else ""
         level = Estimate(min(reached), min(reached), min(reached), unit)
-        out.append(Finding("clipping", (name,), 0.99, {"level": level}))
+        out.append(Finding("clipping", (name,), {"level": level}))
     for hum in found.hums:
         if hum.sensor == sensor:
             line = Estimate(hum.frequency, hum.frequency, hum.frequency, "Hz")
-            out.append(Finding("mains_hum", (name,), 0.99, {"frequency": line}))
+            out.append(Finding("mains_hum", (name,), {"frequency": line}))
     return out
 
 
