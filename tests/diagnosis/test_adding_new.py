@@ -8,7 +8,7 @@ import pytest
 from tests.diagnosis.component import component, rod
 from tests.diagnosis.one_mass import JOINT, QUIET, RATE, STIFFNESS, arrays_of, one_mass
 
-from shakerproc.diagnosis import TestArrays
+from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import effect_files, load_effects
@@ -138,6 +138,19 @@ def test_an_effect_of_the_user_s_own_is_added_like_any_other():
         effect_files.forget_effects()
     assert found.parameters["force"].value == pytest.approx(3.0, rel=0.03)
     assert found.parameters["pitch"].value == pytest.approx(8e-4, rel=0.03)
+
+
+@pytest.mark.slow
+def test_an_effect_of_the_user_s_own_is_diagnosed_like_any_other():
+    load_effects(OWN)
+    try:
+        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **SHORT)
+        found = diagnose_arrays(one_mass(), tests)
+    finally:
+        effect_files.forget_effects()
+    (detent,) = found.effects
+    assert detent.kind == "detent"
+    assert detent.parameters["force"].value == pytest.approx(3.0, rel=0.01)
 
 
 def chain(*more):

@@ -119,3 +119,18 @@ def is_refuted(test: Scored, noise: Noise) -> bool:
         return False
     error = pooled([relative_errors(test)])
     return error + BEATEN_BY * standard_error([test]) < pooled([own])
+
+
+def input_is_refuted(test: Scored, noise: Noise, moved: FloatArray) -> bool:
+    """Return whether what noise of the input makes of a response exceeds an error with its own.
+
+    Parameters
+    ----------
+    test, noise, moved
+        As for `floor_shares`, of the model whose error it is.
+    """
+    whole = floor_shares(test, noise, moved)
+    if not np.all(np.isfinite(whole)):
+        return False
+    error = pooled([relative_errors(test)])
+    return error + BEATEN_BY * standard_error([test]) < pooled([whole])

@@ -5,11 +5,13 @@ from dataclasses import replace
 from typing import Final
 
 from shakerproc.compare.measured import Measured, Usable
+from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
+from shakerproc.diagnosis.selection.refuted import Refuted, with_more_refuted
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -117,6 +119,14 @@ def diagnose_arrays(
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
-    found = seek(known, prepared(tests, imposed=imposed), say)
+    refuted: Refuted = {}
+    while True:
+        found = seek(known, prepared(tests, imposed=imposed, refuted=refuted), say)
+        more = with_more_refuted(found, refuted)
+        if more == refuted:
+            break
+        say("again, with the next estimate of the noise")
+        refuted = more
     say("the verdict")
-    return judged(found, clearances=clearances, shaker=shaker, seed=seed)
+    verdict = judged(found, clearances=clearances, shaker=shaker, seed=seed)
+    return replace(verdict, notes=(*verdict.notes, *wording.refuted_notes(refuted)))

@@ -1,5 +1,6 @@
 """What a diagnosis says: typed, and as the JSON document that other programs read."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, TypeAlias, final
@@ -100,7 +101,7 @@ class Errors:
         return {
             "fitted": self.fitted.as_json(),
             "held_out": self.held_out.as_json(),
-            "noise_floor": self.noise_floor,
+            "noise_floor": self.noise_floor if math.isfinite(self.noise_floor) else None,
             "horizon_s": dict(self.horizon_s),
         }
 

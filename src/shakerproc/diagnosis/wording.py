@@ -1,6 +1,7 @@
 """The sentences of a diagnosis."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import Errors, Finding
@@ -10,8 +11,7 @@ def outside_sentence(errors: Errors) -> str:
     """Return the verdict that no effect of the library will do."""
     return (
         f"Something is missing that is not in the library: the best that was tried leaves "
-        f"{errors.held_out.after:.3g} of the response where the noise is "
-        f"{errors.noise_floor:.3g}."
+        f"{errors.held_out.after:.3g} of the response where the noise is {_noise(errors)}."
     )
 
 
@@ -36,7 +36,16 @@ def nothing_sentence(errors: Errors) -> str:
     """Return the verdict that nothing is missing."""
     return (
         f"Nothing is missing: the fitted model leaves {errors.held_out.after:.3g} of the "
-        f"response, the noise is {errors.noise_floor:.3g}."
+        f"response, the noise is {_noise(errors)}."
+    )
+
+
+def unknown_noise_sentence(errors: Errors) -> str:
+    """Return the verdict that a remainder cannot be told from noise."""
+    return (
+        "No effect predicts better than the fitted model, which leaves "
+        f"{errors.held_out.after:.3g} of the response; how much of that is noise these tests do "
+        "not say. Record some seconds at rest before the excitation, or repeat a test."
     )
 
 
@@ -68,6 +77,19 @@ def _faults(faults: Sequence[Finding]) -> str:
     return " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
 
 
+def _noise(errors: Errors) -> str:
+    return f"{errors.noise_floor:.3g}" if math.isfinite(errors.noise_floor) else "unknown"
+
+
 def _fall(errors: Errors) -> str:
     held = errors.held_out
     return f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
+
+
+def refuted_notes(refuted: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return which estimates of the noise were too large, by test."""
+    return [
+        f"{test}: there is less noise than {' and '.join(sources)} said, for a model leaves "
+        "less of what was held out; the next estimate was taken."
+        for test, sources in refuted.items()
+    ]

@@ -1,5 +1,6 @@
 """The errors of all hypotheses of a diagnosis as one figure."""
 
+import math
 from typing import TYPE_CHECKING
 
 from shakerproc.diagnosis.result import Diagnosis
@@ -30,9 +31,11 @@ def candidate_errors(diagnosis: Diagnosis) -> "Figure":
         axis.set_yticks(list(places), names)
         axis.invert_yaxis()
         axis.grid(visible=False, axis="y")
-        axis.axvline(errors.noise_floor, color=style.COLOURS[1], lw=1.2, label="noise floor")
+        floors = [errors.noise_floor] if math.isfinite(errors.noise_floor) else []
+        for floor in floors:
+            axis.axvline(floor, color=style.COLOURS[1], lw=1.2, label="noise floor")
         axis.set_xscale("log")
-        inside = [*values, errors.noise_floor]
+        inside = [*values, *floors]
         axis.set_xlim(0.6 * min(inside), 1.8 * max(inside))
         axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=None))
         axis.xaxis.set_minor_formatter(NullFormatter())

@@ -88,7 +88,7 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
         [
             ["before", errors.fitted.before, errors.held_out.before],
             ["after", errors.fitted.after, errors.held_out.after],
-            ["noise floor", None, errors.noise_floor],
+            ["noise floor", None, errors.as_json()["noise_floor"]],
         ],
         title="Share of the response that is not explained",
         json_target=json_target,

@@ -1,7 +1,8 @@
 """Tests as arrays in SI units: as a caller gives them, and as the estimation needs them."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar, Final, final
 
 import numpy as np
@@ -131,7 +132,12 @@ class Test:
         return self.quiet is not None
 
 
-def prepared(tests: Sequence[TestArrays], *, imposed: bool = False) -> tuple[Test, ...]:
+def prepared(
+    tests: Sequence[TestArrays],
+    *,
+    imposed: bool = False,
+    refuted: Mapping[str, Collection[str]] = MappingProxyType({}),
+) -> tuple[Test, ...]:
     """Return tests as the estimation needs them.
 
     Parameters
@@ -141,12 +147,22 @@ def prepared(tests: Sequence[TestArrays], *, imposed: bool = False) -> tuple[Tes
     imposed : bool
         Whether a displacement is imposed: where in its play a joint stands then counts, so that
         the mean of the input is kept.
+    refuted : mapping of str to collection of str
+        Sources of noise that are no floor, by the name of the test.
     """
     channels = [
         Channels(test.controls, test.responses, test.sample_rate, test.band) for test in tests
     ]
     return tuple(
-        _prepared(test, noise_of(own, [o for o in channels if o is not own]), imposed=imposed)
+        _prepared(
+            test,
+            noise_of(
+                own,
+                [o for o in channels if o is not own],
+                refuted=refuted.get(test.name, ()),
+            ),
+            imposed=imposed,
+        )
         for test, own in zip(tests, channels, strict=True)
     )
 

@@ -76,7 +76,7 @@ def floor_of(
     """
     shares = [
         floor_shares(one, test.noise_density, moved)
-        for test, one, moved in _moved(data, found, windows, numbers)
+        for test, one, moved in moved_tests(data, found, windows, numbers)
     ]
     return pooled(shares) if shares else float("nan")
 
@@ -88,14 +88,14 @@ def parted(data: DataSet, found: Fit, windows: Windows) -> float:
     away.
     """
     moved, whole = 0.0, 0.0
-    for _test, one, apart in _moved(data, found, windows, drawn_numbers(found)):
+    for _test, one, apart in moved_tests(data, found, windows, drawn_numbers(found)):
         moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
         whole += float(np.sum(one.measured[:, one.counted] ** 2))
     return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")
 
 
-def _moved(
-    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None
+def moved_tests(
+    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
 ) -> list[tuple[Test, Scored, FloatArray]]:
     """Return each test, its score, and by how much draws of noise move its motion."""
     settled = with_starts_fitted(data, found, windows)

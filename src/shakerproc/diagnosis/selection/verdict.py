@@ -203,12 +203,14 @@ def _is_outside(found: Found, chosen: Score, errors: Errors) -> bool:
     """Return whether something is missing that no effect of the library explains.
 
     Either a force without a name predicts better than the chosen effect does, or the effect
-    leaves clearly more than the noise.
+    leaves clearly more than the noise, where that is known.
     """
     if found.free is not None and gain(found.free, chosen).t > SURE:
         return True
     left = errors.held_out.after
-    if left <= max(NEGLIGIBLE, SHARE * errors.held_out.before):
+    if not np.isfinite(errors.noise_floor) or left <= max(
+        NEGLIGIBLE, SHARE * errors.held_out.before
+    ):
         return False
     return not is_explained(found.data, chosen, found.form.held_out, left)
 
@@ -254,6 +256,8 @@ def _nothing(errors: Errors, unclosed: Unexercised | None) -> tuple[str, str]:
     if unclosed is not None:
         sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
         return "cannot tell", sentence
+    if not np.isfinite(errors.noise_floor):
+        return "cannot tell", wording.unknown_noise_sentence(errors)
     return "nothing missing", wording.nothing_sentence(errors)
 
 
@@ -278,7 +282,10 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
     best = found.best
     rest = [s for s in found.effects if s not in standing]
     nearest = min([gain(best, s).t for s in rest], default=LIMIT)
-    left, floor = max(errors.held_out.after, 1e-9), max(errors.noise_floor, 1e-9)
+    left, floor = (
+        max(errors.held_out.after, 1e-9),
+        max(float(np.nan_to_num(errors.noise_floor)), 1e-9),
+    )
     return {
         "gain_over_linear": gain(best, found.linear).mean,
         "t_over_linear": float(np.clip(gain(best, found.linear).t, -LIMIT, LIMIT)),

@@ -1,0 +1,36 @@
+"""Noise that a model beats on what was held out is no floor."""
+
+import numpy as np
+import pytest
+from tests.diagnosis.one_mass import arrays_of, one_mass
+
+from shakerproc.compare.floor import input_is_refuted
+from shakerproc.compare.free_run_error import Scored
+from shakerproc.diagnosis.data import prepared
+from shakerproc.diagnosis.result import Errors, Pair
+
+
+@pytest.mark.parametrize(("moved", "refuted"), [(0.3, True), (0.005, False)])
+def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refuted):
+    (test, *_) = prepared(arrays_of(one_mass()))
+    measured = test.responses
+    rng = np.random.default_rng(5)
+    alike = rng.standard_normal((8, *measured.shape)) * measured.std()
+    counted = np.ones(measured.shape[1], bool)
+    scored = Scored(measured, 1.01 * measured, test.sample_rate, test.arrays.band, counted)
+    quiet = prepared(arrays_of(one_mass()))[0].noise_density
+    assert input_is_refuted(scored, quiet, moved * alike) is refuted
+
+
+def test_the_next_estimate_is_taken_where_one_is_refuted():
+    arrays = arrays_of(one_mass())
+    first = prepared(arrays)[0].noise_density.source
+    refuted = {arrays[0].name: (first,)}
+    after = [test.noise_density.source for test in prepared(arrays, refuted=refuted)]
+    assert after[0] != first
+    assert after[1] == first
+
+
+def test_an_unknown_floor_is_null_in_the_document():
+    errors = Errors(Pair(1.0, 0.1), Pair(1.0, 0.1), float("nan"))
+    assert errors.as_json()["noise_floor"] is None
