@@ -35,3 +35,17 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip(f"no shared data: {SHARED} is absent")
     return SHARED
+
+
+@pytest.fixture
+def few_effects(monkeypatch):
+    """Let a diagnosis seek five effects only, where its verdict is not the subject."""
+    from shakerproc.diagnosis import campaign
+
+    few = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
+    every = campaign.identifications
+    monkeypatch.setattr(
+        campaign,
+        "identifications",
+        lambda scales: {kind: one for kind, one in every(scales).items() if kind in few},
+    )

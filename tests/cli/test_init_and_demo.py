@@ -8,18 +8,10 @@ from typer.testing import CliRunner
 
 import shakerproc
 from shakerproc.cli import build_app
-from shakerproc.diagnosis import campaign as campaign_of_all
 from shakerproc.model_files import read_model
 from shakerproc.runs import process_test
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows import example
-
-FEW = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
-ALL_CANDIDATES = campaign_of_all.identifications
-
-
-def few_candidates(scales):
-    return {kind: one for kind, one in ALL_CANDIDATES(scales).items() if kind in FEW}
 
 
 def short(tests, seconds):
@@ -75,9 +67,7 @@ def test_the_sample_data_are_found_beside_the_checkout():
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
-    # the whole library takes a minute, which `make demo` spends and this test does not
-    monkeypatch.setattr(campaign_of_all, "identifications", few_candidates)
+def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch, few_effects):
     monkeypatch.setattr(example, "TESTS", short(example.TESTS, 4.0))
     module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
     monkeypatch.setattr(module, "_sample_log", lambda: None)

@@ -287,7 +287,7 @@ def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_p
     held_out = found.errors.held_out
     assert held_out.before == pytest.approx(held_out.after, rel=5e-2)
     assert len(found.to_pandas()) == 3
-    assert "held-out error does not fall" in found._repr_html_()
+    assert "held-out error falls no further than without it" in found._repr_html_()
     assert isinstance(found.plot(), Figure)
     with pytest.raises(sp.ArgumentError, match="NEW must be another file"):
         found.save(files[1])
@@ -296,7 +296,7 @@ def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_p
 
 
 @pytest.mark.slow
-def test_a_complete_model_is_told_to_be_complete_twice(given):
+def test_a_complete_model_is_told_to_be_complete_twice(given, few_effects):
     found, again = sp.diagnose(*given), sp.diagnose(*given)
     assert found.verdict == again.verdict == "nothing missing"
     assert found.as_json() == again.as_json()

@@ -44,8 +44,8 @@ def unknown_noise_sentence(errors: Errors) -> str:
     """Return the verdict that a remainder cannot be told from noise."""
     return (
         "No effect predicts better than the fitted model, which leaves "
-        f"{errors.held_out.after:.3g} of the response; how much of that is noise these tests do "
-        "not say. Record some seconds at rest before the excitation, or repeat a test."
+        f"{errors.held_out.after:.3g} of the response; how much of that is noise these tests "
+        "do not say. Record some seconds at rest before the excitation, or repeat a test."
     )
 
 
