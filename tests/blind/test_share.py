@@ -6,11 +6,11 @@ from blind.trial import attempt
 
 SHARE = (
     (31, "cubic_stiffness"),
-    (13, "stop"),
+    pytest.param(13, "stop", marks=pytest.mark.long),
     (11, "none"),
     pytest.param(22, "mains_hum", marks=pytest.mark.long),
-    (21, "sensor_polarity"),
-    (1, "pair:cubic_stiffness+quadratic_damping"),
+    pytest.param(21, "sensor_polarity", marks=pytest.mark.long),
+    pytest.param(1, "pair:cubic_stiffness+quadratic_damping", marks=pytest.mark.long),
 )
 
 

@@ -117,3 +117,11 @@ def test_noise_is_drawn_with_its_density():
     found = compare.noise_of(compare.Channels(rows[:1], rows[1:], RATE, (1.0, 450.0)))
     assert found.source == "quiet lead-in"
     assert np.std(found.drawn(50000, RATE, rng)) == pytest.approx(0.05, rel=0.1)
+
+
+def test_what_is_excited_does_not_leak_into_the_noise_above_it():
+    t = np.arange(6000) / RATE
+    tone = 22.0 * np.sin(2.0 * np.pi * 30.3 * t)
+    rows = np.array([tone, tone + 0.01 * np.random.default_rng(2).standard_normal(t.size)])
+    found = compare.noise_of(compare.Channels(rows[:1], rows[1:], RATE, (1.0, 40.0)))
+    assert np.sqrt(found.responses[0, 0] * RATE / 2.0) == pytest.approx(0.01, rel=0.25)

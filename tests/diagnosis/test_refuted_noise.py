@@ -25,7 +25,7 @@ def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refu
 def test_the_next_estimate_is_taken_where_one_is_refuted():
     arrays = arrays_of(one_mass())
     first = prepared(arrays)[0].noise_density.source
-    refuted = {arrays[0].name: (first,)}
+    refuted = {arrays[0].name: ((first,), ())}
     after = [test.noise_density.source for test in prepared(arrays, refuted=refuted)]
     assert after[0] != first
     assert after[1] == first

@@ -179,6 +179,7 @@ def test_a_study_gives_the_same_table(tmp_path, cluster):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_diagnosis_gives_the_same_numbers(tmp_path, cluster):
     done(start("init", tmp_path / "c"))
     files = (tmp_path / "c" / "model.yaml", tmp_path / "c" / "testlog.yaml")

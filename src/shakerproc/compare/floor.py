@@ -104,7 +104,8 @@ def floor_of(prediction: Prediction, pair: Pair, refuted: tuple[str, ...] = ()) 
 
 def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
     """Return smoothed densities at the bins of a pair, (n_rows, n_frequencies) array."""
-    cross = cross_spectra(rows, sample_rate, segment=min(_SEGMENT, rows.shape[1]))
+    segment = min(_SEGMENT, rows.shape[1])
+    cross = cross_spectra(rows, sample_rate, segment=segment, window="hann")
     return np.array([np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)])
 
 

@@ -66,6 +66,7 @@ def noise_of(
     twins: Sequence[sources.Channels] = (),
     *,
     refuted: Collection[str] = (),
+    refuted_inputs: Collection[str] | None = None,
 ) -> Noise:
     """Return the noise of a test, from what was measured alone, never from a model.
 
@@ -82,12 +83,15 @@ def noise_of(
         Others of the campaign; those with the same drive are repeats.
     refuted : collection of str
         Sources that a model has beaten on tests that were held out; the next is taken.
+    refuted_inputs : collection of str, optional
+        Sources that are no floor of the inputs, where these differ.
     """
     frequency = sources.frequencies(test.sample_rate)
     resolved = sources.resolution(test)
     noise, source = _first(_RESPONSES, test, twins, refuted)
     own = len(test.controls)
-    drive, drive_source = _first(_INPUTS, test, twins, refuted)
+    beaten = refuted if refuted_inputs is None else refuted_inputs
+    drive, drive_source = _first(_INPUTS, test, twins, beaten)
     if drive is None:
         drive, drive_source = np.zeros((1, frequency.size)), UNKNOWN
     least_drive = resolved[:own].sum() / own**2

@@ -86,10 +86,12 @@ def _fall(errors: Errors) -> str:
     return f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
 
 
-def refuted_notes(refuted: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return which estimates of the noise were too large, by test."""
+def refuted_notes(refuted: Mapping[str, Sequence[Sequence[str]]]) -> list[str]:
+    """Return which estimates of the noise were too large, of responses and inputs, by test."""
     return [
-        f"{test}: there is less noise than {' and '.join(sources)} said, for a model leaves "
-        "less of what was held out; the next estimate was taken."
-        for test, sources in refuted.items()
+        f"{test}: there is less noise of {of} than {' and '.join(sources)} said, for a model "
+        "leaves less of what was held out; the next estimate was taken."
+        for test, both in refuted.items()
+        for of, sources in zip(("the responses", "the input"), both, strict=True)
+        if sources
     ]

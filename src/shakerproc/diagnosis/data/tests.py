@@ -136,7 +136,7 @@ def prepared(
     tests: Sequence[TestArrays],
     *,
     imposed: bool = False,
-    refuted: Mapping[str, Collection[str]] = MappingProxyType({}),
+    refuted: Mapping[str, tuple[Collection[str], Collection[str]]] = MappingProxyType({}),
 ) -> tuple[Test, ...]:
     """Return tests as the estimation needs them.
 
@@ -147,24 +147,19 @@ def prepared(
     imposed : bool
         Whether a displacement is imposed: where in its play a joint stands then counts, so that
         the mean of the input is kept.
-    refuted : mapping of str to collection of str
-        Sources of noise that are no floor, by the name of the test.
+    refuted : mapping of str to pair of collection of str
+        Sources of noise that are no floor, of responses and of inputs, by the name of the test.
     """
     channels = [
         Channels(test.controls, test.responses, test.sample_rate, test.band) for test in tests
     ]
-    return tuple(
-        _prepared(
-            test,
-            noise_of(
-                own,
-                [o for o in channels if o is not own],
-                refuted=refuted.get(test.name, ()),
-            ),
-            imposed=imposed,
-        )
-        for test, own in zip(tests, channels, strict=True)
-    )
+    found = []
+    for test, own in zip(tests, channels, strict=True):
+        twins = [other for other in channels if other is not own]
+        responses, inputs = refuted.get(test.name, ((), ()))
+        noise = noise_of(own, twins, refuted=responses, refuted_inputs=inputs)
+        found.append(_prepared(test, noise, imposed=imposed))
+    return tuple(found)
 
 
 def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
