@@ -247,6 +247,6 @@ def _tables(campaign: Campaign, linear: Fit, wanted: Wanted) -> list[Fit]:
     if law is None:
         return []
     hypothesis, x = as_table(data.model, law)
-    channels = (linear.gain, linear.delay)
+    channels = linear.channels
     found = grown(data, hypothesis, x, campaign.stages, channels)
     return [] if found is None else [found]

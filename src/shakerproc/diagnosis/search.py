@@ -161,7 +161,7 @@ def as_it_is(original: Model, linear: Fit) -> Fit:
     none = hypothesis_of(original)
     return replace(
         linear, hypothesis=none, x=np.zeros(none.size), gain=np.ones_like(linear.gain),
-        delay=np.zeros_like(linear.delay),
+        delay=np.zeros_like(linear.delay), offset=np.zeros_like(linear.offset),
     )  # fmt: skip
 
 

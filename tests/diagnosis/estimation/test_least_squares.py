@@ -110,7 +110,7 @@ def test_slopes_are_those_of_the_residual(with_gap):
     hypothesis, x = added(with_gap, "gap", **GAP)
     windows = both(with_gap)[1]
     search = Linearisation(with_gap, hypothesis, windows)
-    here = Point(x, np.array([1.02]), np.zeros(1), windows.starts)
+    here = Point(x, np.array([1.02]), np.zeros(1), np.zeros(0), windows.starts)
     state = search.residual(here)
     residual, slopes = state[0], search.linearise(here, state)
     for k, change in enumerate(STEP * np.eye(x.size)):

@@ -110,7 +110,7 @@ def _measured_spectra(
     for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
         if sensor.at not in model.masses:
             continue
-        spectrum = scipy.fft.rfft(row, length)
+        spectrum = scipy.fft.rfft(closed(row, length))
         relative = sensor.measures.startswith("relative")
         if sensor.measures.endswith("acceleration"):
             found[sensor.at] = -(spectrum - base) / omega**2, True
@@ -145,6 +145,16 @@ def slope(samples: FloatArray, sample_rate: float) -> FloatArray:
     """Return the time derivative of band-limited samples, by their spectrum."""
     length = scipy.fft.next_fast_len(2 * samples.size, real=True)
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / sample_rate)
-    spectrum = 1j * omega * scipy.fft.rfft(samples, length)
+    spectrum = 1j * omega * scipy.fft.rfft(closed(samples, length))
     found: FloatArray = scipy.fft.irfft(spectrum, length)[: samples.size]
     return found
+
+
+def closed(samples: FloatArray, length: int) -> FloatArray:
+    """Return samples followed by a straight line back to the first, `length` in all.
+
+    A spectrum takes what it is given as one period: a motion that does not end where it began
+    would jump there.
+    """
+    bridge = np.linspace(samples[-1], samples[0], length - samples.size + 2)[1:-1]
+    return np.concatenate([samples, bridge])

@@ -6,15 +6,12 @@ from typing import Final, final
 
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
-from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+from shakerproc.diagnosis.estimation.residuals import HORIZON, RUN_IN, DataSet, Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 
-HORIZONS: Final = (15.0, 50.0)
-"""Horizons in periods of the joint's motion, beside the whole test."""
-
-RUN_IN: Final = 2.0
-"""Periods that tell the start of a window (DESIGN.md)."""
+HORIZONS: Final = (HORIZON, 50.0)
+"""Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
 
 ROUNDS: Final = 10
 """Steps of the search at the horizon [-]."""
@@ -69,18 +66,19 @@ def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:
         if here is not None and len(form.fitted):
             here = fit(
                 data, here.hypothesis, here.x, form.fitted, rounds=ROUNDS,
-                channels=(here.gain, here.delay),
+                channels=here.channels,
             )  # fmt: skip
     return here
 
 
 def forms_of(data: DataSet) -> list[Form]:
     """Return windows of every horizon, and whole tests where they begin at rest."""
-    rate, frequency = data.tests[0].sample_rate, data.frequency
+    rate = data.tests[0].sample_rate
     found = []
     for periods in HORIZONS:
-        run_in = TAPS + int(RUN_IN * rate / frequency)
-        length = run_in + int(periods * rate / frequency)
+        length_s = (periods + RUN_IN) * data.unit_s
+        run_in = TAPS + int(data.run_in_s(length_s) * rate)
+        length = TAPS + int(length_s * rate)
         parts = [
             windows_of(data, length, held_out=kept, most=most, run_in=own)
             for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))

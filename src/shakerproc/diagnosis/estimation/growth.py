@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
+from shakerproc.diagnosis.estimation.residual_slopes import Channels
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import windows_of
@@ -33,10 +34,10 @@ class Stages:
 
 def stages_of(data: DataSet) -> Stages:
     """Return the windows of a search."""
-    rate, frequency = data.tests[0].sample_rate, data.frequency
+    rate = data.tests[0].sample_rate
     return Stages(
         tuple(
-            windows_of(data, TAPS + int(n * rate / frequency), held_out=False, most=most)
+            windows_of(data, TAPS + int(n * rate * data.unit_s), held_out=False, most=most)
             for n, most in zip(LENGTHS, WINDOWS, strict=True)
         )
     )
@@ -47,7 +48,7 @@ def grown(
     hypothesis: Hypothesis,
     x: FloatArray,
     stages: Stages,
-    channels: tuple[FloatArray, FloatArray] | None = None,
+    channels: Channels | None = None,
 ) -> Fit | None:
     """Return a hypothesis fitted through all lengths; None where it runs away in one."""
     found: Fit | None = None
@@ -79,7 +80,7 @@ def lengthened(
     rounds : int
         Steps at most.
     """
-    channels = found.gain, found.delay
+    channels = found.channels
     starts = (found.x, other)
     levels = [level_at(data, found.hypothesis, x, windows, channels) for x in starts]
     x = starts[int(np.argmin(levels))]

@@ -15,6 +15,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.residual_slopes import (
+    Channels,
     Linearisation,
     Point,
     State,
@@ -53,6 +54,8 @@ class Fit:
         Its coordinates.
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
+    offset : (n_offsets,) array
+        Constant of the input of each test over its rms [-]; 0 for one that was not fitted to.
     windows : Windows
         What it was fitted to.
     starts : (n_windows, 2 n_masses) array or None
@@ -77,6 +80,7 @@ class Fit:
     x: FloatArray
     gain: FloatArray
     delay: FloatArray
+    offset: FloatArray
     windows: Windows
     starts: FloatArray | None
     cost: float
@@ -86,9 +90,14 @@ class Fit:
     converged: bool
     failed: int
 
+    @property
+    def channels(self) -> Channels:
+        """Gains, delays and offsets."""
+        return self.gain, self.delay, self.offset
+
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of x, gains and delays, (n, n) array; see `NormalEquations.covariance`.
+        """Covariance of x, gains, delays and offsets, (n, n) array; see `NormalEquations.covariance`.
 
         Raises
         ------
@@ -96,7 +105,7 @@ class Fit:
             If the motion runs away.
         """
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
-        here = Point(self.x, self.gain, self.delay, self.starts)
+        here = Point(self.x, *self.channels, self.starts)
         state = linearisation.residual(here)
         if state is None:
             raise DiagnosisError(f"{'+'.join(self.hypothesis.kinds)}: its motion runs away.")
@@ -112,7 +121,7 @@ def fit(
     windows: Windows,
     *,
     rounds: int,
-    channels: tuple[FloatArray, FloatArray] | None = None,
+    channels: Channels | None = None,
     starts: FloatArray | None = None,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
@@ -129,16 +138,16 @@ def fit(
         What it is fitted to.
     rounds : int
         Steps at most.
-    channels : pair of (n_sensors,) arrays, optional
-        Gains and delays to start from; 1 and 0.
+    channels : Channels, optional
+        Gains, delays and offsets to start from; 1, 0 and 0.
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     """
-    n_sensors = data.n_sensors
-    gain, delay = channels or (np.ones(n_sensors), np.zeros(n_sensors))
+    n = data.n_sensors
+    known = channels or (np.ones(n), np.zeros(n), np.zeros(data.n_offsets))
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        here = linearisation.point(x, gain, delay, windows.starts if starts is None else starts)
+        here = linearisation.point(x, known, windows.starts if starts is None else starts)
     except ModelError:
         return None
     state = linearisation.residual(here)
@@ -167,6 +176,7 @@ def fit(
         here.x,
         here.gain,
         here.delay,
+        here.offset,
         windows,
         here.starts,
         cost=cost,
@@ -183,7 +193,7 @@ def level_at(
     hypothesis: Hypothesis,
     x: FloatArray,
     windows: Windows,
-    channels: tuple[FloatArray, FloatArray],
+    channels: Channels,
 ) -> float:
     """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
 
@@ -194,7 +204,7 @@ def level_at(
     """
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        state = linearisation.residual(linearisation.point(x, *channels, windows.starts))
+        state = linearisation.residual(linearisation.point(x, channels, windows.starts))
     except ModelError:
         return float("inf")
     return float("inf") if state is None else linearisation.level(state[0])
@@ -233,7 +243,7 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
         return replace(found, windows=windows, starts=None)
     short = windows.run_in
     linearisation = Linearisation(data, found.hypothesis, short)
-    here = linearisation.point(found.x, found.gain, found.delay, short.starts)
+    here = linearisation.point(found.x, found.channels, short.starts)
     for _ in range(START_ROUNDS):
         state = linearisation.residual(here)
         if state is None:
@@ -246,7 +256,7 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
 def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
     """Return the mean square of the residual over the noise in every block [-]."""
     linearisation = Linearisation(data, found.hypothesis, windows)
-    state = linearisation.residual(Point(found.x, found.gain, found.delay, found.starts))
+    state = linearisation.residual(Point(found.x, *found.channels, found.starts))
     if state is None:
         return None
     return linearisation.blocks(state[0])

@@ -48,7 +48,7 @@ class NormalEquations:
     Attributes
     ----------
     information : (n, n) array
-        Of x, gains and delays, starts eliminated [-].
+        Of x, gains, delays and offsets, starts eliminated [-].
     """
 
     def __init__(self, linearisation: Linearisation, at: Point, slopes: Linearised) -> None:
@@ -103,10 +103,12 @@ class NormalEquations:
         x = np.clip(self.at.x + change, self.linearisation.low, self.linearisation.high)
         moved = np.concatenate([x - self.at.x, step[n_x:]])
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], *GAINS)
-        return Point(x, gain, self.at.delay + moved[n_x + n_s :], self._starts(moved, inverses))
+        delay = self.at.delay + moved[n_x + n_s : n_x + 2 * n_s]
+        offset = self.at.offset + moved[n_x + 2 * n_s :]
+        return Point(x, gain, delay, offset, self._starts(moved, inverses))
 
     def covariance(self, slopes: Linearised) -> FloatArray:
-        """Return the covariance of x, gains and delays from the scatter over blocks.
+        """Return the covariance of x, gains, delays and offsets from the scatter over blocks.
 
         A sandwich whose slopes of the cost are those that each block would have if it had
         taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has

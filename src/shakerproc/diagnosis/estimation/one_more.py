@@ -142,7 +142,7 @@ class OneMore:
             for (other, place, _words), fitted in simpler.items():
                 if other == contained.kind and place == joint:
                     tried += self._extended(group, contained, fitted)
-        channels, windows = (self.on.gain, self.on.delay), self.stages.windows[0]
+        channels, windows = self.on.channels, self.stages.windows[0]
         levels = np.array([level_at(self.data, h, x, windows, channels) for h, x in tried])
         best = [tried[i] for i in np.argsort(levels)[:FITTED] if np.isfinite(levels[i])]
         fits = [

@@ -23,7 +23,8 @@ from shakerproc.errors import ModelError
 def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
     """Return what a fit says in windows, from its starts there; None where it cannot."""
     try:
-        return predict(data, found.hypothesis.model_at(found.x), windows, found.starts)
+        model = found.hypothesis.model_at(found.x)
+        return predict(data, model, windows, found.starts, found.offset)
     except ModelError:
         return None
 

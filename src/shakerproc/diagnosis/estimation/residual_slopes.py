@@ -29,8 +29,15 @@ GAIN_SPREAD: Final = 0.01
 DELAY_SPREAD: Final = 20e-6
 """Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
 
+OFFSET_SPREAD: Final = 0.1
+"""Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
+drift by (starting value) [-]."""
+
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
+
+Channels: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Gain of each sensor [-], its delay [s], and the constant of each input over its rms [-]."""
 
 State: TypeAlias = tuple[list[FloatArray], Predicted, float]
 """Residuals of every stack of windows, (n_members, n_residuals) arrays over the noise, the
@@ -48,6 +55,8 @@ class Point:
         Coordinates of the hypothesis.
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
+    offset : (n_offsets,) array
+        Constant of the input of each test over its rms [-].
     starts : (n_windows, 2 n_motions) array or None
         Motion where windows begin, of the masses and of the modes.
     """
@@ -55,6 +64,7 @@ class Point:
     x: FloatArray
     gain: FloatArray
     delay: FloatArray
+    offset: FloatArray
     starts: FloatArray | None
 
 
@@ -68,7 +78,7 @@ class Linearised:
     residual : list of (n_members, n_residuals) array
         Over the noise [-].
     slopes : list of (n_members, n_residuals, n) array
-        By coordinates, gains and delays.
+        By coordinates, gains, delays and offsets.
     own : list of (n_members, n_residuals, n_starts) array
         By the window's own start, over its scales.
     """
@@ -98,7 +108,8 @@ class Linearisation:
     correlation : float
         How many neighbouring residuals are worth one independent one, at least 1 [-].
     spread : (n,) array
-        What coordinates, gains and delays are known to beforehand, as standard deviations.
+        What coordinates, gains, delays and offsets are known to beforehand, as standard
+        deviations.
     """
 
     def __init__(self, data: DataSet, hypothesis: Hypothesis, windows: Windows) -> None:
@@ -113,15 +124,14 @@ class Linearisation:
             hypothesis.prior_spread(),
             np.full(data.n_sensors, GAIN_SPREAD),
             np.full(data.n_sensors, DELAY_SPREAD),
+            np.full(data.n_offsets, OFFSET_SPREAD),
         ])
 
-    def point(
-        self, x: FloatArray, gain: FloatArray, delay: FloatArray, starts: FloatArray | None
-    ) -> Point:
+    def point(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
         """Return a point; starts that are of the masses alone are completed by the modes'."""
         if starts is not None and starts.shape[1] == 2 * len(self.data.model.masses):
             starts = moved_along(self.hypothesis.model_at(x), starts)
-        return Point(x, gain, delay, starts)
+        return Point(x, *channels, starts)
 
     def sizes_of_starts(self, at: Point) -> FloatArray:
         """Return what a change of each number of a start is held against [m], [m/s]."""
@@ -130,17 +140,19 @@ class Linearisation:
             return np.zeros(0)
         return np.abs(moved_along(self.hypothesis.model_at(at.x), sizes))
 
-    def predict(self, x: FloatArray, starts: FloatArray | None) -> Predicted | None:
+    def predict(
+        self, x: FloatArray, starts: FloatArray | None, offset: FloatArray
+    ) -> Predicted | None:
         """Return what the model says; None where no model can have these numbers."""
         try:
             model = self.hypothesis.model_at(x)
-            return predict(self.data, model, self.windows, starts)
+            return predict(self.data, model, self.windows, starts, offset)
         except ModelError:
             return None
 
     def residual(self, at: Point) -> State | None:
         """Return residuals of every window, the prediction, and the cost with the prior."""
-        predicted = self.predict(at.x, at.starts)
+        predicted = self.predict(at.x, at.starts, at.offset)
         if predicted is None or predicted.failed.all():
             return None
         rows = []
@@ -190,8 +202,8 @@ class Linearisation:
         return np.repeat(root, self.sizes(rows).astype(int), axis=1)
 
     def values(self, at: Point) -> FloatArray:
-        """Return x, gains and delays, each less what is expected of it."""
-        return np.concatenate([at.x, at.gain - 1.0, at.delay])
+        """Return x, gains, delays and offsets, each less what is expected of it."""
+        return np.concatenate([at.x, at.gain - 1.0, at.delay, at.offset])
 
     def linearise(self, at: Point, state: State, *, physics: bool = True) -> Linearised:
         """Return the slopes of the residual; without `physics`, by the starts alone."""
@@ -202,6 +214,8 @@ class Linearisation:
                 _append(slopes, change)
             for columns, stack in zip(slopes, self.stacks, strict=True):
                 columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
+            for change in self._by_offsets(at, predicted):
+                _append(slopes, change)
         own: list[list[FloatArray]] = [[] for _ in self.stacks]
         for change in self._by_starts(at, predicted):
             _append(own, change)
@@ -218,8 +232,21 @@ class Linearisation:
             step = STEP if at.x[k] + STEP <= self.high[k] else -STEP
             moved = at.x.copy()
             moved[k] += step
-            there = self.predict(moved, at.starts)
+            there = self.predict(moved, at.starts, at.offset)
             yield self._differences(at.gain / step, here, there)
+
+    def _by_offsets(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
+        """Yield the slopes of all windows by the constant input of each test."""
+        if not at.offset.size:
+            return
+        there = self.predict(at.x, at.starts, at.offset + STEP)
+        change = self._differences(at.gain / STEP, here, there)
+        of_test = [self.windows.table[stack.members[0], 0] for stack in self.stacks]
+        for test in range(at.offset.size):
+            yield [
+                rows if own == test else np.zeros_like(rows)
+                for rows, own in zip(change, of_test, strict=True)
+            ]
 
     def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""
@@ -228,7 +255,7 @@ class Linearisation:
         for k, scale in enumerate(self.sizes_of_starts(at)):
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
-            there = self.predict(at.x, shifted)
+            there = self.predict(at.x, shifted, at.offset)
             yield self._differences(at.gain / STEP, here, there)
 
     def _differences(

@@ -5,7 +5,7 @@ table of windows; what differs is where a window begins and whether its start is
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, final
 
@@ -31,8 +31,18 @@ ENVELOPE_S: Final = 0.05
 """Length over which the size of a response is taken: some periods of most resonances [s]."""
 
 BLOCK_S: Final = 0.5
-"""Length of the blocks of which every third is kept for the score where no test is marked, and
-the longest in which the residual of a whole test has one scale [s]."""
+"""Least length of the blocks of which every third is kept for the score where no test is marked,
+and the longest in which the residual of a whole test has one scale [s]."""
+
+HORIZON: Final = 15.0
+"""Least horizon that hypotheses are compared at, in periods of the joint's motion [-]."""
+
+RUN_IN: Final = 2.0
+"""Periods that tell the start of a window (DESIGN.md) [-]."""
+
+LEAST_WINDOWS: Final = 12
+"""Windows of the least horizon that the tests hold, of those fitted to and of those held out:
+enough of them for the scatter of a difference (see `compare.free_run_error.BLOCKS`) [-]."""
 
 BLOCK_PERIODS: Final = 30.0
 """Length of the blocks in which the residual of a whole test has one scale, in periods of the
@@ -112,6 +122,26 @@ class DataSet:
         made = prepare_displacement if self.model.excitation.imposed else prepare
         return tuple(made(test.input, test.sample_rate) for test in self.tests)
 
+    @property
+    def n_offsets(self) -> int:
+        """Unknown constant inputs: one of each test where a force drives it, else none."""
+        return len(self.tests) if self.model.excitation.kind == "force" else 0
+
+    @cached_property
+    def input_sizes(self) -> FloatArray:
+        """Rms of the input of each test, what its offset is held against, (n_tests,) array."""
+        sizes = [float(np.sqrt(np.mean(test.input**2))) for test in self.tests]
+        return np.maximum(sizes, 1e-300)
+
+    def inputs_with(self, offset: FloatArray) -> tuple[Input, ...]:
+        """Return what drives each test and its constant, over the rms, (n_offsets,) array."""
+        if not np.any(offset):
+            return self.inputs
+        return tuple(
+            replace(given, pieces=given.pieces + _constant(given, size * share))
+            for given, size, share in zip(self.inputs, self.input_sizes, offset, strict=True)
+        )
+
     @cached_property
     def measured(self) -> tuple[FloatArray, ...]:
         """Responses, accelerations as means or values (see `points`), (n_sensors, n)."""
@@ -126,8 +156,11 @@ class DataSet:
         Tests that the log marks are held out whole; where it marks none, every third block is.
         """
         marked = any(test.arrays.hold_out for test in self.tests)
+        length = max(BLOCK_S, self.horizon_s)
         return tuple(
-            np.full(test.n_samples, test.arrays.hold_out) if marked else _every_third(test)
+            np.full(test.n_samples, test.arrays.hold_out)
+            if marked
+            else _every_third(test, length)
             for test in self.tests
         )
 
@@ -146,6 +179,32 @@ class DataSet:
     def frequency(self) -> float:
         """Frequency of the motion of the joint that moves fastest [Hz]."""
         return max(frequency_of(self.across(joint)) for joint in joints_of(self.model))
+
+    @cached_property
+    def unit_s(self) -> float:
+        """Unit of the lengths of windows [s].
+
+        A period of the joint's motion; but where that is so slow that the tests hold too few
+        windows to judge by, as of a drive that nothing pulls back, a part of the tests.
+        """
+        lengths = [(test.stop - test.start) / test.sample_rate for test in self.tests]
+        marked = [x for x, t in zip(lengths, self.tests, strict=True) if t.arrays.hold_out]
+        held_out = sum(marked) if marked else sum(lengths) / 3.0
+        shorter = min(held_out, sum(lengths) - held_out)
+        return min(1.0 / self.frequency, shorter / (LEAST_WINDOWS * (HORIZON + RUN_IN)))
+
+    @property
+    def horizon_s(self) -> float:
+        """Least horizon, with what tells the start of a window [s]."""
+        return (HORIZON + RUN_IN) * self.unit_s + (TAPS + 2) / self.tests[0].sample_rate
+
+    def run_in_s(self, length_s: float) -> float:
+        """Return how much of a window tells its start, half of it at most [s].
+
+        A motion that does not come back within a window tells its velocity the better the
+        longer it is looked at.
+        """
+        return min(RUN_IN / self.frequency, length_s / 2.0)
 
     @property
     def block_s(self) -> float:
@@ -198,9 +257,17 @@ def frequency_of(motions: Sequence[JointMotion]) -> float:
     return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
 
 
-def _every_third(test: Test) -> NDArray[np.bool_]:
-    block = (np.arange(test.n_samples) - test.start) // round(BLOCK_S * test.sample_rate)
-    return np.asarray(block % 3 == 2)
+def _constant(given: Input, value: float) -> FloatArray:
+    """Return pieces that are a constant, to be added to those of an input."""
+    powers = np.zeros(given.pieces.shape[1])
+    powers[0] = value
+    return powers
+
+
+def _every_third(test: Test, length_s: float) -> NDArray[np.bool_]:
+    """Return one block of every three, each time the next: a drive may repeat with them."""
+    block = (np.arange(test.n_samples) - test.start) // round(length_s * test.sample_rate)
+    return np.asarray(block % 3 == (block // 3 + 2) % 3)
 
 
 def _uncertainty(test: Test) -> FloatArray:
@@ -234,7 +301,11 @@ class Predicted:
 
 
 def predict(
-    data: DataSet, model: Model, windows: Windows, starts: FloatArray | None
+    data: DataSet,
+    model: Model,
+    windows: Windows,
+    starts: FloatArray | None,
+    offset: FloatArray | None = None,
 ) -> Predicted:
     """Return what the free-running model says.
 
@@ -248,13 +319,16 @@ def predict(
         Which parts.
     starts : (n_windows, 2 n_masses) array or None
         Motion where they begin.
+    offset : (n_offsets,) array, optional
+        Constant of the input of each test, over its rms [-].
 
     Raises
     ------
     ModelError
         If the model cannot be assembled.
     """
-    runs = Runs(data.inputs, windows.table, _with_states(model, starts))
+    inputs = data.inputs if offset is None else data.inputs_with(offset)
+    runs = Runs(inputs, windows.table, _with_states(model, starts))
     found = free_runs(model, runs, tolerance=TOLERANCE, means=not data.points)
     return Predicted(found.outputs, found.failed)
 

@@ -4,7 +4,9 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 
 Place: TypeAlias = tuple[float, int, int]
@@ -71,8 +73,8 @@ def windows_of(
         rows = np.abs(test.responses / data.noise[i]).max(axis=0)
         places = [
             (float(np.mean(rows[a : a + length])), i, a)
-            for a in range(test.start, test.stop - length - 1, length)
-            if np.all(kept[a : a + length] == held_out)
+            for first, last in _runs(test, kept == held_out)
+            for a in range(first, last - length, length)
         ]
         found.append(sorted(places, reverse=True))
     share = max(1, most // max(1, sum(bool(places) for places in found)))
@@ -87,6 +89,15 @@ def windows_of(
     short[:, 2] = run_in
     own = Windows(short, (np.ones(run_in, bool),) * len(table), starts, scales)
     return replace(whole, run_in=own)
+
+
+def _runs(test: Test, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return first sample and end of each stretch of a test that counts."""
+    judged = mask.copy()
+    judged[: test.start] = False
+    judged[test.stop :] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], judged, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _spread(places: list[Place], count: int) -> list[Place]:

@@ -54,7 +54,8 @@ def _peak(samples: FloatArray) -> float:
 def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
     """Return the largest force that a joint carries, as sensors tell it [N].
 
-    Mass times acceleration of the mass that hangs on it, or the force that imposes its motion.
+    Mass times acceleration of the mass that hangs on it, or the force that imposes its motion;
+    where no sensor measures either, the force that drives one of its sides.
     """
     mass = next((model.masses[place] for place in reversed(joint) if place != BASE), 0.0)
     found = [0.0]
@@ -64,6 +65,8 @@ def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
                 found.append(mass * _peak(row))
             elif sensor.measures == "force" and sensor.at in joint:
                 found.append(_peak(row))
+    if not any(found) and model.excitation.on in joint and not model.excitation.imposed:
+        found = [_peak(test.input) for test in tests]
     return max(found)
 
 
