@@ -97,7 +97,9 @@ class Fit:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of x, gains, delays and offsets, (n, n) array; see `NormalEquations.covariance`.
+        """Covariance of x, gains, delays and offsets, (n, n) array.
+
+        See `NormalEquations.covariance`.
 
         Raises
         ------

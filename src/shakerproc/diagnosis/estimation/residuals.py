@@ -31,8 +31,8 @@ ENVELOPE_S: Final = 0.05
 """Length over which the size of a response is taken: some periods of most resonances [s]."""
 
 BLOCK_S: Final = 0.5
-"""Least length of the blocks of which every third is kept for the score where no test is marked,
-and the longest in which the residual of a whole test has one scale [s]."""
+"""Least length of the blocks of which every third is kept for the score where no test is
+marked, and the longest in which the residual of a whole test has one scale [s]."""
 
 HORIZON: Final = 15.0
 """Least horizon that hypotheses are compared at, in periods of the joint's motion [-]."""
