@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakerproc.diagnosis.data import TestArrays, prepared
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import scales_of
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from shakerproc.diagnosis.data import Test, TestArrays, prepared
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Damper, Spring
 from shakerproc.models.identification import JointScales

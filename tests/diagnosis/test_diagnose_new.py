@@ -1,6 +1,7 @@
 """The diagnosis as a whole, on simulated truths."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -56,9 +57,12 @@ def test_component_tests_are_judged_by_the_force(law, kinds):
     assert found.errors.held_out.after < 0.01 * found.errors.held_out.before
 
 
-def test_tests_that_are_too_short_are_told_before_the_long_work():
+def test_a_drive_that_repeats_itself_is_told_before_the_long_work():
     said = []
-    tests = arrays_of(one_mass(), levels=(4.0,), seconds=0.6)
-    with pytest.raises(DiagnosisError, match=r"too short .* record two seconds at least"):
-        diagnose_arrays(one_mass(), tests, progress=said.append)
+    (once,) = arrays_of(one_mass(), levels=(4.0,), seconds=1.2)
+    part = once.controls.shape[1] // 4
+    again = replace(once, controls=np.tile(once.controls[:, -part:], 4))
+    again = replace(again, responses=np.tile(once.responses[:, -part:], 4))
+    with pytest.raises(DiagnosisError, match=r"repeats itself .* mark another test hold_out"):
+        diagnose_arrays(one_mass(), [again], progress=said.append)
     assert said == ["linear model"]

@@ -287,7 +287,7 @@ def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_p
     held_out = found.errors.held_out
     assert held_out.before == pytest.approx(held_out.after, rel=5e-2)
     assert len(found.to_pandas()) == 3
-    assert "held-out error falls no further than without it" in found._repr_html_()
+    assert "<p>the held-out error " in found._repr_html_()
     assert isinstance(found.plot(), Figure)
     with pytest.raises(sp.ArgumentError, match="NEW must be another file"):
         found.save(files[1])

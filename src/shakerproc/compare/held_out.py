@@ -34,9 +34,10 @@ def held_out_samples(
 ) -> tuple[NDArray[np.bool_], ...]:
     """Return which samples of every test are held out.
 
-    All of the tests that are marked; where none is, every third block of the judged part of
-    each. Blocks of a periodic drive repeat each other: of such tests every third is held out
-    as a whole, and where there is only one of them, nothing.
+    All of the tests that are marked; where none is, one of every three blocks of the judged
+    part of each, each time the one before: a drive may come back with them. Blocks of a
+    periodic drive repeat each other: of such tests every third is held out as a whole, and
+    where there is only one of them, nothing.
 
     Parameters
     ----------
@@ -59,6 +60,7 @@ def held_out_samples(
             inside[:] = periodic % EVERY == 0
             continue
         limits = np.linspace(start, stop, BLOCKS + 1).astype(int)
-        for k in range(EVERY - 1, BLOCKS, EVERY):
+        for group in range(BLOCKS // EVERY):
+            k = EVERY * group + (EVERY - 1 - group) % EVERY
             inside[limits[k] : limits[k + 1]] = True
     return tuple(found)

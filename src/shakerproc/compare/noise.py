@@ -1,6 +1,6 @@
 """The noise of every channel of a test, from what was measured alone."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, final
@@ -55,10 +55,25 @@ class Noise:
         self, n_samples: int, sample_rate: float, generator: np.random.Generator
     ) -> FloatArray:
         """Return samples of noise with the density of the input, (n,) array [m/s^2 or N]."""
-        frequency = np.asarray(np.fft.rfftfreq(n_samples, 1.0 / sample_rate), float)
-        white = np.fft.rfft(generator.standard_normal(n_samples))
-        shape = np.sqrt(self.input_at(frequency) * sample_rate / 2.0)
-        return np.fft.irfft(white * shape, n_samples)
+        return _drawn(self.input_at, n_samples, sample_rate, generator)
+
+    def drawn_responses(
+        self, n_samples: int, sample_rate: float, generator: np.random.Generator
+    ) -> FloatArray:
+        """Return samples with the densities of the responses, (n_sensors, n) array [unit]."""
+        return _drawn(self.responses_at, n_samples, sample_rate, generator)
+
+
+def _drawn(
+    density_at: Callable[[FloatArray], FloatArray],
+    n_samples: int,
+    sample_rate: float,
+    generator: np.random.Generator,
+) -> FloatArray:
+    frequency = np.asarray(np.fft.rfftfreq(n_samples, 1.0 / sample_rate), float)
+    shape = np.sqrt(density_at(frequency) * sample_rate / 2.0)
+    white = np.fft.rfft(generator.standard_normal((*shape.shape[:-1], n_samples)))
+    return np.fft.irfft(white * shape, n_samples)
 
 
 def noise_of(

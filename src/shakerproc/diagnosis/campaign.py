@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import final
 
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.growth import Stages, stages_of
-from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
 from shakerproc.models import Model
 

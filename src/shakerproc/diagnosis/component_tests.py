@@ -12,10 +12,10 @@ import numpy as np
 from shakerproc.compare.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import Stages
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of

@@ -8,11 +8,11 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.diagnosis.data.sensor_faults import Hum
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
-from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floor_of

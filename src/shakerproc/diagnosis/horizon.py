@@ -7,9 +7,12 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.data_set import Windows
 from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.selection.errors import parted
+from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
+from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.selection.errors import error_of, parted
 from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
@@ -54,13 +57,19 @@ def usable_forms(campaign: Campaign) -> list[Form]:
     DiagnosisError
         If the tests are too short for any.
     """
-    forms = [f for f in forms_of(campaign.data) if len(f.held_out) * len(f.fitted)]
+    forms = [f for f in forms_of(campaign.data) if _holds(f.fitted) and _holds(f.held_out)]
     if not forms:
         raise DiagnosisError(
-            f"{campaign.data.model.title}: the tests are too short to fit to one part and "
-            "judge by another; record two seconds at least, or mark a test hold_out: true."
+            f"{campaign.data.model.title}: the tests are too short, or their drive repeats "
+            "itself too often, to fit to one part and judge by another; record two seconds at "
+            "least, or mark another test hold_out: true."
         )
     return forms
+
+
+def _holds(windows: Windows) -> bool:
+    """Return whether windows hold more than the filter of the residual takes."""
+    return len(windows) > 0 and int(windows.table[:, 2].min()) > 2 * TAPS
 
 
 def compared(
@@ -107,11 +116,19 @@ def compared(
 
 
 def _foretold(campaign: Campaign, best: Fit, form: Form) -> bool:
-    """Return whether the best hypothesis so far, fitted at a horizon, foretells it."""
-    there = carried(campaign.data, best, [form])
+    """Return whether the best hypothesis so far, fitted at a horizon, foretells it.
+
+    What the spread of its numbers makes of the motion has to stay below what noise of the input
+    makes of it and what the fit leaves of what it was fitted to: else a good fit is judged by
+    where motions part.
+    """
+    data = campaign.data
+    there = carried(data, best, [form])
     if there is None:
         return False
-    return parted(campaign.data, there, form.held_out) <= PARTED
+    spread = parted(data, there, form.held_out, drawn_numbers(there))
+    usual = parted(data, there, form.held_out) + error_of(data, there, form.fitted)
+    return spread <= min(PARTED, usual)
 
 
 def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:

@@ -11,12 +11,12 @@ from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in
-from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.found import is_explained
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of

@@ -7,7 +7,8 @@ import numpy as np
 from shakerproc.compare.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.residuals import DataSet, predict
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.residuals import predict
 from shakerproc.diagnosis.estimation.windows import every_test
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
 from shakerproc.errors import ModelError

@@ -7,7 +7,7 @@ import pytest
 from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 
 from shakerproc.diagnosis.data import prepared
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.proposing import proposed, ties, unexercised

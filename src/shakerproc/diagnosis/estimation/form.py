@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
+from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
-from shakerproc.diagnosis.estimation.residuals import HORIZON, RUN_IN, DataSet, Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 

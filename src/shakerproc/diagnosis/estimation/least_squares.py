@@ -13,6 +13,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.residual_slopes import (
     Channels,
@@ -21,7 +22,6 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
     State,
     correlation_of,
 )
-from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
 

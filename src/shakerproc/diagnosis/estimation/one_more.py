@@ -6,9 +6,9 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
-from shakerproc.diagnosis.estimation.residuals import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
 from shakerproc.diagnosis.screening import Start

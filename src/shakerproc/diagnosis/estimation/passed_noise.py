@@ -9,14 +9,10 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.compare.prediction import DRAWS
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.residuals import (
-    DataSet,
-    Predicted,
-    Windows,
-    moved_along,
-    predict,
-)
+from shakerproc.diagnosis.estimation.residuals import Predicted, moved_along, predict
 from shakerproc.errors import ModelError
 
 
@@ -34,6 +30,8 @@ def under_noise(
 ) -> Iterator[Predicted]:
     """Yield the same with as much noise again on the inputs, drawn afresh each time.
 
+    On the responses too, where they tell the starts of windows.
+
     Parameters
     ----------
     data, found, windows
@@ -43,29 +41,44 @@ def under_noise(
     """
     generator = np.random.default_rng(0)
     for i in range(DRAWS):
-        shaken = tuple(
-            replace(test, input=test.input + test.noise_density.drawn(
-                test.n_samples, test.sample_rate, generator))
-            for test in data.tests
-        )  # fmt: skip
+        shaken = replace(data, tests=tuple(_shaken(test, generator) for test in data.tests))
         drawn = found if numbers is None else replace(found, x=numbers[i])
-        noisy = prediction_of(replace(data, tests=shaken), drawn, windows)
+        settled = drawn
+        if windows.run_in is not None:
+            settled = with_starts_fitted(shaken, drawn, windows) or drawn
+        noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
             yield noisy
+
+
+def _shaken(test: Test, generator: np.random.Generator) -> Test:
+    """Return a test with as much noise again."""
+    noise, size = test.noise_density, (test.n_samples, test.sample_rate)
+    return replace(
+        test,
+        input=test.input + noise.drawn(*size, generator),
+        responses=test.responses + noise.drawn_responses(*size, generator),
+    )
 
 
 def drawn_numbers(found: Fit) -> FloatArray:
     """Return coordinates that would do as well as those of a fit, (DRAWS, n_x) array.
 
-    From the normal distribution with their covariance, within their bounds.
+    From the normal distribution with their covariance, but no closer than a model is held to,
+    within their bounds. What the tests do not tell stays as it is: far away it would show.
     """
     n = found.x.size
     covariance = 0.5 * (found.covariance + found.covariance.T)[:n, :n]
     power, directions = np.linalg.eigh(covariance)
+    power = np.where(power < TOLD**2, np.maximum(power, 0.0) + NEARBY**2, 0.0)
     normal = np.random.default_rng(0).standard_normal((DRAWS, n))
-    drawn = found.x + (normal * np.sqrt(np.maximum(power, 0.0))) @ directions.T
+    drawn = found.x + (normal * np.sqrt(power)) @ directions.T
     return np.asarray(np.clip(drawn, *found.hypothesis.bounds()))
 
+
+TOLD: Final = 1.0
+"""Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
+not tell it: a factor of e [-]."""
 
 NEARBY: Final = 1e-3
 """Change of a coordinate within which a residual has to follow its slope, as no model is held

@@ -8,14 +8,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.residuals import (
-    BLOCK_S,
-    DataSet,
-    Predicted,
-    Windows,
-    moved_along,
-    predict,
-)
+from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet, Windows
+from shakerproc.diagnosis.estimation.residuals import Predicted, moved_along, predict
 from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError

@@ -4,10 +4,8 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 
 Place: TypeAlias = tuple[float, int, int]
 """Mean response over the noise, test and first sample."""
@@ -69,11 +67,13 @@ def windows_of(
         Samples at the beginning of a window that tell its start and do not count.
     """
     found = []
-    for i, (test, kept) in enumerate(zip(data.tests, data.kept, strict=True)):
+    for i, (test, runs) in enumerate(
+        zip(data.tests, data.stretches(held_out=held_out), strict=True)
+    ):
         rows = np.abs(test.responses / data.noise[i]).max(axis=0)
         places = [
             (float(np.mean(rows[a : a + length])), i, a)
-            for first, last in _runs(test, kept == held_out)
+            for first, last in runs
             for a in range(first, last - length, length)
         ]
         found.append(sorted(places, reverse=True))
@@ -89,15 +89,6 @@ def windows_of(
     short[:, 2] = run_in
     own = Windows(short, (np.ones(run_in, bool),) * len(table), starts, scales)
     return replace(whole, run_in=own)
-
-
-def _runs(test: Test, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return first sample and end of each stretch of a test that counts."""
-    judged = mask.copy()
-    judged[: test.start] = False
-    judged[test.stop :] = False
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], judged, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _spread(places: list[Place], count: int) -> list[Place]:

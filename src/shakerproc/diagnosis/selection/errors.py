@@ -9,13 +9,13 @@ from shakerproc.compare.floor import floor_shares
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
 from shakerproc.diagnosis.estimation.passed_noise import (
-    drawn_numbers,
     prediction_of,
     under_noise,
 )
-from shakerproc.diagnosis.estimation.residuals import DataSet, Predicted, Windows
+from shakerproc.diagnosis.estimation.residuals import Predicted
 
 
 def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Scored] | None:
@@ -81,14 +81,16 @@ def floor_of(
     return pooled(shares) if shares else float("nan")
 
 
-def parted(data: DataSet, found: Fit, windows: Windows) -> float:
+def parted(
+    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
+) -> float:
     """Return by how much the motion of a fit cannot be foretold, over the response [-].
 
-    What noise of the input and the spread of the numbers make of it; infinite where it runs
-    away.
+    What noise of the input makes of it, with `numbers` (see `drawn_numbers`) also their spread;
+    infinite where it runs away.
     """
     moved, whole = 0.0, 0.0
-    for _test, one, apart in moved_tests(data, found, windows, drawn_numbers(found)):
+    for _test, one, apart in moved_tests(data, found, windows, numbers):
         moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
         whole += float(np.sum(one.measured[:, one.counted] ** 2))
     return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")

@@ -7,12 +7,12 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import (
     Fit,
     predicted_rows,
     with_starts_fitted,
 )
-from shakerproc.diagnosis.estimation.residuals import DataSet, Windows
 
 BY_CHANCE: Final = 0.2
 """Standard deviation of the difference in one block of two that predict equally well: a tenth

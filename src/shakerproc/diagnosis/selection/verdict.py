@@ -270,8 +270,8 @@ def _notes(found: Found) -> tuple[str, ...]:
         )
     if not any(test.arrays.hold_out for test in found.data.tests):
         notes.append(
-            "No test is marked hold_out: true; the held-out error is of every third block of "
-            "the tests, which took no part in the fit."
+            "No test is marked hold_out: true; the held-out error is of a third of the "
+            "tests, in blocks, which took no part in the fit."
         )
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     return tuple(notes)
@@ -282,6 +282,7 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
     best = found.best
     rest = [s for s in found.effects if s not in standing]
     nearest = min([gain(best, s).t for s in rest], default=LIMIT)
+    nameless = gain(found.free, best) if found.free is not None else None
     left, floor = (
         max(errors.held_out.after, 1e-9),
         max(float(np.nan_to_num(errors.noise_floor)), 1e-9),
@@ -290,6 +291,8 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
         "gain_over_linear": gain(best, found.linear).mean,
         "t_over_linear": float(np.clip(gain(best, found.linear).t, -LIMIT, LIMIT)),
         "t_over_next": float(np.clip(nearest, -LIMIT, LIMIT)),
+        "nameless_over_best": nameless.mean if nameless else 0.0,
+        "t_nameless": float(np.clip(nameless.t, -LIMIT, LIMIT)) if nameless else -LIMIT,
         "alike": float(len(standing)),
         "excess": float(np.log(left / floor)),
         "left": float(np.log(left / max(errors.held_out.before, 1e-9))),

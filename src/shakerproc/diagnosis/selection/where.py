@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.compare.free_run_error import Scored, relative_errors, relative_residuals
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion
-from shakerproc.diagnosis.estimation.residuals import DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.result import Where
 
 PER_OCTAVE: Final = 3

@@ -1,0 +1,283 @@
+"""The tests of a campaign as the residual needs them, and parts of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.compare.held_out import held_out_samples
+from shakerproc.compare.prediction import as_means
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
+from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
+from shakerproc.diagnosis.hypotheses.joints import joints_of
+from shakerproc.models import Model
+from shakerproc.simulate import Input, prepare
+from shakerproc.simulate.inputs import prepare_displacement
+
+MODEL_SHARE: Final = 1e-3
+"""Share of a response to which no model is held: calibration, noise of the controls [-]."""
+
+ENVELOPE_S: Final = 0.05
+"""Length over which the size of a response is taken: some periods of most resonances [s]."""
+
+BLOCK_S: Final = 0.5
+"""Longest block in which the residual of a whole test has one scale [s]."""
+
+HORIZON: Final = 15.0
+"""Least horizon that hypotheses are compared at, in periods of the joint's motion [-]."""
+
+RUN_IN: Final = 2.0
+"""Periods that tell the start of a window (DESIGN.md) [-]."""
+
+LEAST_WINDOWS: Final = 12
+"""Windows of the least horizon that the tests hold, of those fitted to and of those held out:
+enough of them for the scatter of a difference (see `compare.free_run_error.BLOCKS`) [-]."""
+
+BLOCK_PERIODS: Final = 30.0
+"""Length of the blocks in which the residual of a whole test has one scale, in periods of the
+joint's motion: what passes in a resonance of half a per cent of damping before the motion is
+another [-]."""
+
+HIGHEST_SHARE: Final = 0.3
+"""Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
+alias, and the filters of recorders differ [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Parts of tests that are simulated, and what counts of them.
+
+    Attributes
+    ----------
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    counted : tuple of (n_samples,) array of bool
+        Which samples of each window count.
+    starts : (n_windows, 2 n_masses) array or None
+        Displacements [m] and velocities [m/s] where windows begin, to be fitted; None where
+        all begin at rest.
+    scales : (2 n_masses,) array or None
+        Rms of these over all tests, what a change of a start is held against.
+    run_in : Windows, optional
+        The same windows, of which only what starts are fitted to counts.
+    passed : tuple of (n_sensors, n_samples) array, optional
+        What noise of the input becomes in each window, standard deviation [unit of the
+        sensor]; none where nothing is known of the motion yet.
+    """
+
+    table: NDArray[np.int64]
+    counted: tuple[NDArray[np.bool_], ...]
+    starts: FloatArray | None = None
+    scales: FloatArray | None = None
+    run_in: "Windows | None" = None
+    passed: tuple[FloatArray, ...] | None = None
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class DataSet:
+    """Tests ready for the residual.
+
+    Attributes
+    ----------
+    model : Model
+        Says what each sensor measures; its linear part completes the measured motion.
+    tests : tuple of Test
+        In the order of the log.
+    points : bool
+        Whether accelerations are compared as values at the samples; else as means over the
+        sample that follows.
+    """
+
+    model: Model
+    tests: tuple[Test, ...]
+    points: bool = False
+
+    @property
+    def n_sensors(self) -> int:
+        """Responses of each test."""
+        return len(self.model.sensors)
+
+    @cached_property
+    def inputs(self) -> tuple[Input, ...]:
+        """What drives each test, prepared for the engine."""
+        made = prepare_displacement if self.model.excitation.imposed else prepare
+        return tuple(made(test.input, test.sample_rate) for test in self.tests)
+
+    @property
+    def n_offsets(self) -> int:
+        """Unknown constant inputs: one of each test where a force drives it, else none."""
+        return len(self.tests) if self.model.excitation.kind == "force" else 0
+
+    @cached_property
+    def input_sizes(self) -> FloatArray:
+        """Rms of the input of each test, what its offset is held against, (n_tests,) array."""
+        sizes = [float(np.sqrt(np.mean(test.input**2))) for test in self.tests]
+        return np.maximum(sizes, 1e-300)
+
+    def inputs_with(self, offset: FloatArray) -> tuple[Input, ...]:
+        """Return what drives each test and its constant, over the rms, (n_offsets,) array."""
+        if not np.any(offset):
+            return self.inputs
+        return tuple(
+            replace(given, pieces=given.pieces + _constant(given, size * share))
+            for given, size, share in zip(self.inputs, self.input_sizes, offset, strict=True)
+        )
+
+    @cached_property
+    def measured(self) -> tuple[FloatArray, ...]:
+        """Responses, accelerations as means or values (see `points`), (n_sensors, n)."""
+        if self.points:
+            return tuple(test.responses for test in self.tests)
+        return tuple(as_means(self.model, test.responses) for test in self.tests)
+
+    @cached_property
+    def kept(self) -> tuple[NDArray[np.bool_], ...]:
+        """Which samples of each test are held out, (n,) arrays.
+
+        See `compare.held_out_samples`.
+        """
+        return held_out_samples(
+            [test.input for test in self.tests],
+            [(test.start, test.stop) for test in self.tests],
+            [test.arrays.hold_out for test in self.tests],
+        )
+
+    def stretches(self, *, held_out: bool) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Return first sample and end of what is held out of each test, or is not."""
+        return tuple(
+            _runs(test, kept == held_out)
+            for test, kept in zip(self.tests, self.kept, strict=True)
+        )
+
+    @cached_property
+    def motions(self) -> tuple[FloatArray, ...]:
+        """Displacements [m], then velocities [m/s], of the masses, (2 n_masses, n) arrays."""
+        return tuple(mass_motions(self.model, test) for test in self.tests)
+
+    @cached_property
+    def motion_sizes(self) -> FloatArray:
+        """Rms of these over all tests, (2 n_masses,) array [m], [m/s]."""
+        each = [np.mean(motion**2, axis=1) for motion in self.motions]
+        return np.asarray(np.sqrt(np.mean(each, axis=0)))
+
+    @cached_property
+    def frequency(self) -> float:
+        """Frequency of the motion of the joint that moves fastest [Hz]."""
+        return max(frequency_of(self.across(joint)) for joint in joints_of(self.model))
+
+    @cached_property
+    def unit_s(self) -> float:
+        """Unit of the lengths of windows [s].
+
+        A period of the joint's motion; but where that is so slow that the tests hold too few
+        windows to judge by, as of a drive that nothing pulls back, a part of the tests.
+        """
+        rooms = []
+        for held_out in (False, True):
+            lengths = [
+                (b - a - TAPS - 2) / test.sample_rate
+                for test, runs in zip(
+                    self.tests, self.stretches(held_out=held_out), strict=True
+                )
+                for a, b in runs
+            ]
+            rooms.append(min(max(lengths, default=0.0), sum(lengths) / LEAST_WINDOWS))
+        return min(1.0 / self.frequency, min(rooms) / (HORIZON + RUN_IN))
+
+    def run_in_s(self, length_s: float) -> float:
+        """Return how much of a window tells its start, half of it at most [s].
+
+        A motion that does not come back within a window tells its velocity the better the
+        longer it is looked at.
+        """
+        return min(RUN_IN / self.frequency, length_s / 2.0)
+
+    @property
+    def block_s(self) -> float:
+        """Length of the blocks in which the residual of a whole test has one scale [s]."""
+        return min(BLOCK_S, BLOCK_PERIODS / self.frequency)
+
+    def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
+        """Return, for each test, the motion of the second place less that of the first."""
+        return tuple(joint_motion(self.model, motion, joint) for motion in self.motions)
+
+    @cached_property
+    def noise(self) -> tuple[FloatArray, ...]:
+        """Standard deviation of each sample, (n_sensors, n) arrays [unit of the sensor].
+
+        Beside the noise of the sensor a share of the response as it is just then: calibration,
+        and what the noise of the controls becomes in a resonance.
+        """
+        return tuple(_uncertainty(test) for test in self.tests)
+
+    @cached_property
+    def low_pass(self) -> tuple[FloatArray, ...]:
+        """Coefficients that keep the compared band of each test, (TAPS,) arrays [-]."""
+        return tuple(_low_pass(test) for test in self.tests)
+
+    @cached_property
+    def _stacks(self) -> dict[Windows, tuple[Stack, ...]]:
+        return {}
+
+    def stacks(self, windows: Windows) -> tuple[Stack, ...]:
+        """Return windows side by side; those of each set are made once."""
+        if windows not in self._stacks:
+            self._stacks[windows] = stacks_of(self, windows)
+        return self._stacks[windows]
+
+    @cached_property
+    def high_pass(self) -> tuple[FloatArray, ...]:
+        """High-pass of each test, as second-order sections."""
+        return tuple(
+            np.asarray(
+                scipy.signal.butter(2, test.band[0], "high", output="sos", fs=test.sample_rate)
+            )
+            for test in self.tests
+        )
+
+
+def frequency_of(motions: Sequence[JointMotion]) -> float:
+    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
+    velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
+    displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
+    return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
+
+
+def _constant(given: Input, value: float) -> FloatArray:
+    """Return pieces that are a constant, to be added to those of an input."""
+    powers = np.zeros(given.pieces.shape[1])
+    powers[0] = value
+    return powers
+
+
+def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
+    """Return first sample and end of each stretch of the judged part of a test."""
+    judged = mask.copy()
+    judged[: test.start] = False
+    judged[test.stop :] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], judged, [False]]).astype(int)))
+    return tuple((int(a), int(b)) for a, b in edges.reshape(-1, 2))
+
+
+def _uncertainty(test: Test) -> FloatArray:
+    size = max(8, round(ENVELOPE_S * test.sample_rate))
+    squared = scipy.ndimage.uniform_filter1d(test.responses**2, size, axis=1)
+    local = MODEL_SHARE * np.sqrt(np.maximum(squared, 0.0))
+    found: FloatArray = np.hypot(np.maximum(test.noise, 1e-300)[:, None], local)
+    return found
+
+
+def _low_pass(test: Test) -> FloatArray:
+    edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
+    return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))
