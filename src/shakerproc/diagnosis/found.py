@@ -5,14 +5,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
-import numpy as np
-
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
-from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floor_of
@@ -85,15 +82,18 @@ class Found:
         return error_of(self.data, self.best.fit, self.form.held_out)
 
     @cached_property
+    def floor(self) -> float:
+        """The error that noise alone makes of the motion of the best; NaN if unknown [-]."""
+        return floor_of(self.data, self.best.fit, self.form.held_out)
+
+    @cached_property
     def explained(self) -> bool:
         """Whether the best leaves no more than the noise and what it becomes in the model."""
-        return is_explained(self.data, self.best, self.form.held_out, self.left)
+        return self.left <= EXCESS * self.floor
 
 
 def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) -> bool:
     """Return whether an error is no more than the noise and what it becomes in the model.
-
-    In the mean over the blocks, or as a whole: a few in which motions part rule the sum.
 
     Parameters
     ----------
@@ -106,6 +106,4 @@ def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) ->
     left : float
         The held-out error [-].
     """
-    if score.mean <= np.log1p(EXCESS):
-        return True
-    return left <= EXCESS * floor_of(data, score.fit, held_out, drawn_numbers(score.fit))
+    return left <= EXCESS * floor_of(data, score.fit, held_out)

@@ -16,7 +16,7 @@ from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import ranked
+from shakerproc.diagnosis.selection.scores import Score, ranked
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 
@@ -102,6 +102,7 @@ def with_more(
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
     scores = along(campaign, pairs[:FIRSTS], forms)
+    scores += along(campaign, _parts([*found.effects, *scores], singles), forms)
     say("a force without a name")
     free = along(campaign, _free(campaign, found.linear.fit), forms)
     return replace(
@@ -110,6 +111,19 @@ def with_more(
         free=free[0] if free else None,
         failed=failed,
     )
+
+
+def _parts(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
+    """Return single effects of pairs that have no score yet: what a pair is held against."""
+    done = [frozenset(_names(score.fit)) for score in scores]
+    within = {name for names in done if len(names) > 1 for name in names}
+    return [
+        one for one in singles if _names(one) <= within and frozenset(_names(one)) not in done
+    ]
+
+
+def _names(fit: Fit) -> set[tuple[str, tuple[str, str]]]:
+    return {(one.kind, one.between) for one in fit.hypothesis.added}
 
 
 def _free(campaign: Campaign, linear: Fit) -> list[Fit]:

@@ -67,6 +67,23 @@ def unexercised_sentence(clearance: float, reach: float) -> str:
     )
 
 
+def further_note(kinds: Sequence[str], now: float, then: float) -> str:
+    """Return that another effect would lower the error somewhat, and can be added next."""
+    name = " and ".join(kind.replace("_", " ") for kind in kinds)
+    return (
+        f"{name} besides would lower the held-out free-run error from {now:.3g} to {then:.3g}; "
+        "it does not explain most of what is left, so it is not named. It can be added next."
+    )
+
+
+def remainder_note(errors: Errors) -> str:
+    """Return that the model with what was found leaves more than the noise."""
+    return (
+        f"With it the model leaves {errors.held_out.after:.3g} of the response where the noise "
+        f"is {_noise(errors)}: the law is near, or something smaller is missing too."
+    )
+
+
 def _effects(effects: Sequence[Finding]) -> str:
     return " and ".join(
         f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}" for e in effects

@@ -95,7 +95,7 @@ class Fit:
         """Gains, delays and offsets."""
         return self.gain, self.delay, self.offset
 
-    @cached_property
+    @property
     def covariance(self) -> FloatArray:
         """Covariance of x, gains, delays and offsets, (n, n) array.
 
@@ -106,6 +106,15 @@ class Fit:
         DiagnosisError
             If the motion runs away.
         """
+        return self._covariances[0]
+
+    @property
+    def covariance_of_noise(self) -> FloatArray:
+        """The same if the hypothesis is right and noise is all that is left."""
+        return self._covariances[1]
+
+    @cached_property
+    def _covariances(self) -> tuple[FloatArray, FloatArray]:
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
         here = Point(self.x, *self.channels, self.starts)
         state = linearisation.residual(here)
@@ -113,7 +122,8 @@ class Fit:
             raise DiagnosisError(f"{'+'.join(self.hypothesis.kinds)}: its motion runs away.")
         linearisation.correlation = correlation_of(state[0])
         slopes = linearisation.linearise(here, state)
-        return NormalEquations(linearisation, here, slopes).covariance(slopes)
+        equations = NormalEquations(linearisation, here, slopes)
+        return equations.covariance(slopes), equations.covariance_of_noise()
 
 
 def fit(

@@ -114,15 +114,14 @@ class NormalEquations:
         taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has
         next to no residual of its own in it.
         """
-        size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
-        scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
-        inverse = np.linalg.inv(scaled) / np.outer(size, size)
+        inverse = self._inverted()
+        one = np.eye(len(inverse))
         scatter, count = np.zeros_like(inverse), 0
         for i, (own, mixed, _) in enumerate(self.kept):
             left, columns, by_start = self._weighted(slopes, i)
             columns = columns - by_start @ (_inverse(own) @ mixed)
             for rows, short in _clusters(left, columns, self.linearisation.cluster):
-                without = np.eye(size.size) - (rows.T @ rows) @ inverse
+                without = one - (rows.T @ rows) @ inverse
                 alone = np.linalg.lstsq(without, rows.T @ short, rcond=1e-9)[0]
                 scatter += np.outer(alone, alone)
                 count += 1
@@ -130,6 +129,16 @@ class NormalEquations:
         untold = np.diag(inverse) > UNTOLD**2
         found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
         return found
+
+    def covariance_of_noise(self) -> FloatArray:
+        """Return the covariance that noise alone gives the numbers of a model that is right."""
+        return self.linearisation.correlation * self._inverted()
+
+    def _inverted(self) -> FloatArray:
+        size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
+        scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
+        inverse: FloatArray = np.linalg.inv(scaled) / np.outer(size, size)
+        return inverse
 
     def starts_alone(self) -> Point:
         """Return where an undamped step of the starts leads, all else standing."""

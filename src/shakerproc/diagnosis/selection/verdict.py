@@ -19,6 +19,7 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
 )
+from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
@@ -27,7 +28,7 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
-from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simplest_alike
+from shakerproc.diagnosis.selection.scores import Score, gain
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
@@ -39,12 +40,6 @@ GAIN_TOLERANCE: Final = 0.03
 
 DELAY_TOLERANCE: Final = 40e-6
 """Delay of a channel from which it is a fault: twice its spread [s]."""
-
-NEGLIGIBLE: Final = 0.01
-"""Error up to which a response is explained: what sensors are calibrated to [-]."""
-
-SHARE: Final = 0.06
-"""Share of the error of the model as it is that an effect may leave; to be calibrated [-]."""
 
 LIMIT: Final = 50.0
 """Largest t that is told apart in the scores [-]."""
@@ -66,7 +61,7 @@ def judged(
     seed : int
         Of the tests that are proposed.
     """
-    standing = _standing(found)
+    standing = standing_of(found)
     chosen = standing[0] if standing else found.linear
     fit = chosen.fit
     data, form = found.data, found.form
@@ -77,7 +72,7 @@ def judged(
     effects = _effects(fit)
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
     laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
-    if _is_outside(found, chosen, errors):
+    if is_outside(found, chosen):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
     elif locked:
@@ -105,7 +100,7 @@ def judged(
         outside=outside,
         linear=linear_estimates(fit),
         modes=_further_modes(found),
-        notes=_notes(found),
+        notes=(*_notes(found), *_further(found, chosen if effects else None, errors)),
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -117,13 +112,6 @@ def _effects(fit: Fit) -> list[Finding]:
         Finding(one.kind, one.between, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
-
-
-def _standing(found: Found) -> list[Score]:
-    """Return the hypotheses that predict best and better than none, the simplest first."""
-    over = [(s, gain(s, found.linear)) for s in found.effects]
-    better = [s for s, own in over if own.t > SURE and own.mean > LEAST]
-    return simplest_alike(better) if better else []
 
 
 def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
@@ -199,22 +187,6 @@ def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
     return out
 
 
-def _is_outside(found: Found, chosen: Score, errors: Errors) -> bool:
-    """Return whether something is missing that no effect of the library explains.
-
-    Either a force without a name predicts better than the chosen effect does, or the effect
-    leaves clearly more than the noise, where that is known.
-    """
-    if found.free is not None and gain(found.free, chosen).t > SURE:
-        return True
-    left = errors.held_out.after
-    if not np.isfinite(errors.noise_floor) or left <= max(
-        NEGLIGIBLE, SHARE * errors.held_out.before
-    ):
-        return False
-    return not is_explained(found.data, chosen, found.form.held_out, left)
-
-
 def _curve(found: Found) -> Outside | None:
     """Return the force without a name as a curve."""
     if found.free is None:
@@ -275,6 +247,24 @@ def _notes(found: Found) -> tuple[str, ...]:
         )
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     return tuple(notes)
+
+
+def _further(found: Found, chosen: Score | None, errors: Errors) -> list[str]:
+    """Return what a second effect would still gain, and what is left beyond the noise."""
+    if chosen is None:
+        return []
+    notes = []
+    more = further(found, chosen)
+    if more is not None:
+        left = error_of(found.data, more.fit, found.form.held_out)
+        own = [one.kind for one in chosen.fit.hypothesis.added]
+        kinds = [one.kind for one in more.fit.hypothesis.added]
+        for kind in own:
+            kinds.remove(kind)
+        notes.append(wording.further_note(kinds, errors.held_out.after, left))
+    if not is_explained(found.data, chosen, found.form.held_out, errors.held_out.after):
+        notes.append(wording.remainder_note(errors))
+    return notes
 
 
 def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[str, float]:

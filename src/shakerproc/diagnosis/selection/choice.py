@@ -1,0 +1,89 @@
+"""Which hypothesis stands: it predicts better than none, and explains most of what is left."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from shakerproc.diagnosis.found import Found, is_explained
+from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simplest_alike
+
+SHARE: Final = 0.5
+"""Share of the error beyond the noise, without an effect, that the model with it may leave: an
+effect that leaves more does not explain most of what is missing [-]."""
+
+NEGLIGIBLE: Final = 0.01
+"""Error up to which a response is explained: what sensors are calibrated to [-]."""
+
+
+def standing_of(found: Found) -> list[Score]:
+    """Return the hypotheses that predict best, the simplest first; none where none will do.
+
+    Each predicts better than the model without any effect, and each of its effects explains
+    most of what is missing without it.
+    """
+    named = [s for s in _better(found) if _explains_most(found, s)]
+    return simplest_alike(named) if named else []
+
+
+def further(found: Found, chosen: Score) -> Score | None:
+    """Return the best hypothesis that adds to a chosen one an effect that helps a little."""
+    more = [
+        s
+        for s in _better(found)
+        if chosen in _without_one(found, s)
+        and gain(s, chosen).t > SURE
+        and gain(s, chosen).mean > LEAST
+        and _left(found, s) < _left(found, chosen)
+    ]
+    return min(more, key=lambda s: s.mean, default=None)
+
+
+def is_outside(found: Found, chosen: Score) -> bool:
+    """Return whether something is missing that no effect of the library explains.
+
+    A force without a name predicts better than all effects do; or none explains most of what
+    is missing, which is more than the noise, where that is known.
+    """
+    if found.free is not None and gain(found.free, found.best).t > SURE:
+        return True
+    if chosen is not found.linear or not np.isfinite(found.floor):
+        return False
+    left = _left(found, chosen)
+    return left > NEGLIGIBLE and not is_explained(found.data, chosen, found.form.held_out, left)
+
+
+def _better(found: Found) -> list[Score]:
+    """Return the hypotheses that predict better than the model without any effect."""
+    over = [(s, gain(s, found.linear)) for s in found.effects]
+    return [s for s, own in over if own.t > SURE and own.mean > LEAST]
+
+
+def _explains_most(found: Found, score: Score) -> bool:
+    left = _beyond_noise(found, score)
+    return all(
+        left <= SHARE * _beyond_noise(found, other) for other in _without_one(found, score)
+    )
+
+
+def _without_one(found: Found, score: Score) -> Sequence[Score]:
+    """Return the hypotheses with all but one of the effects, as far as they were scored."""
+    names = _names(score)
+    if len(names) == 1:
+        return [found.linear]
+    return [s for s in found.effects if len(_names(s)) == len(names) - 1 and _names(s) < names]
+
+
+def _names(score: Score) -> frozenset[tuple[str, tuple[str, str]]]:
+    return frozenset((one.kind, one.between) for one in score.fit.hypothesis.added)
+
+
+def _left(found: Found, score: Score) -> float:
+    return error_of(found.data, score.fit, found.form.held_out)
+
+
+def _beyond_noise(found: Found, score: Score) -> float:
+    """Return what a hypothesis leaves beyond the noise floor, where that is known [-]."""
+    floor = found.floor if np.isfinite(found.floor) else 0.0
+    return float(np.sqrt(max(_left(found, score) ** 2 - floor**2, 0.0)))
