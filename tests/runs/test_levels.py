@@ -1,5 +1,7 @@
 """A level is compared in its own unit, on the channels that measure it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -61,9 +63,11 @@ def test_a_level_that_no_channel_measures_is_not_compared_and_says_so(unit):
     assert kept.alarm is None
 
 
-def test_a_force_without_a_control_says_why_there_is_no_response_function():
-    result = processed([FORCE, RESPONSE], None, None)
-    assert result.against is None
+def test_a_force_without_a_control_is_the_input_and_several_forces_are_none():
+    (note,) = processed([FORCE, RESPONSE], None, None).notes
+    assert "the response functions are those against the force" in note
+    result = processed([FORCE, replace(FORCE, name="other"), RESPONSE], None, None)
+    assert (result.against, result.analyses) == (None, ())
     (note,) = result.notes
     assert note.startswith("No response function: no channel has the role control, and none is")
     assert "compare and diagnose take the force as the input" in note

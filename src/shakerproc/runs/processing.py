@@ -21,6 +21,7 @@ from shakerproc.runs.result import (
     ResonancePeak,
     Responses,
     RunResult,
+    lone_force,
     shown_unit,
 )
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
@@ -184,9 +185,16 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
             "No response function: no channel has the role control. Give it to the channel "
             "that measures the input."
         )
+    if lone_force(channels) is not None:
+        return (
+            f"No channel has the role control: the response functions are those against the "
+            f"force {forces[0]}, where it moves; spectra and peaks are those of each channel "
+            "alone."
+        )
     return (
         "No response function: no channel has the role control, and none is computed against "
-        f"a force ({', '.join(forces)}); spectra and peaks are those of each channel alone. "
+        f"several forces ({', '.join(forces)}); spectra and peaks are those of each channel "
+        "alone. "
         "processing: {response_functions: [{input: FORCE, output: RESPONSE}]} in the log asks "
         "for one, and compare and diagnose take the force as the input (excitation: {force on: "
         "...})."

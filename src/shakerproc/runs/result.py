@@ -261,3 +261,10 @@ class RunResult:
 def names(channels: Sequence[Channel], rows: Sequence[int]) -> list[str]:
     """Return the names of some of the channels."""
     return [channels[i].name for i in rows]
+
+
+def lone_force(channels: Sequence[Channel]) -> int | None:
+    """Return the row of the one force that drives a run without a control, None without it."""
+    roles = [channel.role for channel in channels]
+    alone = "control" not in roles and roles.count("force") == 1
+    return roles.index("force") if alone else None

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final, final
+from typing import ClassVar, Final, TypeAlias, final
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from shakerproc.data import ComplexArray, FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
-from shakerproc.runs.result import BoolArray, RunResult, shown_unit
+from shakerproc.runs.result import BoolArray, RunResult, lone_force, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.testlog import ResponseFunction
 
@@ -43,6 +43,7 @@ class _Pair:
     ending: str
     h1: ComplexArray
     h2: ComplexArray
+    hv: ComplexArray
     low: FloatArray
     high: FloatArray
     coherence: FloatArray
@@ -52,17 +53,18 @@ class _Pair:
 
 @final
 class ResponseFunctionAnalysis(AbstractAnalysis):
-    """Response functions between the channels that the log names."""
+    """Response functions between the channels that the log names, or against the force."""
 
     kind: ClassVar[str] = "response_functions"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the response functions of a run."""
         del recording  # its spectra are those of the result
-        wanted = result.test.processing.response_functions
+        asked = result.test.processing.response_functions
+        wanted = [_of_names(result, one) for one in asked] or _against_force(result)
         if not wanted:
             return None
-        pairs = [_pair(result, one) for one in wanted]
+        pairs = [_pair(result, *one) for one in wanted]
         frequency = result.spectra.frequency
         return Analysis(
             kind=self.kind,
@@ -96,15 +98,41 @@ def _rows(result: RunResult, name: str) -> tuple[int, ...]:
     )
 
 
-def _pair(result: RunResult, wanted: ResponseFunction) -> _Pair:
+_Wanted: TypeAlias = tuple[ResponseFunction, tuple[int, ...], int]
+"""What a function is called, the rows of its input, and that of its output."""
+
+
+def _of_names(result: RunResult, wanted: ResponseFunction) -> _Wanted:
+    return wanted, _rows(result, wanted.input), _rows(result, wanted.output)[0]
+
+
+def _against_force(result: RunResult) -> list[_Wanted]:
+    """Return every response over the force that drives the run, empty where none does.
+
+    Controls come first: a force beside them is a response. Several forces are no input of
+    functions between two channels, for they may depend on each other.
+    """
+    force = lone_force(result.channels)
+    if force is None or not _moves(result, (force,)):
+        return []
+    name = result.channels[force].name
+    return [
+        (ResponseFunction(name, channel.name), (force,), i)
+        for i, channel in enumerate(result.channels)
+        if i != force
+    ]
+
+
+def _pair(
+    result: RunResult, wanted: ResponseFunction, inputs: tuple[int, ...], output: int
+) -> _Pair:
     """Return one response function.
 
     Raises
     ------
     SpectrumError
-        If a channel is not there, or the input does not move within the excited band.
+        If the input does not move within the excited band.
     """
-    inputs, (output,) = _rows(result, wanted.input), _rows(result, wanted.output)[:1]
     cross, rows = result.spectra, (inputs, [output])
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     (out_unit, out_factor), (in_unit, in_factor) = shown_unit(of), shown_unit(over)
@@ -118,6 +146,7 @@ def _pair(result: RunResult, wanted: ResponseFunction) -> _Pair:
         ending="" if same else f"{spelled(out_unit)}_per{spelled(in_unit)}",
         h1=spectra.h1(cross, *rows)[0] * factor,
         h2=spectra.h2(cross, *rows)[0] * factor,
+        hv=spectra.hv(cross, *rows)[0] * factor,
         low=bounds.low[0] * factor,
         high=bounds.high[0] * factor,
         coherence=spectra.coherence(cross, *rows)[0],
@@ -134,15 +163,23 @@ def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:
     SpectrumError
         If it does not move at all.
     """
-    frequency, (low, high) = result.spectra.frequency, result.band
-    inside = (frequency >= low) & (frequency <= high)
-    density = result.psd[list(inputs)].mean(axis=0)
-    if not (density[inside] > 0.0).any():
+    if not _moves(result, inputs):
+        low, high = result.band
         raise SpectrumError(
             f"response_functions: {name} does not move within {low:g} to {high:g} Hz; choose "
             "another input"
         )
+    inside, density = _in_band(result), result.psd[list(inputs)].mean(axis=0)
     return np.array(inside & (density > AUDIBLE * density[inside].max()))
+
+
+def _moves(result: RunResult, inputs: Sequence[int]) -> bool:
+    return bool((result.psd[list(inputs)].mean(axis=0)[_in_band(result)] > 0.0).any())
+
+
+def _in_band(result: RunResult) -> BoolArray:
+    frequency, (low, high) = result.spectra.frequency, result.band
+    return np.array((frequency >= low) & (frequency <= high))
 
 
 def _columns(
@@ -157,6 +194,8 @@ def _columns(
         columns[f"h1_{name}_phase_deg"] = np.degrees(np.angle(pair.h1))
         columns[f"h2_{name}_magnitude{pair.ending}"] = np.abs(pair.h2)
         columns[f"h2_{name}_phase_deg"] = np.degrees(np.angle(pair.h2))
+        columns[f"hv_{name}_magnitude{pair.ending}"] = np.abs(pair.hv)
+        columns[f"hv_{name}_phase_deg"] = np.degrees(np.angle(pair.hv))
         columns[f"coherence_{name}"] = pair.coherence
         columns[f"excited_{name}"] = pair.excited
     return columns
