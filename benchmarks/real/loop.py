@@ -54,8 +54,36 @@ def judge(folder: Path, *, rounds: int, limit: int = steps.LIMIT_S) -> list[Roun
         found.append(turn)
         if new is None:
             break
+        if turn.diagnosis.get("further"):
+            found.append(_asked_next(folder, new, turn.diagnosis["further"]))
         model = new
     return found
+
+
+def _asked_next(folder: Path, model: Path, kinds: list[str]) -> Round:
+    """Return what the model is worth with what a diagnosis asked to add next."""
+    log, turn = folder / "testlog.yaml", Round({"verdict": "asked next"})
+    for i, kind in enumerate(kinds):
+        new = folder / f"model_next{'abc'[i]}.yaml"
+        step = steps.add({"kind": kind, "between": []}, model, log, new)
+        turn.seconds += step.seconds
+        turn.diagnosis["effects"] = [*turn.effects, {"kind": kind, "between": []}]
+        if step.failure:
+            turn.failure = step.failure
+            return turn
+        model = new
+    _worth(turn, folder, model)
+    return turn
+
+
+def _worth(turn: Round, folder: Path, model: Path) -> None:
+    """Write what a model is worth, on the tests and in the published protocol."""
+    turn.error_after = _error(model, folder / "testlog.yaml")
+    if (folder / "published.yaml").exists():
+        try:
+            turn.published = published_errors(read_model(model), folder)
+        except (ShakerprocError, ValueError) as error:
+            turn.failure = str(error)
 
 
 def _turn(folder: Path, model: Path, number: int, limit: int) -> tuple[Round, Path | None]:
@@ -73,12 +101,7 @@ def _turn(folder: Path, model: Path, number: int, limit: int) -> tuple[Round, Pa
             turn.failure = added.failure
             return turn, None
         model = new
-    turn.error_after = _error(model, log)
-    if (folder / "published.yaml").exists():
-        try:
-            turn.published = published_errors(read_model(model), folder)
-        except (ShakerprocError, ValueError) as error:
-            turn.failure = str(error)
+    _worth(turn, folder, model)
     return turn, model
 
 

@@ -61,7 +61,7 @@ def published_errors(model: Model, folder: Path) -> dict[str, float]:
 def training_constants(model: Model, folder: Path) -> Constants:
     """Return the mean of the input, and of what a free run leaves of the sensor."""
     log = read_testlog(folder / "testlog.yaml")
-    parts = [samples_of(log, test, model) for test in log.tests]
+    parts = [samples_of(log, test, model) for test in log.tests if not test.hold_out]
     driven = float(np.mean(np.concatenate([part.driven for part in parts])))
     left = []
     for part in parts:

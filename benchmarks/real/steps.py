@@ -41,10 +41,12 @@ def diagnose(model: Path, log: Path, *, limit: int = LIMIT_S) -> Step:
 
 
 def add(effect: dict[str, Any], model: Path, log: Path, new: Path) -> Step:
-    """Add an effect that was named, in its joint."""
+    """Add an effect that was named, in its joint where one is given."""
     target = new.with_suffix(".add.json")
     command = ["-m", "shakerproc", "add", effect["kind"], str(model), str(log), "-o", str(new)]
-    command += ["--between", ",".join(effect["between"]), "--json", str(target)]
+    if effect["between"]:
+        command += ["--between", ",".join(effect["between"])]
+    command += ["--json", str(target)]
     return _run(command, target, LIMIT_S)
 
 

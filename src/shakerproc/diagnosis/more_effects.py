@@ -102,7 +102,7 @@ def with_more(
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
     scores = along(campaign, pairs[:FIRSTS], forms)
-    scores += along(campaign, _parts([*found.effects, *scores], singles), forms)
+    scores += along(campaign, parts_of([*found.effects, *scores], singles), forms)
     say("a force without a name")
     free = along(campaign, _free(campaign, found.linear.fit), forms)
     return replace(
@@ -113,7 +113,7 @@ def with_more(
     )
 
 
-def _parts(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
+def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
     """Return single effects of pairs that have no score yet: what a pair is held against."""
     done = [frozenset(_names(score.fit)) for score in scores]
     within = {name for names in done if len(names) > 1 for name in names}

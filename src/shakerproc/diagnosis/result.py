@@ -221,6 +221,8 @@ class Diagnosis:
         The model's own numbers, such as the stiffness of its joints, fitted with the effects.
     modes : tuple of FurtherMode
         Linear modes that the model has not, fitted before any effect was sought.
+    further : tuple of str
+        Kinds of effects that would lower the error somewhat, but not by most of what is left.
     notes : tuple of str
         What the reader must know besides, a sentence each.
     seed : int
@@ -241,6 +243,7 @@ class Diagnosis:
     outside: Outside | None = None
     linear: Mapping[str, Estimate] = field(default_factory=dict)
     modes: tuple[FurtherMode, ...] = ()
+    further: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seed: int = 0
 
@@ -262,6 +265,7 @@ class Diagnosis:
             "scores": dict(self.scores),
             "linear": {name: p.as_json() for name, p in self.linear.items()},
             "modes": [mode.as_json() for mode in self.modes],
+            "further": list(self.further),
             "notes": list(self.notes),
             "seed": self.seed,
         }

@@ -23,9 +23,9 @@ from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, sign
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import as_sampled, compared, usable_forms
+from shakerproc.diagnosis.horizon import along, as_sampled, compared, usable_forms
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
+from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, screen
 from shakerproc.diagnosis.selection.scores import (
@@ -116,6 +116,7 @@ def _searched(
     say("at the horizon")
     campaign = as_sampled(campaign, [linear, *singles, *hidden])
     forms, base, effects = compared(campaign, linear, [*singles, *hidden])
+    effects += along(campaign, parts_of(effects, singles), forms)
     found = Found(
         data=campaign.sampled,
         linear_model=linear_model,

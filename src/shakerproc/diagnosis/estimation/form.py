@@ -10,7 +10,7 @@ from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 
-HORIZONS: Final = (HORIZON, 50.0)
+HORIZONS: Final = (5.0, HORIZON, 50.0)
 """Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
 
 ROUNDS: Final = 10

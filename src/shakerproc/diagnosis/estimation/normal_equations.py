@@ -7,6 +7,8 @@ References
    Birkhaeuser, 1983 (multiple shooting, elimination of local variables).
 .. [2] A. C. Cameron and D. L. Miller, "A practitioner's guide to cluster-robust inference",
    Journal of Human Resources 50, 317-372, 2015.
+.. [3] F. E. Satterthwaite, "An approximate distribution of estimates of variance components",
+   Biometrics Bulletin 2, 110-114, 1946.
 """
 
 from collections.abc import Iterator
@@ -15,6 +17,7 @@ from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Linearised, Point
@@ -112,20 +115,24 @@ class NormalEquations:
 
         A sandwich whose slopes of the cost are those that each block would have if it had
         taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has
-        next to no residual of its own in it.
+        next to no residual of its own in it. Widened so that 1.96 standard deviations are the
+        bound of Student's law, its degrees of freedom those of Welch and Satterthwaite [3]_: a
+        number that few blocks tell is less certain than their scatter says.
         """
         inverse = self._inverted()
         one = np.eye(len(inverse))
-        scatter, count = np.zeros_like(inverse), 0
+        each = []
         for i, (own, mixed, _) in enumerate(self.kept):
             left, columns, by_start = self._weighted(slopes, i)
             columns = columns - by_start @ (_inverse(own) @ mixed)
             for rows, short in _clusters(left, columns, self.linearisation.cluster):
                 without = one - (rows.T @ rows) @ inverse
                 alone = np.linalg.lstsq(without, rows.T @ short, rcond=1e-9)[0]
-                scatter += np.outer(alone, alone)
-                count += 1
-        found: FloatArray = inverse @ scatter @ inverse * max(count - 1, 1) / max(count, 1)
+                each.append(inverse @ alone)
+        blocks = np.array(each)
+        found: FloatArray = blocks.T @ blocks * max(len(blocks) - 1, 1) / len(blocks)
+        wider = student_over_normal(blocks)
+        found *= np.outer(wider, wider)
         untold = np.diag(inverse) > UNTOLD**2
         found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
         return found
@@ -171,6 +178,22 @@ class NormalEquations:
             change = np.einsum("mst,mt->ms", inverse, left + mixed @ moved)
             starts[stack.members] -= scales * np.clip(change, -1.0, 1.0)
         return starts
+
+
+def student_over_normal(blocks: FloatArray) -> FloatArray:
+    """Return by how much the bound of Student's law exceeds that of the normal law, (n,) array.
+
+    Parameters
+    ----------
+    blocks : (n_blocks, n) array
+        By how much each block alone moves every number.
+    """
+    squares = blocks**2
+    most = np.maximum(np.max(squares, axis=0), np.finfo(float).tiny)
+    share = squares / most
+    parts = np.maximum(np.sum(share**2, axis=0), np.finfo(float).tiny)
+    freedom = np.maximum(1.0, share.sum(axis=0) ** 2 / parts)
+    return np.asarray(scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975))
 
 
 def _clusters(

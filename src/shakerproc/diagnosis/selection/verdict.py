@@ -85,6 +85,7 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed)
+    more = further(found, chosen) if effects else None
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -100,7 +101,8 @@ def judged(
         outside=outside,
         linear=linear_estimates(fit),
         modes=_further_modes(found),
-        notes=(*_notes(found), *_further(found, chosen if effects else None, errors)),
+        further=tuple(_beside(chosen, more)),
+        notes=(*_notes(found), *(_remaining(found, chosen, more, errors) if effects else ())),
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -249,20 +251,24 @@ def _notes(found: Found) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _further(found: Found, chosen: Score | None, errors: Errors) -> list[str]:
-    """Return what a second effect would still gain, and what is left beyond the noise."""
-    if chosen is None:
+def _beside(chosen: Score, more: Score | None) -> list[str]:
+    """Return the kinds that a hypothesis has beside those of the chosen one."""
+    if more is None:
         return []
+    kinds = list(more.fit.hypothesis.kinds)
+    for kind in chosen.fit.hypothesis.kinds:
+        kinds.remove(kind)
+    return kinds
+
+
+def _remaining(found: Found, chosen: Score, more: Score | None, errors: Errors) -> list[str]:
+    """Return what a second effect would still gain, and what is left beyond the noise."""
     notes = []
-    more = further(found, chosen)
+    held_out, left = found.form.held_out, errors.held_out.after
     if more is not None:
-        left = error_of(found.data, more.fit, found.form.held_out)
-        own = [one.kind for one in chosen.fit.hypothesis.added]
-        kinds = [one.kind for one in more.fit.hypothesis.added]
-        for kind in own:
-            kinds.remove(kind)
-        notes.append(wording.further_note(kinds, errors.held_out.after, left))
-    if not is_explained(found.data, chosen, found.form.held_out, errors.held_out.after):
+        then = error_of(found.data, more.fit, held_out)
+        notes.append(wording.further_note(_beside(chosen, more), left, then))
+    if not is_explained(found.data, chosen, held_out, left):
         notes.append(wording.remainder_note(errors))
     return notes
 

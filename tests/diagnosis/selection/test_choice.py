@@ -1,0 +1,79 @@
+"""Which hypothesis is named: what each leaves is given, in blocks and as an error."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from shakerproc.diagnosis.selection import choice
+from shakerproc.diagnosis.selection.scores import Score
+
+JOINT = ("base", "mass")
+FLOOR = 0.01
+
+
+def hypothesis(left, *kinds):
+    """Return a hypothesis that leaves this error in each of twenty blocks."""
+    added = tuple(SimpleNamespace(kind=kind, between=JOINT) for kind in kinds)
+    of = SimpleNamespace(added=added, kinds=kinds, size=2 + len(kinds))
+    logs = np.log1p((left / FLOOR) ** 2) * np.ones(20)
+    return Score(SimpleNamespace(hypothesis=of, left=left), logs)
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """Return what a search found: the errors of hypotheses, by kinds."""
+    monkeypatch.setattr(choice, "error_of", lambda data, fit, windows: fit.left)
+    monkeypatch.setattr(
+        choice, "is_explained", lambda data, score, windows, left: left <= 1.5 * FLOOR
+    )
+
+    def of(linear, errors, free=None):
+        effects = tuple(hypothesis(left, *kinds) for kinds, left in errors.items())
+        bare = hypothesis(linear)
+        return SimpleNamespace(
+            data=None, form=SimpleNamespace(held_out=None), linear=bare, effects=effects,
+            best=min((bare, *effects), key=lambda s: s.mean), floor=FLOOR,
+            free=None if free is None else hypothesis(free, "table"),
+        )  # fmt: skip
+
+    return of
+
+
+def named(found):
+    standing = choice.standing_of(found)
+    return standing[0].fit.hypothesis.kinds if standing else ()
+
+
+def test_an_effect_that_explains_most_is_named_though_more_is_left_than_noise(found):
+    of = found(0.5, {("coulomb_friction",): 0.17})
+    assert named(of) == ("coulomb_friction",)
+    assert not choice.is_outside(of, choice.standing_of(of)[0])
+
+
+def test_an_effect_that_leaves_more_than_half_is_not_named(found):
+    of = found(0.5, {("cubic_stiffness",): 0.3})
+    assert named(of) == ()
+    assert choice.is_outside(of, of.linear)
+
+
+def test_a_second_effect_that_helps_a_little_is_told_as_the_next(found):
+    of = found(0.5, {("cubic_stiffness",): 0.06, ("cubic_stiffness", "gap"): 0.05})
+    assert named(of) == ("cubic_stiffness",)
+    more = choice.further(of, choice.standing_of(of)[0])
+    assert more.fit.hypothesis.kinds == ("cubic_stiffness", "gap")
+
+
+def test_a_second_effect_that_explains_most_of_the_rest_is_named(found):
+    of = found(0.5, {("cubic_stiffness",): 0.06, ("cubic_stiffness", "gap"): 0.02})
+    assert named(of) == ("cubic_stiffness", "gap")
+
+
+def test_the_noise_takes_no_part_in_what_is_left(found):
+    of = found(2.0 * FLOOR, {("gap",): 1.2 * FLOOR})
+    assert named(of) == ("gap",)
+
+
+def test_a_force_without_a_name_that_predicts_better_is_outside_the_library(found):
+    of = found(0.5, {("stop",): 0.1}, free=0.03)
+    assert choice.is_outside(of, choice.standing_of(of)[0])
