@@ -162,3 +162,13 @@ def test_a_published_test_driven_by_its_first_channel_gives_its_authors_function
     for i, published in enumerate(stored["y"].T, 1):
         found = one.columns[f"h1_ch{i}_over_hammer_magnitude_m_per_N"]
         assert_allclose(found, np.abs(published), rtol=1e-8, atol=1e-10)
+
+
+def test_of_many_responses_over_a_force_all_are_told_and_the_first_are_drawn():
+    rng = np.random.default_rng(5)
+    rows = rng.standard_normal((12, 20_000))
+    sensors = [Channel(f"a{i}", "m/s^2", f"a{i}", "m/s^2", "response") for i in range(11)]
+    (one,) = driven_by_a_force((FORCE, *sensors), rows).analyses
+    assert len(one.summary) == 11
+    assert "first 8 of 11 are drawn" in one.title
+    assert len({panel.title.split(",")[0] for panel in one.panels}) == 3 * 8

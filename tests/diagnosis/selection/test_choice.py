@@ -23,10 +23,8 @@ def hypothesis(left, *kinds):
 @pytest.fixture
 def found(monkeypatch):
     """Return what a search found: the errors of hypotheses, by kinds."""
-    monkeypatch.setattr(choice, "error_of", lambda data, fit, windows: fit.left)
-    monkeypatch.setattr(
-        choice, "is_explained", lambda data, score, windows, left: left <= 1.5 * FLOOR
-    )
+    monkeypatch.setattr(choice, "error_of", lambda _data, fit, _windows: fit.left)
+    monkeypatch.setattr(choice, "is_explained", lambda *given: given[-1] <= 1.5 * FLOOR)
 
     def of(linear, errors, free=None):
         effects = tuple(hypothesis(left, *kinds) for kinds, left in errors.items())

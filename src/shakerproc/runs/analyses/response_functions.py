@@ -21,6 +21,9 @@ CONTROLS: Final = "controls"
 AUDIBLE: Final = 1e-4
 """Share of the largest density of the input in the band below which nothing is read [-]."""
 
+DRAWN: Final = 8
+"""Response functions that are drawn without being asked for: two rows of a page [-]."""
+
 NAMES: Final[Mapping[tuple[str, str], str]] = {
     ("m/s^2", "N"): "accelerance",
     ("m/s", "N"): "mobility",
@@ -66,14 +69,19 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
             return None
         pairs = [_pair(result, *one) for one in wanted]
         frequency = result.spectra.frequency
+        drawn = pairs if asked else pairs[:DRAWN]
+        rest = "" if len(drawn) == len(pairs) else (
+            f" (the first {DRAWN} of {len(pairs)} are drawn, all are in the table; "
+            "response_functions in the log names others)"
+        )  # fmt: skip
         return Analysis(
             kind=self.kind,
-            title="Response functions",
+            title=f"Response functions{rest}",
             columns=_columns(frequency, pairs),
             summary=tuple(_row(frequency, pair) for pair in pairs),
             panels=tuple(
                 panel
-                for i, pair in enumerate(pairs, 1)
+                for i, pair in enumerate(drawn, 1)
                 for panel in _panels(frequency, pair, f"response_functions_{i}")
             ),
         )
