@@ -73,7 +73,7 @@ def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
         Share of the response; not a number where the noise is unknown [-].
     """
     draws = [relative_errors(replace(test, simulated=test.measured - one)) for one in moved]
-    passed = np.median(draws, axis=0)  # of a motion that parts in few, the usual
+    passed = np.sqrt(np.mean(np.square(draws), axis=0))
     shares: FloatArray = np.hypot(sensor_shares(test, noise), passed)
     return shares
 

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.compare import noise_sources as sources
 from shakerproc.data import FloatArray
@@ -70,10 +71,12 @@ def _drawn(
     sample_rate: float,
     generator: np.random.Generator,
 ) -> FloatArray:
-    frequency = np.asarray(np.fft.rfftfreq(n_samples, 1.0 / sample_rate), float)
+    length = scipy.fft.next_fast_len(n_samples, real=True)
+    frequency = np.asarray(scipy.fft.rfftfreq(length, 1.0 / sample_rate), float)
     shape = np.sqrt(density_at(frequency) * sample_rate / 2.0)
-    white = np.fft.rfft(generator.standard_normal((*shape.shape[:-1], n_samples)))
-    return np.fft.irfft(white * shape, n_samples)
+    white = scipy.fft.rfft(generator.standard_normal((*shape.shape[:-1], length)))
+    drawn: FloatArray = scipy.fft.irfft(white * shape, length)[..., :n_samples]
+    return drawn
 
 
 def noise_of(

@@ -22,8 +22,9 @@ PARTED: Final = 0.1
 motions that are predicted: beyond, a test cannot be foretold, whatever the model [-]."""
 
 LONGER: Final = 0.2
-"""Rise of the logarithm of the residual's square that a longer horizon may cost: errors of the
-numbers add up over it by as much, unpredictable motion by far more [-]."""
+"""Fall of the gain over the model without an effect, of the logarithm of the residual's square,
+that a longer horizon may cost: errors of the numbers add up over it by as much, what cannot be
+predicted or is not in any law by far more [-]."""
 
 
 def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
@@ -75,7 +76,7 @@ def _holds(windows: Windows) -> bool:
 def compared(
     campaign: Campaign, linear: Fit, singles: Sequence[Fit]
 ) -> tuple[list[Form], Score, list[Score]]:
-    """Return hypotheses at the longest horizon at which the best is predicted as well.
+    """Return hypotheses at the longest horizon at which the best gains as much over none.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def compared(
     """
     forms = usable_forms(campaign)
     standing = [linear, *singles]
-    least, chosen = np.inf, 0
+    most, chosen = -np.inf, 0
     best = min(standing, key=lambda one: one.level)
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
@@ -103,14 +104,16 @@ def compared(
         if i and not _foretold(campaign, best, forms[i]):
             break
         scores = along(campaign, standing, [forms[i]])
-        level = min((score.mean for score in scores), default=np.inf)
         standing = [score.fit for score in scores]
-        best = min(scores, key=lambda score: score.mean).fit if scores else best
-        if level >= least + LONGER or not scores:
+        if not scores:
             continue
-        least, chosen = min(least, level), i
+        best = min(scores, key=lambda score: score.mean).fit
         bare = [score for score in scores if not score.fit.hypothesis.added]
-        base = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
+        own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
+        gained = own.mean - min(score.mean for score in scores)
+        if gained < most - LONGER:
+            continue
+        most, chosen, base = max(most, gained), i, own
         effects = [score for score in scores if score.fit.hypothesis.added]
     return forms[: chosen + 1], base, effects
 

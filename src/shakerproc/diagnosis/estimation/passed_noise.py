@@ -26,11 +26,14 @@ def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | No
 
 
 def under_noise(
-    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
+    data: DataSet,
+    found: Fit,
+    windows: Windows,
+    numbers: FloatArray | None = None,
+    *,
+    starts: bool = False,
 ) -> Iterator[Predicted]:
-    """Yield the same with as much noise again on the inputs, drawn afresh each time.
-
-    On the responses too, where they tell the starts of windows.
+    """Yield the same with as much noise again, drawn afresh each time.
 
     Parameters
     ----------
@@ -38,27 +41,29 @@ def under_noise(
         As for `prediction_of`.
     numbers : (DRAWS, n_x) array, optional
         Coordinates of each draw; those of the fit.
+    starts : bool
+        Whether what noise of the responses makes of the starts of windows counts too.
     """
     generator = np.random.default_rng(0)
     for i in range(DRAWS):
-        shaken = replace(data, tests=tuple(_shaken(test, generator) for test in data.tests))
-        drawn = found if numbers is None else replace(found, x=numbers[i])
-        settled = drawn
-        if windows.run_in is not None:
-            settled = with_starts_fitted(shaken, drawn, windows) or drawn
+        fitted = starts and windows.run_in is not None
+        tests = tuple(_shaken(test, generator, responses=fitted) for test in data.tests)
+        shaken = replace(data, tests=tests)
+        settled = found if numbers is None else replace(found, x=numbers[i])
+        if fitted:
+            settled = with_starts_fitted(shaken, settled, windows) or settled
         noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
             yield noisy
 
 
-def _shaken(test: Test, generator: np.random.Generator) -> Test:
-    """Return a test with as much noise again."""
+def _shaken(test: Test, generator: np.random.Generator, *, responses: bool) -> Test:
+    """Return a test with as much noise again on its input, and on its responses."""
     noise, size = test.noise_density, (test.n_samples, test.sample_rate)
-    return replace(
-        test,
-        input=test.input + noise.drawn(*size, generator),
-        responses=test.responses + noise.drawn_responses(*size, generator),
-    )
+    shaken = replace(test, input=test.input + noise.drawn(*size, generator))
+    if not responses:
+        return shaken
+    return replace(shaken, responses=test.responses + noise.drawn_responses(*size, generator))
 
 
 def drawn_numbers(found: Fit, covariance: FloatArray) -> FloatArray:

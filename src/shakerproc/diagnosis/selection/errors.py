@@ -104,7 +104,7 @@ def moved_tests(
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
         return []
-    noisy = list(under_noise(data, settled, windows, numbers))
+    noisy = list(under_noise(data, settled, windows, numbers, starts=True))
     out = []
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
