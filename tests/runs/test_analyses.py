@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import scipy
 from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import write_campaign
@@ -14,7 +15,7 @@ from shakerproc.report.analysis_figures import draw_analyses, drawings
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
 from shakerproc.testlog import Processing, Profile, ResponseFunction, Test
-from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, Shock
+from shakerproc.testlog.analyses import Distribution, Fatigue, Integration, Octaves, Shock
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
@@ -22,6 +23,7 @@ ASKED = {
     "integration": "{high_pass: 4 Hz, baseline: line}",
     "response_functions": "[{input: ch3, output: ch4}, {input: controls, output: ch3}]",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
+    "distribution": "{bins: 60}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
@@ -43,6 +45,7 @@ MISTAKEN = {
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
+    "distribution: {bins: 3}": "distribution.bins",
     "octaves: {from: 100 Hz, to: 50 Hz}": "expected from below to",
     "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
     "shock: {damping: 100 %}": "a number below 1",
@@ -187,6 +190,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
             shock=Shock(),
             octaves=Octaves(),
             integration=Integration(),
+            distribution=Distribution(),
             fatigue=Fatigue(),
             response_functions=(ResponseFunction("force", "ch3"),),
         ),
@@ -196,3 +200,31 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
     assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))
+
+
+def test_a_sine_spends_its_time_at_its_ends_and_noise_at_its_middle():
+    t = np.arange(200_000) / 2000.0
+    sine = 3.0 * np.sin(2.0 * np.pi * 7.3 * t)
+    noise = 2.0 * np.random.default_rng(2).standard_normal(t.size)
+    channels = (
+        Channel("control", "m/s^2", "control", "m/s^2", "control"),
+        Channel("ch3", "m/s^2", "ch3", "m/s^2", "response"),
+    )
+    wish = Processing(crop=None, distribution=Distribution(bins=200))
+    test = Test(1, excitation="random", from_hz=5.0, to_hz=900.0, processing=wish)
+    rows = np.array([sine, noise])
+    (one,) = process_recording(
+        recording_of_arrays("run", channels, rows, 2000.0), test
+    ).analyses
+    low, high = one.columns["from_sigma"], one.columns["to_sigma"]
+    for name in ("control", "ch3"):
+        density = one.columns[f"density_{name}_per_sigma"]
+        assert np.sum(density * (high - low)) == pytest.approx(1.0)
+    within = np.abs(low) < 1.3
+    arcsine = 0.5 - np.arcsin(low[within] / np.sqrt(2.0)) / np.pi
+    assert_allclose(one.columns["exceedance_control"][within], arcsine, atol=2e-3)
+    normal = scipy.stats.norm.sf(low)
+    assert_allclose(one.columns["exceedance_ch3"], normal, atol=5e-3)
+    assert one.summary[1]["beyond_3_sigma"] == pytest.approx(0.0027, rel=0.15)
+    assert one.summary[0]["beyond_3_sigma"] == 0.0
+    assert one.summary[0]["crest_factor"] == pytest.approx(np.sqrt(2.0), rel=1e-3)

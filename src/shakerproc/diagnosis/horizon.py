@@ -129,7 +129,7 @@ def _foretold(campaign: Campaign, best: Fit, form: Form) -> bool:
     there = carried(data, best, [form])
     if there is None:
         return False
-    spread = parted(data, there, form.held_out, drawn_numbers(there, there.covariance))
+    spread = parted(data, there, form.held_out, drawn_numbers(there))
     usual = parted(data, there, form.held_out) + error_of(data, there, form.fitted)
     return spread <= min(PARTED, usual)
 

@@ -85,6 +85,11 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "high-pass, straight lines between samples are integrated from rest.",
         "",
     ),
+    "distribution": (
+        "Probability densities are counts of samples in intervals of equal width over their "
+        "number and width; exceedance is the share of samples at or above a level.",
+        "",
+    ),
     "fatigue": (
         "A vibration response spectrum is the root mean square of oscillators on the place of "
         "a sensor; a fatigue damage spectrum adds up the amplitudes of their pseudo-velocity, "

@@ -66,6 +66,20 @@ class Integration:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Distribution:
+    """Probability density and exceedance of the samples.
+
+    Attributes
+    ----------
+    bins : int
+        Intervals of equal width between the least and the largest deviation from the mean.
+    """
+
+    bins: int = 100
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Fatigue:
     """Vibration response and fatigue damage spectra.
 

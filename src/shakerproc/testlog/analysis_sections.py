@@ -47,6 +47,12 @@ class IntegrationSection(Section):
     baseline: Baseline | None = None
 
 
+class DistributionSection(Section):
+    """Probability density and exceedance."""
+
+    bins: Annotated[int, Field(ge=10, le=1000)] | None = None
+
+
 class FatigueSection(Section):
     """Vibration response and fatigue damage spectra."""
 

@@ -8,7 +8,14 @@ from typing import Any, Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
 from shakerproc.errors import LogError
-from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, ResponseFunction, Shock
+from shakerproc.testlog.analyses import (
+    Distribution,
+    Fatigue,
+    Integration,
+    Octaves,
+    ResponseFunction,
+    Shock,
+)
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -176,6 +183,8 @@ class Processing:
         Shock response spectra, where they are asked for.
     octaves : Octaves, optional
         Octave bands, likewise.
+    distribution : Distribution, optional
+        Probability density and exceedance of every channel.
     integration : Integration, optional
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
@@ -199,6 +208,7 @@ class Processing:
     shock: Shock | None = None
     octaves: Octaves | None = None
     integration: Integration | None = None
+    distribution: Distribution | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
 

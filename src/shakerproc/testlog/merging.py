@@ -8,7 +8,14 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
-from shakerproc.testlog.analyses import Fatigue, Integration, Octaves, ResponseFunction, Shock
+from shakerproc.testlog.analyses import (
+    Distribution,
+    Fatigue,
+    Integration,
+    Octaves,
+    ResponseFunction,
+    Shock,
+)
 from shakerproc.testlog.log import (
     Crop,
     Expectation,
@@ -117,6 +124,9 @@ def merged_processing(
         tolerance=tolerance,
         shock=_asked(base.shock, section.shock, Shock(), "shock"),
         octaves=_asked(base.octaves, section.octaves, Octaves(), "octaves"),
+        distribution=_asked(
+            base.distribution, section.distribution, Distribution(), "distribution"
+        ),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from shakerproc.data import BadRows, Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analysis_sections import (
+    DistributionSection,
     FatigueSection,
     IntegrationSection,
     OctavesSection,
@@ -238,6 +239,7 @@ class ProcessingSection(Section):
     shock: ShockSection | None = None
     octaves: OctavesSection | None = None
     integration: IntegrationSection | None = None
+    distribution: DistributionSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
 

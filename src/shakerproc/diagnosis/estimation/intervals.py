@@ -23,7 +23,7 @@ def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect with their intervals."""
     _own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
     rows = added[index].astype(int)
-    part = fit.covariance[np.ix_(rows, rows)]
+    part = fit.widened_covariance[np.ix_(rows, rows)]
     return _numbers(fit.hypothesis.added[index], fit.x[rows], part)
 
 
@@ -84,7 +84,7 @@ def _unexercised(
 
 def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     """Return the model's own numbers with their intervals, by kind and joint."""
-    spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    spread = np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
     names = element_names(fit.hypothesis.model.elements)
     out = {}
     for i, number in enumerate(fit.hypothesis.own):

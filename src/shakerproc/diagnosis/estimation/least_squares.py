@@ -106,15 +106,16 @@ class Fit:
         DiagnosisError
             If the motion runs away.
         """
-        return self._covariances[0]
+        return self._covariance[0]
 
     @property
-    def covariance_of_noise(self) -> FloatArray:
-        """The same if the hypothesis is right and noise is all that is left."""
-        return self._covariances[1]
+    def widened_covariance(self) -> FloatArray:
+        """The same, 1.96 of whose standard deviations are the bound of Student's law."""
+        covariance, wider = self._covariance
+        return covariance * np.outer(wider, wider)
 
     @cached_property
-    def _covariances(self) -> tuple[FloatArray, FloatArray]:
+    def _covariance(self) -> tuple[FloatArray, FloatArray]:
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
         here = Point(self.x, *self.channels, self.starts)
         state = linearisation.residual(here)
@@ -122,8 +123,7 @@ class Fit:
             raise DiagnosisError(f"{'+'.join(self.hypothesis.kinds)}: its motion runs away.")
         linearisation.correlation = correlation_of(state[0])
         slopes = linearisation.linearise(here, state)
-        equations = NormalEquations(linearisation, here, slopes)
-        return equations.covariance(slopes), equations.covariance_of_noise()
+        return NormalEquations(linearisation, here, slopes).covariance(slopes)
 
 
 def fit(

@@ -110,14 +110,21 @@ class NormalEquations:
         offset = self.at.offset + moved[n_x + 2 * n_s :]
         return Point(x, gain, delay, offset, self._starts(moved, inverses))
 
-    def covariance(self, slopes: Linearised) -> FloatArray:
+    def covariance(self, slopes: Linearised) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of x, gains, delays and offsets from the scatter over blocks.
 
         A sandwich whose slopes of the cost are those that each block would have if it had
         taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has
-        next to no residual of its own in it. Widened so that 1.96 standard deviations are the
-        bound of Student's law, its degrees of freedom those of Welch and Satterthwaite [3]_: a
-        number that few blocks tell is less certain than their scatter says.
+        next to no residual of its own in it.
+
+        Returns
+        -------
+        (n, n) array
+            The covariance.
+        (n,) array
+            By how much the bound of Student's law is wider than that of the normal law, its
+            degrees of freedom those of Welch and Satterthwaite [3]_: a number that few blocks
+            tell is less certain than their scatter says [-].
         """
         inverse = self._inverted()
         one = np.eye(len(inverse))
@@ -131,15 +138,9 @@ class NormalEquations:
                 each.append(inverse @ alone)
         blocks = np.array(each)
         found: FloatArray = blocks.T @ blocks * max(len(blocks) - 1, 1) / len(blocks)
-        wider = student_over_normal(blocks)
-        found *= np.outer(wider, wider)
         untold = np.diag(inverse) > UNTOLD**2
         found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
-        return found
-
-    def covariance_of_noise(self) -> FloatArray:
-        """Return the covariance that noise alone gives the numbers of a model that is right."""
-        return self.linearisation.correlation * self._inverted()
+        return found, student_over_normal(blocks)
 
     def _inverted(self) -> FloatArray:
         size = np.sqrt(np.maximum(np.diag(self.information), LEAST))

@@ -66,15 +66,15 @@ def _shaken(test: Test, generator: np.random.Generator, *, responses: bool) -> T
     return replace(shaken, responses=test.responses + noise.drawn_responses(*size, generator))
 
 
-def drawn_numbers(found: Fit, covariance: FloatArray) -> FloatArray:
+def drawn_numbers(found: Fit) -> FloatArray:
     """Return coordinates that would do as well as those of a fit, (DRAWS, n_x) array.
 
-    From the normal distribution with a covariance of the fit's, but no closer than a model is
+    From the normal distribution with their covariance, but no closer than a model is
     held to, within their bounds. What the tests do not tell stays as it is: far away it would
     show.
     """
     n = found.x.size
-    covariance = 0.5 * (covariance + covariance.T)[:n, :n]
+    covariance = 0.5 * (found.covariance + found.covariance.T)[:n, :n]
     power, directions = np.linalg.eigh(covariance)
     power = np.where(power < TOLD**2, np.maximum(power, 0.0) + NEARBY**2, 0.0)
     normal = np.random.default_rng(0).standard_normal((DRAWS, n))

@@ -150,7 +150,7 @@ def _errors(found: Found, fit: Fit, before_fitted: float, before_held: float) ->
 def _faults(found: Found, fit: Fit) -> list[Finding]:
     """Return gains and delays beyond what is usual, with their intervals."""
     n, n_sensors = fit.hypothesis.size, fit.gain.size
-    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
     gains, delays = fit.gain, fit.delay
     if found.corrected:
         gains = gains * applied_gain(found.linear_model)

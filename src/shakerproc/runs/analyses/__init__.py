@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.distribution import DistributionAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
@@ -22,6 +23,7 @@ _KINDS: Final = (
     ResponseFunctionAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
+    DistributionAnalysis(),
     ShockAnalysis(),
     FatigueAnalysis(),
 )
