@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
 
-from shakerproc.compare.floor import input_is_refuted
+from shakerproc.compare.floor import floor_shares, is_beaten
 from shakerproc.compare.free_run_error import Scored
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
@@ -19,7 +19,7 @@ def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refu
     counted = np.ones(measured.shape[1], bool)
     scored = Scored(measured, 1.01 * measured, test.sample_rate, test.arrays.band, counted)
     quiet = prepared(arrays_of(one_mass()))[0].noise_density
-    assert input_is_refuted(scored, quiet, moved * alike) is refuted
+    assert is_beaten(scored, floor_shares(scored, quiet, moved * alike)) is refuted
 
 
 def test_the_next_estimate_is_taken_where_one_is_refuted():

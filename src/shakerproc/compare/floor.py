@@ -15,14 +15,13 @@ from shakerproc.compare.free_run_error import (
     standard_error,
 )
 from shakerproc.compare.noise import Noise
+from shakerproc.compare.noise_sources import SEGMENT, WINDOW
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import FloatArray
 from shakerproc.spectra import cross_spectra, psd
 
 BEATEN_BY: Final = 2.0
 """Standard errors below a floor at which an error refutes it (a starting value) [-]."""
-
-_SEGMENT: Final = 512  # samples of a Welch segment, as those of the noise
 
 
 @final
@@ -104,8 +103,8 @@ def floor_of(prediction: Prediction, pair: Pair, refuted: tuple[str, ...] = ()) 
 
 def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
     """Return smoothed densities at the bins of a pair, (n_rows, n_frequencies) array."""
-    segment = min(_SEGMENT, rows.shape[1])
-    cross = cross_spectra(rows, sample_rate, segment=segment, window="hann")
+    segment = min(SEGMENT, rows.shape[1])
+    cross = cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
     return np.array([np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)])
 
 
@@ -115,23 +114,20 @@ def is_refuted(test: Scored, noise: Noise) -> bool:
     Noise that the simulation of a model beats on a test that it was not fitted to is less. What
     noise of the input makes of the simulated response is not judged: it depends on the model.
     """
-    own = sensor_shares(test, noise)
-    if not np.all(np.isfinite(own)):
-        return False
-    error = pooled([relative_errors(test)])
-    return error + BEATEN_BY * standard_error([test]) < pooled([own])
+    return is_beaten(test, sensor_shares(test, noise))
 
 
-def input_is_refuted(test: Scored, noise: Noise, moved: FloatArray) -> bool:
-    """Return whether what noise of the input makes of a response exceeds an error with its own.
+def is_beaten(test: Scored, shares: FloatArray) -> bool:
+    """Return whether shares of noise exceed an error beyond its uncertainty.
 
     Parameters
     ----------
-    test, noise, moved
-        As for `floor_shares`, of the model whose error it is.
+    test : Scored
+        A test, measured and simulated.
+    shares : (n_sensors,) array
+        Noise over response; where one is not a number, nothing is beaten [-].
     """
-    whole = floor_shares(test, noise, moved)
-    if not np.all(np.isfinite(whole)):
+    if not np.all(np.isfinite(shares)):
         return False
     error = pooled([relative_errors(test)])
-    return error + BEATEN_BY * standard_error([test]) < pooled([whole])
+    return error + BEATEN_BY * standard_error([test]) < pooled([shares])

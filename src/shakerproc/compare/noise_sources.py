@@ -20,7 +20,7 @@ RESOLUTION: Final = "resolution of the recorder"
 SEGMENT: Final = 512
 """Samples of a Welch segment: noise is smooth in frequency, rest is short [-]."""
 
-_WINDOW: Final = "hann"
+WINDOW: Final = "hann"
 """Its side lobes fall by 18 dB an octave; those of Hamming stay at -43 dB, so that far above it
 what is excited would pass for noise."""
 
@@ -76,7 +76,7 @@ def frequencies(sample_rate: float) -> FloatArray:
 def density(rows: FloatArray, sample_rate: float) -> FloatArray:
     """Return smoothed densities at `frequencies`, (n_rows, n_frequencies) array [unit^2/Hz]."""
     segment = min(SEGMENT, rows.shape[1])
-    cross = cross_spectra(rows, sample_rate, segment=segment, window=_WINDOW)
+    cross = cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
     # bins 0 and 1 hold what is left of the mean
     known = cross.frequency[2:]
     return np.array([np.interp(frequencies(sample_rate), known, row[2:]) for row in psd(cross)])
@@ -203,7 +203,7 @@ def disagreement(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
     mean = test.controls.mean(axis=0)
     apart = test.controls - mean
     rows = np.array([mean, *apart])
-    cross = cross_spectra(rows, test.sample_rate, segment=SEGMENT, window=_WINDOW)
+    cross = cross_spectra(rows, test.sample_rate, segment=SEGMENT, window=WINDOW)
     both = psd(cross)
     coherent = np.abs(cross.matrix[0, 1:]) ** 2 / np.maximum(both[0], np.finfo(float).tiny)
     averages = max(2.0, cross.effective_averages)

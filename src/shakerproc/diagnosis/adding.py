@@ -13,7 +13,8 @@ from shakerproc.diagnosis.result import Errors, Estimate, Pair
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
-    floor_of,
+    floors_of,
+    pooled_floor,
     scored_tests,
 )
 from shakerproc.diagnosis.updated import with_numbers
@@ -230,7 +231,7 @@ def _errors(fitted: Fitted) -> tuple[Errors, str]:
     errors = Errors(
         Pair(*(error_of(data, one, form.scored_fitted) for one in (fitted.before, after))),
         Pair(error_of_scored(before_held), error_of_scored(held)),
-        floor_of(data, after, form.held_out),
+        pooled_floor(floors_of(data, after, form.held_out)),
         {test.name: form.horizon for test in data.tests},
     )
     was, now, own = errors.held_out.before, errors.held_out.after, error_of_scored(alone)

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import Hum
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.errors import error_of, floor_of
+from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
 
 EXCESS: Final = 1.5
@@ -76,34 +77,50 @@ class Found:
         """The hypothesis that predicts best."""
         return min((self.linear, *self.effects), key=lambda score: score.mean)
 
-    @cached_property
+    @property
     def left(self) -> float:
         """The held-out error of the best [-]."""
-        return error_of(self.data, self.best.fit, self.form.held_out)
+        return self.left_by(self.best)
 
-    @cached_property
+    @property
     def floor(self) -> float:
         """The error that noise alone makes of the motion of the best; NaN if unknown [-]."""
-        return floor_of(self.data, self.best.fit, self.form.held_out)
+        return self.floor_under(self.best)
 
-    @cached_property
+    @property
     def explained(self) -> bool:
         """Whether the best leaves no more than the noise and what it becomes in the model."""
-        return self.left <= EXCESS * self.floor
+        return self.is_explained_by(self.best)
+
+    def left_by(self, score: Score) -> float:
+        """Return the held-out error of a hypothesis [-]; that of each is taken once."""
+        if score not in self._left:
+            self._left[score] = error_of(self.data, score.fit, self.form.held_out)
+        return self._left[score]
+
+    def floors_under(self, score: Score) -> dict[int, FloatArray]:
+        """Return the error that noise makes under a hypothesis, by test (see `floors_of`)."""
+        if score not in self._floors:
+            self._floors[score] = floors_of(self.data, score.fit, self.form.held_out)
+        return self._floors[score]
+
+    def floor_under(self, score: Score) -> float:
+        """Return the same over all tests; NaN if unknown [-]."""
+        return pooled_floor(self.floors_under(score))
+
+    def is_explained_by(self, score: Score) -> bool:
+        """Return whether a hypothesis leaves no more than noise and what it becomes."""
+        return is_within(self.left_by(score), self.floor_under(score))
+
+    @cached_property
+    def _left(self) -> dict[Score, float]:
+        return {}
+
+    @cached_property
+    def _floors(self) -> dict[Score, dict[int, FloatArray]]:
+        return {}
 
 
-def is_explained(data: DataSet, score: Score, held_out: Windows, left: float) -> bool:
-    """Return whether an error is no more than the noise and what it becomes in the model.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    score : Score
-        Whose error it is.
-    held_out : Windows
-        Of what.
-    left : float
-        The held-out error [-].
-    """
-    return left <= EXCESS * floor_of(data, score.fit, held_out)
+def is_within(left: float, floor: float) -> bool:
+    """Return whether an error is no more than a noise floor [-]."""
+    return left <= EXCESS * floor

@@ -115,15 +115,10 @@ def with_more(
 
 def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
     """Return single effects of pairs that have no score yet: what a pair is held against."""
-    done = [frozenset(_names(score.fit)) for score in scores]
+    done = [score.fit.hypothesis.names for score in scores]
     within = {name for names in done if len(names) > 1 for name in names}
-    return [
-        one for one in singles if _names(one) <= within and frozenset(_names(one)) not in done
-    ]
-
-
-def _names(fit: Fit) -> set[tuple[str, tuple[str, str]]]:
-    return {(one.kind, one.between) for one in fit.hypothesis.added}
+    named = [(one, one.hypothesis.names) for one in singles]
+    return [one for one, names in named if names <= within and names not in done]
 
 
 def _free(campaign: Campaign, linear: Fit) -> list[Fit]:

@@ -17,13 +17,13 @@ from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import OneMore, as_in
-from shakerproc.diagnosis.found import is_explained
+from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.search import as_it_is, own_numbers
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
 from shakerproc.errors import DiagnosisError
@@ -71,7 +71,8 @@ class Fitted:
     @property
     def explained(self) -> bool:
         """Whether the model with the effect leaves no more than noise."""
-        return is_explained(self.data, self.with_effect, self.form.held_out, self.left)
+        floors = floors_of(self.data, self.with_effect.fit, self.form.held_out)
+        return is_within(self.left, pooled_floor(floors))
 
 
 def fitted_effect(

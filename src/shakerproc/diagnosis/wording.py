@@ -11,7 +11,8 @@ def outside_sentence(errors: Errors) -> str:
     """Return the verdict that no effect of the library will do."""
     return (
         f"Something is missing that is not in the library: the best that was tried leaves "
-        f"{errors.held_out.after:.3g} of the response where the noise is {_noise(errors)}."
+        f"{errors.held_out.after:.3g} of the response where the noise is "
+        f"{_noise(errors.noise_floor)}."
     )
 
 
@@ -36,7 +37,7 @@ def nothing_sentence(errors: Errors) -> str:
     """Return the verdict that nothing is missing."""
     return (
         f"Nothing is missing: the fitted model leaves {errors.held_out.after:.3g} of the "
-        f"response, the noise is {_noise(errors)}."
+        f"response, the noise is {_noise(errors.noise_floor)}."
     )
 
 
@@ -76,11 +77,11 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     )
 
 
-def remainder_note(errors: Errors) -> str:
+def remainder_note(left: float, floor: float) -> str:
     """Return that the model with what was found leaves more than the noise."""
     return (
-        f"With it the model leaves {errors.held_out.after:.3g} of the response where the noise "
-        f"is {_noise(errors)}: the law is near, or something smaller is missing too."
+        f"With it the model leaves {left:.3g} of the response where the noise "
+        f"is {_noise(floor)}: the law is near, or something smaller is missing too."
     )
 
 
@@ -94,8 +95,8 @@ def _faults(faults: Sequence[Finding]) -> str:
     return " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
 
 
-def _noise(errors: Errors) -> str:
-    return f"{errors.noise_floor:.3g}" if math.isfinite(errors.noise_floor) else "unknown"
+def _noise(floor: float) -> str:
+    return f"{floor:.3g}" if math.isfinite(floor) else "unknown"
 
 
 def _fall(errors: Errors) -> str:

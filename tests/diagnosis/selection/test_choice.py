@@ -15,24 +15,25 @@ FLOOR = 0.01
 def hypothesis(left, *kinds):
     """Return a hypothesis that leaves this error in each of twenty blocks."""
     added = tuple(SimpleNamespace(kind=kind, between=JOINT) for kind in kinds)
-    of = SimpleNamespace(added=added, kinds=kinds, size=2 + len(kinds))
+    names = frozenset((kind, JOINT) for kind in kinds)
+    of = SimpleNamespace(added=added, kinds=kinds, names=names, size=2 + len(kinds))
     logs = np.log1p((left / FLOOR) ** 2) * np.ones(20)
     return Score(SimpleNamespace(hypothesis=of, left=left), logs)
 
 
 @pytest.fixture
-def found(monkeypatch):
+def found():
     """Return what a search found: the errors of hypotheses, by kinds."""
-    monkeypatch.setattr(choice, "error_of", lambda _data, fit, _windows: fit.left)
-    monkeypatch.setattr(choice, "is_explained", lambda *given: given[-1] <= 1.5 * FLOOR)
 
     def of(linear, errors, free=None):
         effects = tuple(hypothesis(left, *kinds) for kinds, left in errors.items())
         bare = hypothesis(linear)
         return SimpleNamespace(
-            data=None, form=SimpleNamespace(held_out=None), linear=bare, effects=effects,
-            best=min((bare, *effects), key=lambda s: s.mean), floor=FLOOR,
+            linear=bare, effects=effects, floor=FLOOR,
+            best=min((bare, *effects), key=lambda s: s.mean),
             free=None if free is None else hypothesis(free, "table"),
+            left_by=lambda score: score.fit.left,
+            is_explained_by=lambda score: score.fit.left <= 1.5 * FLOOR,
         )  # fmt: skip
 
     return of

@@ -30,13 +30,14 @@ BLOCK_S: Final = 0.5
 """Longest block in which the residual of a whole test has one scale [s]."""
 
 HORIZON: Final = 15.0
-"""Least horizon that hypotheses are compared at, in periods of the joint's motion [-]."""
+"""Horizon that the tests have to hold, in periods of the joint's motion: the length of windows
+follows from it where that is slow [-]."""
 
 RUN_IN: Final = 2.0
 """Periods that tell the start of a window (DESIGN.md) [-]."""
 
 LEAST_WINDOWS: Final = 12
-"""Windows of the least horizon that the tests hold, of those fitted to and of those held out:
+"""Windows of this horizon that the tests hold, of those fitted to and of those held out:
 enough of them for the scatter of a difference (see `compare.free_run_error.BLOCKS`) [-]."""
 
 BLOCK_PERIODS: Final = 30.0

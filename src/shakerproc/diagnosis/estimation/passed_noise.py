@@ -15,6 +15,14 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitte
 from shakerproc.diagnosis.estimation.residuals import Predicted, moved_along, predict
 from shakerproc.errors import ModelError
 
+TOLD: Final = 1.0
+"""Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
+not tell it: a factor of e [-]."""
+
+NEARBY: Final = 1e-3
+"""Change of a coordinate within which a residual has to follow its slope, as no model is held
+to less (see `MODEL_SHARE`) [-]."""
+
 
 def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
     """Return what a fit says in windows, from its starts there; None where it cannot."""
@@ -80,15 +88,6 @@ def drawn_numbers(found: Fit) -> FloatArray:
     normal = np.random.default_rng(0).standard_normal((DRAWS, n))
     drawn = found.x + (normal * np.sqrt(power)) @ directions.T
     return np.asarray(np.clip(drawn, *found.hypothesis.bounds()))
-
-
-TOLD: Final = 1.0
-"""Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
-not tell it: a factor of e [-]."""
-
-NEARBY: Final = 1e-3
-"""Change of a coordinate within which a residual has to follow its slope, as no model is held
-to less (see `MODEL_SHARE`) [-]."""
 
 
 def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:

@@ -151,6 +151,11 @@ class Hypothesis:
         return tuple(one.kind for one in self.added)
 
     @property
+    def names(self) -> frozenset[tuple[str, tuple[str, str]]]:
+        """Kind and joint of each added effect."""
+        return frozenset((one.kind, one.between) for one in self.added)
+
+    @property
     def size(self) -> int:
         """Free numbers."""
         return len(self.own) + sum(len(one.names) for one in self.added)

@@ -5,8 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.diagnosis.found import Found, is_explained
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simplest_alike
 
 SHARE: Final = 0.5
@@ -35,7 +34,7 @@ def further(found: Found, chosen: Score) -> Score | None:
         if chosen in _without_one(found, s)
         and gain(s, chosen).t > SURE
         and gain(s, chosen).mean > LEAST
-        and _left(found, s) < _left(found, chosen)
+        and found.left_by(s) < found.left_by(chosen)
     ]
     return min(more, key=lambda s: s.mean, default=None)
 
@@ -50,8 +49,7 @@ def is_outside(found: Found, chosen: Score) -> bool:
         return True
     if chosen is not found.linear or not np.isfinite(found.floor):
         return False
-    left = _left(found, chosen)
-    return left > NEGLIGIBLE and not is_explained(found.data, chosen, found.form.held_out, left)
+    return found.left_by(chosen) > NEGLIGIBLE and not found.is_explained_by(chosen)
 
 
 def _better(found: Found) -> list[Score]:
@@ -69,21 +67,14 @@ def _explains_most(found: Found, score: Score) -> bool:
 
 def _without_one(found: Found, score: Score) -> Sequence[Score]:
     """Return the hypotheses with all but one of the effects, as far as they were scored."""
-    names = _names(score)
+    names = score.fit.hypothesis.names
     if len(names) == 1:
         return [found.linear]
-    return [s for s in found.effects if len(_names(s)) == len(names) - 1 and _names(s) < names]
-
-
-def _names(score: Score) -> frozenset[tuple[str, tuple[str, str]]]:
-    return frozenset((one.kind, one.between) for one in score.fit.hypothesis.added)
-
-
-def _left(found: Found, score: Score) -> float:
-    return error_of(found.data, score.fit, found.form.held_out)
+    others = [(s, s.fit.hypothesis.names) for s in found.effects]
+    return [s for s, own in others if len(own) == len(names) - 1 and own < names]
 
 
 def _beyond_noise(found: Found, score: Score) -> float:
     """Return what a hypothesis leaves beyond the noise floor, where that is known [-]."""
     floor = found.floor if np.isfinite(found.floor) else 0.0
-    return float(np.sqrt(max(_left(found, score) ** 2 - floor**2, 0.0)))
+    return float(np.sqrt(max(found.left_by(score) ** 2 - floor**2, 0.0)))

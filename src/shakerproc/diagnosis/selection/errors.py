@@ -8,13 +8,9 @@ from numpy.typing import NDArray
 from shakerproc.compare.floor import floor_shares
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.passed_noise import (
-    prediction_of,
-    under_noise,
-)
+from shakerproc.diagnosis.estimation.passed_noise import prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
 
 
@@ -66,19 +62,21 @@ def error_of_scored(tests: Mapping[int, Scored] | None) -> float:
     return free_run_error(tuple(tests.values())) if tests else float("inf")
 
 
-def floor_of(
-    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
-) -> float:
-    """Return the error that even the true model has: noise, and noise sent through it [-].
+def floors_of(data: DataSet, found: Fit, windows: Windows) -> dict[int, FloatArray]:
+    """Return the error that even the true model has in each test, by its number.
 
-    With `numbers` (see `drawn_numbers`) also what the spread of the numbers of a fit makes of
-    the motion: where motions part, it is the most. NaN where the motion runs away.
+    Noise, and noise sent through the model, (n_sensors,) arrays [-]; none where the motion
+    runs away.
     """
-    shares = [
-        floor_shares(one, test.noise_density, moved)
-        for test, one, moved in moved_tests(data, found, windows, numbers)
-    ]
-    return pooled(shares) if shares else float("nan")
+    return {
+        i: floor_shares(one, data.tests[i].noise_density, moved)
+        for i, (one, moved) in _moved_tests(data, found, windows).items()
+    }
+
+
+def pooled_floor(floors: Mapping[int, FloatArray]) -> float:
+    """Return the error of `floors_of` over all tests; NaN where there is none [-]."""
+    return pooled(list(floors.values())) if floors else float("nan")
 
 
 def parted(
@@ -90,22 +88,22 @@ def parted(
     infinite where it runs away.
     """
     moved, whole = 0.0, 0.0
-    for _test, one, apart in moved_tests(data, found, windows, numbers):
+    for one, apart in _moved_tests(data, found, windows, numbers).values():
         moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
         whole += float(np.sum(one.measured[:, one.counted] ** 2))
     return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")
 
 
-def moved_tests(
+def _moved_tests(
     data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
-) -> list[tuple[Test, Scored, FloatArray]]:
-    """Return each test, its score, and by how much draws of noise move its motion."""
+) -> dict[int, tuple[Scored, FloatArray]]:
+    """Return each test, and by how much draws of noise move its motion, by its number."""
     settled = with_starts_fitted(data, found, windows)
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
-        return []
+        return {}
     noisy = list(under_noise(data, settled, windows, numbers, starts=True))
-    out = []
+    out = {}
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
         if noisy and counted.any():
@@ -113,5 +111,5 @@ def moved_tests(
             one = Scored(
                 data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
             )
-            out.append((test, one, np.array(moved)))
+            out[i] = one, np.array(moved)
     return out

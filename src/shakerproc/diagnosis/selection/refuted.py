@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import TypeAlias
 
-from shakerproc.compare.floor import input_is_refuted, is_refuted
+from shakerproc.compare.floor import is_beaten, is_refuted
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.selection.errors import moved_tests, scored_tests
+from shakerproc.diagnosis.selection.errors import scored_tests
 
 Refuted: TypeAlias = Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]
 """Sources of noise that are no floor, of responses and of inputs, by the name of the test."""
@@ -21,16 +21,15 @@ def with_more_refuted(found: Found, refuted: Refuted) -> Refuted:
     refuted : mapping of str to pair of tuple of str
         What was refuted before.
     """
-    data, fit, held_out = found.data, found.best.fit, found.form.held_out
-    scored = scored_tests(data, fit, held_out) or {}
-    moved = {test.arrays.name: apart for test, _, apart in moved_tests(data, fit, held_out)}
+    scored = scored_tests(found.data, found.best.fit, found.form.held_out) or {}
+    floors = found.floors_under(found.best)
     more = dict(refuted)
     for i, test in scored.items():
-        noise, name = data.tests[i].noise_density, data.tests[i].arrays.name
+        noise, name = found.data.tests[i].noise_density, found.data.tests[i].arrays.name
         responses, inputs = refuted.get(name, ((), ()))
         if is_refuted(test, noise):
             more[name] = (_with(responses, noise.source), inputs)
-        elif name in moved and input_is_refuted(test, noise, moved[name]):
+        elif i in floors and is_beaten(test, floors[i]):
             more[name] = (responses, _with(inputs, noise.input_source))
     return more
 

@@ -19,7 +19,7 @@ def tried(found: Found, score: Score) -> Tried:
         "+".join(fit.hypothesis.kinds),
         fit.hypothesis.added[-1].between,
         error_of(found.data, fit, found.form.scored_fitted),
-        error_of(found.data, fit, found.form.held_out),
+        found.left_by(score),
         numbers,
     )
 

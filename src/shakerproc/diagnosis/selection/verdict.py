@@ -9,7 +9,7 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.found import Found, is_explained
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import (
@@ -23,7 +23,6 @@ from shakerproc.diagnosis.selection.choice import further, is_outside, standing_
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
-    floor_of,
     scored_tests,
 )
 from shakerproc.diagnosis.selection.next_test import Laboratory
@@ -67,7 +66,7 @@ def judged(
     data, form = found.data, found.form
     parts = (form.scored_fitted, form.held_out)
     before = [scored_tests(data, found.before, part) for part in parts]
-    errors = _errors(found, fit, *map(error_of_scored, before))
+    errors = _errors(found, chosen, *map(error_of_scored, before))
     alike = _indistinguishable(standing)
     effects = _effects(fit)
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
@@ -102,7 +101,7 @@ def judged(
         linear=linear_estimates(fit),
         modes=_further_modes(found),
         further=tuple(_beside(chosen, more)),
-        notes=(*_notes(found), *(_remaining(found, chosen, more, errors) if effects else ())),
+        notes=(*_notes(found), *(_remaining(found, chosen, more) if effects else ())),
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -136,13 +135,12 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
     return tuple(map(FurtherMode.of, found.data.model.modes[known:]))
 
 
-def _errors(found: Found, fit: Fit, before_fitted: float, before_held: float) -> Errors:
+def _errors(found: Found, chosen: Score, before_fitted: float, before_held: float) -> Errors:
     form, data = found.form, found.data
-    fitted, held = form.scored_fitted, form.held_out
     return Errors(
-        Pair(before_fitted, error_of(data, fit, fitted)),
-        Pair(before_held, error_of(data, fit, held)),
-        floor_of(data, fit, held),
+        Pair(before_fitted, error_of(data, chosen.fit, form.scored_fitted)),
+        Pair(before_held, found.left_by(chosen)),
+        found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
     )
 
@@ -255,21 +253,16 @@ def _beside(chosen: Score, more: Score | None) -> list[str]:
     """Return the kinds that a hypothesis has beside those of the chosen one."""
     if more is None:
         return []
-    kinds = list(more.fit.hypothesis.kinds)
-    for kind in chosen.fit.hypothesis.kinds:
-        kinds.remove(kind)
-    return kinds
+    return [kind for kind, _ in more.fit.hypothesis.names - chosen.fit.hypothesis.names]
 
 
-def _remaining(found: Found, chosen: Score, more: Score | None, errors: Errors) -> list[str]:
+def _remaining(found: Found, chosen: Score, more: Score | None) -> list[str]:
     """Return what a second effect would still gain, and what is left beyond the noise."""
-    notes = []
-    held_out, left = found.form.held_out, errors.held_out.after
+    notes, left = [], found.left_by(chosen)
     if more is not None:
-        then = error_of(found.data, more.fit, held_out)
-        notes.append(wording.further_note(_beside(chosen, more), left, then))
-    if not is_explained(found.data, chosen, held_out, left):
-        notes.append(wording.remainder_note(errors))
+        notes.append(wording.further_note(_beside(chosen, more), left, found.left_by(more)))
+    if not found.is_explained_by(chosen):
+        notes.append(wording.remainder_note(left, found.floor_under(chosen)))
     return notes
 
 
