@@ -138,7 +138,9 @@ def _ends(rows: Sequence[FloatArray], scale: Scale) -> tuple[float, float]:
 
 
 def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
-    """Return the ends of the vertical axis: whole decades, or a little room."""
+    """Return the ends of the vertical axis: those that are fixed, whole decades, or room."""
+    if scale.ends is not None:
+        return scale.ends
     low, high = _ends([line.y for line in lines if line.look != "paper"], scale)
     if not scale.logarithmic:
         room = 0.05 * (high - low)

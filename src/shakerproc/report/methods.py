@@ -79,6 +79,19 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "order to each side, within the limits of class 1.",
         "IEC 61260-1:2014, Octave-band and fractional-octave-band filters.",
     ),
+    "blows": (
+        "A blow begins where the force reaches the trigger. Its block is not used where a "
+        "second pulse, samples at the end of a range, no response or the end of the recording "
+        "fall into it. Spectra are averages over the blocks that are left, without overlap; an "
+        "exponential window is put on force and responses alike.",
+        "ISO 7626-5:2019, Mechanical mobility, measurements using impact excitation.",
+    ),
+    "resonances": (
+        "Natural frequency and damping are those of modes fitted to H1 around each peak; the "
+        "decay that an exponential window adds is part of what is fitted, and is left out.",
+        "W. G. Halvorsen and D. L. Brown, Impulse technique for structural frequency response "
+        "testing, Sound and Vibration 11 (11), 8-21, 1977.",
+    ),
     "integration": (
         "Velocity and displacement are acceleration over iω and its square, the baseline of "
         "the run taken out, with a high-pass 1/(1 + (f_c/f)⁸) without phase shift; without a "

@@ -42,10 +42,11 @@ class Line:
 @final
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """An axis: its label with the unit, and whether it is logarithmic."""
+    """An axis: its label with the unit, whether it is logarithmic, and its ends if fixed."""
 
     label: str
     logarithmic: bool = True
+    ends: tuple[float, float] | None = None
 
 
 @final

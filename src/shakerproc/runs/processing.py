@@ -13,6 +13,7 @@ from shakerproc.errors import LogError, SpectrumError
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import analyses_of
+from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.envelope import envelope
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.result import (
@@ -26,6 +27,7 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Line, Peak, masks
+from shakerproc.spectra.blows import Blows
 from shakerproc.spectra.lines import told
 from shakerproc.testlog import Test, TestLog, TimeCrop
 
@@ -34,6 +36,9 @@ IN_MEMORY: Final = 3.2e7
 
 FILTERED: Final = 2**20
 """Samples of each channel that a notch is cut into at most, from the middle."""
+
+STRUCK: Final = "hammer"
+"""Kind of excitation of which each segment is a blow."""
 
 SINGLE_FREQUENCY: Final = ("sine",)
 """Kinds of excitation that reach one frequency only."""
@@ -116,7 +121,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
     controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
     responses = tuple(i for i, c in enumerate(channels) if c.role != "control")
     crop = find_crop(recording, test)
-    cross = welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test)
+    cross, blows = _averaged(recording, crop, test)
     band = excited_band(test, cross)
     still = test.excitation in STILL
     lines = spectra.steady_lines(cross, controls, (0.0, band[1])) if still else ()
@@ -139,7 +144,7 @@ def _process(recording: Recording, test: Test) -> RunResult:
         start_time=recording.start_time,
         notes=(
             *recording.notes,
-            *_why_not(test, channels, controls),
+            *_why_not(test, channels, controls, blows),
             *([told(lines)] if lines else []),
         ),
         unused=recording.unused,
@@ -164,14 +169,18 @@ def _process(recording: Recording, test: Test) -> RunResult:
         envelope=envelope(recording.blocks(), recording.n_samples, recording.sample_rate),
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
+        blows=blows,
     )
     result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))
 
 
-def _why_not(test: Test, channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
+def _why_not(
+    test: Test, channels: Sequence[Channel], controls: Sequence[int], blows: Blows | None
+) -> list[str]:
     """Return why the level is not checked and why there is no response function, if so."""
-    told = (levels.unseen(test, channels), _why_no_response(channels, controls))
+    why = "" if blows else _why_no_response(channels, controls)
+    told = (levels.unseen(test, channels), why)
     return [sentence for sentence in told if sentence]
 
 
@@ -201,6 +210,15 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
     )
 
 
+def _averaged(
+    recording: Recording, crop: Crop, test: Test
+) -> tuple[CrossSpectra, Blows | None]:
+    """Return the spectra of a run; the segments of a hammer test are its blows."""
+    if test.excitation == STRUCK:
+        return averaged_blows(recording, crop, test)
+    return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
+
+
 def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
     """Return the cross-spectral matrix as the log wants it."""
     averaging = test.processing.welch
@@ -218,7 +236,7 @@ def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> Cross
 def find_crop(recording: Recording, test: Test) -> Crop:
     """Return the part of a recording that is the run."""
     crop = test.processing.crop
-    if crop is None:
+    if crop is None or (test.excitation == STRUCK and not isinstance(crop, TimeCrop)):
         return Crop(0, recording.n_samples)
     if isinstance(crop, TimeCrop):
         return spectra.crop_by_time(
@@ -242,7 +260,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
 def _crop_channel(recording: Recording, test: Test) -> int | None:
     """Return the row that a threshold is held against, None where there is none."""
     crop = test.processing.crop
-    if crop is None or isinstance(crop, TimeCrop):
+    if crop is None or isinstance(crop, TimeCrop) or test.excitation == STRUCK:
         return None
     return crop_row(recording, test, crop.channel)
 
@@ -372,12 +390,14 @@ def _against(
 def _psd_peaks(
     search: _Search, density: FloatArray, against: Responses | None, responses: Sequence[int]
 ) -> tuple[tuple[ResonancePeak, ...], ...]:
-    """Return the peaks of the density of every channel; damping only without a control."""
+    """Return the peaks of the density of every channel; damping only without an input."""
+    struck = search.test.excitation == STRUCK
     row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
     found = []
     for i, values in enumerate(density):
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
-        read = None if against or search.one_frequency else _reader_of_density(search, i)
+        elsewhere = against is not None or struck or search.one_frequency
+        read = None if elsewhere else _reader_of_density(search, i)
         chance = np.full(values.shape, search.spectra.effective_averages**-0.5)
         if search.lines and i in responses:
             left = spectra.beside_lines(search.spectra, search.lines, i)

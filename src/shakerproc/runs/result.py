@@ -23,6 +23,7 @@ from shakerproc.spectra import (
     Spectrogram,
     Statistics,
 )
+from shakerproc.spectra.blows import Blows
 from shakerproc.testlog import Test
 
 BoolArray = NDArray[np.bool_]
@@ -201,6 +202,8 @@ class RunResult:
         The tallest point of every response along every sweep.
     analyses : tuple of Analysis
         What else the log asks for.
+    blows : Blows, optional
+        Of a hammer test: the segments that the spectra are averages of.
     """
 
     run: str
@@ -236,6 +239,7 @@ class RunResult:
     flags: tuple[Flag, ...]
     swept: tuple[SweptReading, ...] = ()
     analyses: tuple[Analysis, ...] = ()
+    blows: Blows | None = None
 
     @property
     def incomplete(self) -> bool:

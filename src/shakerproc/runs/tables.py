@@ -309,6 +309,7 @@ def kinds_of_analysis(runs: Sequence[RunSummary]) -> list[str]:
 _UNITS: Final = {
     "_db": "dB", "_hz": "Hz", "_s": "s", "_g": "g", "_m_per_s2": "m/s²", "_m_per_s": "m/s",
     "_mm_per_s": "mm/s", "_mm": "mm", "_n": "N", "_m": "m", "_share": "%",
+    "_ms": "ms", "_percent": "%",
 }  # fmt: skip
 
 

@@ -40,6 +40,9 @@ class CrossSpectra:
     lit_segments : (n_channels, n_frequencies) array
         How many segments of equal power would vary as these do: all for a steady tone, half
         of them for random vibration, few for a sweep that passes quickly.
+    decay_rate : float, optional
+        Where every segment holds a whole free decay, as after a blow: by how much its window
+        makes all motion decay faster [1/s]; None where segments are cut from steady motion.
     """
 
     frequency: FloatArray
@@ -55,6 +58,7 @@ class CrossSpectra:
     n_segments: int
     effective_averages: float
     lit_segments: FloatArray
+    decay_rate: float | None = None
 
     @property
     def n_channels(self) -> int:

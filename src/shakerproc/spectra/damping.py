@@ -19,7 +19,7 @@ from shakerproc.spectra.mode_fit import (
 )
 from shakerproc.spectra.peaks import IndexArray, local_maxima, resolved
 from shakerproc.spectra.responses import coherence, h1, psd, psd_ratio
-from shakerproc.spectra.windows import correlation_of
+from shakerproc.spectra.windows import AbstractCorrelation, DecayCorrelation, correlation_of
 
 RESOLVED: Final = 0.04
 """Largest half-width of the 95 % interval of a damping ratio that is reported [-]."""
@@ -318,7 +318,9 @@ def _damping(
     reading = half_power_ratio(spectra.frequency, smooth, peak)
     width = reading[1] / spectra.bin_width if reading else 0.0
     least = READABLE * max(spectra.resolution / spectra.bin_width, float(n_smooth))
-    readable = reading[0] if reading and width >= least else None
+    added = (spectra.decay_rate or 0.0) / np.pi  # width that a window of decays adds [Hz]
+    narrowed = 0.5 * added / float(spectra.frequency[peak])
+    readable = reading[0] - narrowed if reading and width >= least else None
     found: _Reading | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
@@ -327,10 +329,12 @@ def _damping(
             break
         found = _reading(spectra, data, bins, (peak, *inside), maxima)
         wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
+        wanted += added / spectra.bin_width
         if reach > REACH_WIDTHS * min(wanted, FURTHEST / REACH_WIDTHS) * 0.8:
             break
         width = min(wanted, 4.0 * reach)
-    return _judged(spectra, found, peak, float(data.lit_segments[peak]), readable)
+    lit = np.inf if spectra.decay_rate is not None else float(data.lit_segments[peak])
+    return _judged(spectra, found, peak, lit, readable)
 
 
 def _reading(
@@ -341,7 +345,7 @@ def _reading(
     maxima: IndexArray,
 ) -> _Reading:
     """Return the modes that fit these bins, as many as the data tell apart."""
-    kernel = correlation_of(spectra.window_name, spectra.window)
+    kernel = _kernel(spectra)
     shape = ModeShape(data.kind, bins, kernel, spectra.n_fft, spectra.sample_rate)
     frequency = spectra.frequency[list(starts)]
     near = bins[np.abs(bins - starts[0]) <= _clearance(starts)]
@@ -358,6 +362,13 @@ def _reading(
             break
         found = more
     return found
+
+
+def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:
+    """Return what the averaging multiplies the decay of a mode by."""
+    if spectra.decay_rate is not None:
+        return DecayCorrelation(spectra.decay_rate / spectra.sample_rate)
+    return correlation_of(spectra.window_name, spectra.window)
 
 
 def _settled(spectra: CrossSpectra, data: _Data, shape: ModeShape, fit: ModesFit) -> _Reading:
@@ -412,7 +423,8 @@ def _chance(spectra: CrossSpectra, data: _Data, bins: IndexArray, fit: ModesFit)
     """Return the errors of the values: by theory where the excitation was steady and random."""
     smearing = smearing_of(spectra)
     wanted = 0.5 * spectra.n_segments * (1.0 - UNSTEADY / np.sqrt(spectra.effective_averages))
-    if float(data.lit_segments[bins].mean()) < wanted:
+    transient = spectra.decay_rate is not None
+    if transient or float(data.lit_segments[bins].mean()) < wanted:
         is_complex = data.kind == "response"
         return plain_chance(smearing, data.errors[bins], is_complex=is_complex)
     missing = None if data.missing is None else data.missing[bins]

@@ -140,6 +140,24 @@ class SampledCorrelation(AbstractCorrelation):
         return sums[:, 0] - 0.5, sums[:, 1]
 
 
+@final
+class DecayCorrelation(AbstractCorrelation):
+    """That of blocks that hold whole decays: what their exponential window leaves of them.
+
+    Nothing is cut off, so that there is no correlation of a window; as a window multiplies
+    input and response alike, a mode decays faster by its rate, which is taken into account
+    here as a correlation that decays.
+    """
+
+    def __init__(self, decay: float) -> None:
+        self.decay = decay  # of the window, per sample
+
+    def transform(self, exponent: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        every = np.asarray(exponent - self.decay, dtype=np.complex128)
+        left = np.asarray(-1.0 / np.expm1(every), dtype=np.complex128)
+        return left - 0.5, left * left * np.exp(every)
+
+
 def correlation_of(name: str, window: FloatArray) -> AbstractCorrelation:
     """Return the correlation of a window with itself, in closed form where it has one.
 

@@ -3,6 +3,7 @@
 from shakerproc.testlog.analyses import ResponseFunction
 from shakerproc.testlog.expectations import check_expectation, nominal_duration
 from shakerproc.testlog.facts import facts_of
+from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.levels import level_of
 from shakerproc.testlog.log import (
     Crop,
@@ -30,6 +31,7 @@ __all__ = [
     "Crop",
     "Excitation",
     "Expectation",
+    "Hammer",
     "Modal",
     "NotchFilter",
     "Peaks",

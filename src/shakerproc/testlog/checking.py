@@ -24,6 +24,7 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
     "random": ("frequency", "rate"),
     "sine": ("start", "stop", "rate"),
     "shock": ("frequency", "rate"),
+    "hammer": ("frequency", "rate"),
 }
 """Fields that mean nothing for a kind of excitation."""
 

@@ -16,10 +16,13 @@ from shakerproc.testlog.analyses import (
     ResponseFunction,
     Shock,
 )
+from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
-Excitation: TypeAlias = Literal["sine sweep", "random", "sine", "stepped sine", "shock"]
+Excitation: TypeAlias = Literal[
+    "sine sweep", "random", "sine", "stepped sine", "shock", "hammer"
+]
 LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
 Tag: TypeAlias = str | float
 Fact: TypeAlias = str | float | bool | None
@@ -191,6 +194,8 @@ class Processing:
         Vibration response and fatigue damage spectra, likewise.
     response_functions : tuple of ResponseFunction
         Between channels other than the controls and the responses.
+    hammer : Hammer
+        How the blows of a hammer test are cut out and windowed.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -211,6 +216,7 @@ class Processing:
     distribution: Distribution | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
+    hammer: Hammer = field(default_factory=Hammer)
 
 
 @final

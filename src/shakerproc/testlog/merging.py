@@ -130,6 +130,7 @@ def merged_processing(
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
+        hammer=_overridden(base.hammer, section.hammer),
     )
 
 

@@ -20,6 +20,7 @@ from shakerproc.testlog.analysis_sections import (
     ResponseFunctionSection,
     ShockSection,
 )
+from shakerproc.testlog.hammer import HammerSection
 from shakerproc.testlog.log import Excitation
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 
@@ -242,6 +243,7 @@ class ProcessingSection(Section):
     distribution: DistributionSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
+    hammer: HammerSection = HammerSection()
 
 
 class ExpectSection(Section):

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import inf, isfinite
 from types import MappingProxyType
-from typing import Any, Final, TypedDict
+from typing import Any, Final, TypedDict, get_args
 
 from shakerproc.errors import ArgumentError
 from shakerproc.recordings.si import parse_unit
 from shakerproc.runs import UnitOption
 from shakerproc.spectra.windows import COSINE_TERMS, PERIODIC
-from shakerproc.testlog import Test, ThresholdCrop, level_of, threshold_of
+from shakerproc.testlog import Excitation, Test, ThresholdCrop, level_of, threshold_of
 from shakerproc.units import near_miss
 
 LONGEST_SEGMENT: Final = 2**24
@@ -163,11 +163,10 @@ def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
     kind = test.excitation
     if excitation is not None:
         kind = excitation.replace("-", " ").lower()
-    if kind not in {None, "sine sweep", "random", "sine", "stepped sine", "shock"}:
+    if kind is not None and kind not in get_args(Excitation):
         raise ArgumentError(
             "excitation",
-            f"{excitation or kind!r} is not one of sine sweep, random, sine, stepped sine, "
-            "shock",
+            f"{excitation or kind!r} is not one of {', '.join(get_args(Excitation))}",
         )
     test = replace(test, excitation=kind)
     if level is not None:

@@ -23,7 +23,8 @@ def process(
         str | None, typer.Option(metavar="ID", help="Test of the log.", show_default="by file")
     ] = None,
     excitation: Annotated[
-        str | None, typer.Option(metavar="KIND", help="sine sweep, random, sine or shock.")
+        str | None,
+        typer.Option(metavar="KIND", help="sine sweep, random, sine, shock or hammer."),
     ] = None,
     level: Annotated[
         str | None,

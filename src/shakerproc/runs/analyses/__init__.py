@@ -6,11 +6,13 @@ from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.blows import BlowAnalysis
 from shakerproc.runs.analyses.distribution import DistributionAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
+from shakerproc.runs.analyses.resonances import ResonanceAnalysis
 from shakerproc.runs.analyses.response_functions import ResponseFunctionAnalysis
 from shakerproc.runs.analyses.shock import ShockAnalysis
 from shakerproc.runs.analysis import Analysis
@@ -20,7 +22,9 @@ __all__ = ["ANALYSES", "analyses_of"]
 
 _KINDS: Final = (
     ProfileJudgement(),
+    BlowAnalysis(),
     ResponseFunctionAnalysis(),
+    ResonanceAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
     DistributionAnalysis(),

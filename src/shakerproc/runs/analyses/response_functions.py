@@ -37,8 +37,8 @@ NAMES: Final[Mapping[tuple[str, str], str]] = {
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Pair:
-    """A response function as it was measured, in shown units."""
+class Pair:
+    """A response function as it was measured, in shown units; `row` is that of the output."""
 
     label: str
     name: str
@@ -51,6 +51,8 @@ class _Pair:
     high: FloatArray
     coherence: FloatArray
     excited: BoolArray
+    inputs: tuple[int, ...]
+    row: int
     output: str
 
 
@@ -63,11 +65,9 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the response functions of a run."""
         del recording  # its spectra are those of the result
-        asked = result.test.processing.response_functions
-        wanted = [_of_names(result, one) for one in asked] or _against_force(result)
-        if not wanted:
+        pairs, asked = functions_of(result), result.test.processing.response_functions
+        if not pairs:
             return None
-        pairs = [_pair(result, *one) for one in wanted]
         frequency = result.spectra.frequency
         drawn = pairs if asked else pairs[:DRAWN]
         rest = "" if len(drawn) == len(pairs) else (
@@ -79,12 +79,28 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
             title=f"Response functions{rest}",
             columns=_columns(frequency, pairs),
             summary=tuple(_row(frequency, pair) for pair in pairs),
-            panels=tuple(
-                panel
-                for i, pair in enumerate(drawn, 1)
-                for panel in _panels(frequency, pair, f"response_functions_{i}")
+            panels=(
+                *(
+                    panel
+                    for i, pair in enumerate(drawn, 1)
+                    for panel in _panels(frequency, pair, f"response_functions_{i}")
+                ),
+                _coherence(frequency, drawn),
             ),
         )
+
+
+def functions_of(result: RunResult) -> list[Pair]:
+    """Return the response functions that the log asks for, else those over the lone force.
+
+    Raises
+    ------
+    SpectrumError
+        If the log asks for one that the run does not have.
+    """
+    asked = result.test.processing.response_functions
+    wanted = [_of_names(result, one) for one in asked] or _against_force(result)
+    return [_pair(result, *one) for one in wanted]
 
 
 def _rows(result: RunResult, name: str) -> tuple[int, ...]:
@@ -133,7 +149,7 @@ def _against_force(result: RunResult) -> list[_Wanted]:
 
 def _pair(
     result: RunResult, wanted: ResponseFunction, inputs: tuple[int, ...], output: int
-) -> _Pair:
+) -> Pair:
     """Return one response function.
 
     Raises
@@ -145,9 +161,9 @@ def _pair(
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     (out_unit, out_factor), (in_unit, in_factor) = shown_unit(of), shown_unit(over)
     factor = out_factor / in_factor
-    bounds, _ = spectra.response_bounds(cross, *rows)
+    low, high = _limits(cross, *rows)
     same = of == over
-    return _Pair(
+    return Pair(
         label=f"{wanted.output} / {wanted.input}",
         name="transmissibility" if same else NAMES.get((of, over), "response function"),
         unit="1" if same else f"{out_unit}/{in_unit}",
@@ -155,12 +171,25 @@ def _pair(
         h1=spectra.h1(cross, *rows)[0] * factor,
         h2=spectra.h2(cross, *rows)[0] * factor,
         hv=spectra.hv(cross, *rows)[0] * factor,
-        low=bounds.low[0] * factor,
-        high=bounds.high[0] * factor,
+        low=low * factor,
+        high=high * factor,
         coherence=spectra.coherence(cross, *rows)[0],
         excited=_excited(result, inputs, wanted.input),
+        inputs=inputs,
+        row=output,
         output=result.channels[output].name,
     )
+
+
+def _limits(
+    cross: spectra.CrossSpectra, inputs: Sequence[int], outputs: Sequence[int]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the 95 % limits of a gain; of one average there are none."""
+    if cross.effective_averages <= 1.0:
+        unknown = np.full(cross.frequency.shape, np.nan)
+        return unknown, unknown
+    bounds, _ = spectra.response_bounds(cross, inputs, outputs)
+    return bounds.low[0], bounds.high[0]
 
 
 def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:
@@ -190,9 +219,7 @@ def _in_band(result: RunResult) -> BoolArray:
     return np.array((frequency >= low) & (frequency <= high))
 
 
-def _columns(
-    frequency: FloatArray, pairs: Sequence[_Pair]
-) -> dict[str, FloatArray | BoolArray]:
+def _columns(frequency: FloatArray, pairs: Sequence[Pair]) -> dict[str, FloatArray | BoolArray]:
     columns: dict[str, FloatArray | BoolArray] = {"frequency_hz": frequency}
     for pair in pairs:
         name = pair.label.replace(" / ", "_over_")
@@ -209,7 +236,7 @@ def _columns(
     return columns
 
 
-def _row(frequency: FloatArray, pair: _Pair) -> dict[str, Cell]:
+def _row(frequency: FloatArray, pair: Pair) -> dict[str, Cell]:
     gain = np.where(pair.excited, np.abs(pair.h1), -np.inf)
     peak = int(np.argmax(gain))
     known = pair.coherence[pair.excited & np.isfinite(pair.coherence)]
@@ -224,7 +251,7 @@ def _row(frequency: FloatArray, pair: _Pair) -> dict[str, Cell]:
     }
 
 
-def _panels(frequency: FloatArray, pair: _Pair, name: str) -> list[Panel]:
+def _panels(frequency: FloatArray, pair: Pair, name: str) -> list[Panel]:
     """Return gain, phase and locus."""
     shown = np.flatnonzero(pair.excited)
     part = slice(int(shown[0]), int(shown[-1]) + 1)
@@ -255,3 +282,22 @@ def _panels(frequency: FloatArray, pair: _Pair, name: str) -> list[Panel]:
             (Line(pair.label, h1.real, h1.imag, channel=pair.output),), equal=True,
         ),
     ]  # fmt: skip
+
+
+def _coherence(frequency: FloatArray, pairs: Sequence[Pair]) -> Panel:
+    shown = np.flatnonzero(np.any([pair.excited for pair in pairs], axis=0))
+    part = slice(int(shown[0]), int(shown[-1]) + 1)
+    return Panel(
+        "response_functions_coherence", "Coherence of the response functions",
+        "1: all of the output is a linear answer to the input, without noise.",
+        Scale("frequency [Hz]"), Scale("coherence [-]", logarithmic=False, ends=(0.0, 1.02)),
+        tuple(
+            Line(
+                pair.label,
+                frequency[part],
+                np.where(pair.excited, pair.coherence, np.nan)[part],
+                channel=pair.output,
+            )
+            for pair in pairs
+        ),
+    )  # fmt: skip

@@ -1,0 +1,115 @@
+"""The blows of a hammer test: a table of those kept and rejected, their forces, what to do."""
+
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import Recording
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.result import RunResult
+from shakerproc.spectra.blows import Blow, Blows
+
+LEFT: Final = 0.05
+"""Share of a response at the end of its block from which on leakage is told: it is about the
+error of a response function at its peaks [-]."""
+
+MOST_DRAWN: Final = 40
+"""Pulses that are drawn at most."""
+
+
+@final
+class BlowAnalysis(AbstractAnalysis):
+    """Which blows were averaged, and which were not and why."""
+
+    kind: ClassVar[str] = "blows"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the blows of a run; None where it was not struck."""
+        del recording
+        if result.blows is None:
+            return None
+        found, rate = result.blows, result.sample_rate
+        rows = tuple(_row(i, blow, rate) for i, blow in enumerate(found.blows, 1))
+        return Analysis(
+            kind=self.kind,
+            title=f"Blows: {len(found.kept)} of {len(found.blows)} averaged",
+            columns={name: [row[name] for row in rows] for name in rows[0]},
+            summary=rows,
+            panels=(_pulses(found),),
+            told=tuple(_told(found)),
+            problems=tuple(_problems(found)),
+        )
+
+
+def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
+    known = bool(np.isfinite(blow.force))
+    return {
+        "blow": float(number),
+        "time_s": blow.sample / rate,
+        "force_n": blow.force if known else None,
+        "width_ms": 1e3 * blow.width if known else None,
+        "kept": blow.kept,
+        "reason": blow.reason,
+    }
+
+
+def _told(found: Blows) -> list[str]:
+    cut, rate = found.setup.cut, found.setup.cut.sample_rate
+    told = [
+        f"Trigger at {found.setup.strikes.level:.4g} N; blocks of {cut.length / rate:.4g} s, "
+        f"{cut.before / rate:.3g} s of them before the trigger, {rate / cut.length:.3g} Hz "
+        "from line to line."
+    ]
+    if cut.force_window is not None:
+        told.append(
+            f"The force is set to 0 from {cut.force_window / rate:.3g} s after the trigger on."
+        )
+    if cut.decay_rate:
+        told.append(
+            f"The exponential window (time constant {1.0 / cut.decay_rate:.4g} s) lowers and "
+            f"widens the peaks that are drawn: it adds {50.0 * cut.decay_rate / np.pi:.4g} % "
+            "times 1 Hz/f to a damping ratio at f. Natural frequency and damping in the table "
+            "of resonances are without it."
+        )
+    return told
+
+
+def _problems(found: Blows) -> list[str]:
+    problems = []
+    name = found.setup.names[found.setup.force]
+    if found.setup.strikes.sign < 0:
+        problems.append(
+            f"the blows of {name} are negative: the hammer is the wrong way round. All phases "
+            "are off by 180°; give its sensitivity the other sign"
+        )
+    left = float(np.mean([blow.left for blow in found.kept]))
+    cut = found.setup.cut
+    if left * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
+        problems.append(
+            f"{left:.0%} of a response is left at the end of the blocks (rms over its largest "
+            "value): what is cut off falsifies the peaks. Take a longer block, or processing: "
+            "{hammer: {exponential: 1 %}}, whose damping is taken away again"
+        )
+    if len(found.kept) == 1:
+        problems.append(
+            "one blow is averaged: its coherence is 1 whatever the noise and tells nothing; "
+            "strike three times or more"
+        )
+    return problems
+
+
+def _pulses(found: Blows) -> Panel:
+    cut, name = found.setup.cut, found.setup.names[found.setup.force]
+    drawn = found.pulses[:MOST_DRAWN]
+    time = np.asarray(1e3 / cut.sample_rate * (np.arange(drawn.shape[1]) - cut.before))
+    return Panel(
+        "blows_force",
+        "Force of the blows that are averaged",
+        f"{len(drawn)} of {len(found.kept)} blows, from the trigger on.",
+        Scale("time after the trigger [ms]", logarithmic=False),
+        Scale("force [N]", logarithmic=False),
+        tuple(
+            Line("" if i else name, time, pulse, channel=name) for i, pulse in enumerate(drawn)
+        ),
+    )

@@ -1,0 +1,187 @@
+"""The blows of a hammer test: found, judged, windowed and averaged."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.runs.result import lone_force
+from shakerproc.spectra import Crop, CrossSpectra
+from shakerproc.spectra.blows import (
+    Blow,
+    Blows,
+    Cut,
+    Setup,
+    find_strikes,
+    impulse_share,
+    incomplete,
+    judge,
+    range_ends,
+    usual_length,
+    windowed,
+)
+from shakerproc.testlog import Hammer, Test
+
+PRETRIGGER: Final = (0.01, 16)
+"""Usual length before the trigger: share of the block, and samples at least."""
+
+BRIEF: Final = 0.9
+"""Share of a block's energy around its largest value from which on a channel strikes [-]."""
+
+
+def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra, Blows]:
+    """Return the spectra of a hammer test, averaged over its blows, and these.
+
+    Parameters
+    ----------
+    recording : Recording
+        With one channel of the role force.
+    crop : Crop
+        The part of it in which blows are looked for.
+    test : Test
+        How they are cut and windowed.
+
+    Raises
+    ------
+    SpectrumError
+        If there is no force or no blow, or none can be used.
+    """
+    setup = _setup(recording, crop, test.processing.hammer)
+    cut, found = setup.cut, []
+    for sample in setup.strikes.samples:
+        reason = incomplete(sample, cut, crop.n_samples)
+        if reason:
+            found.append(Blow(sample, float("nan"), float("nan"), reason, 0.0))
+        else:
+            found.append(judge(_block(recording, crop, sample, cut), sample, setup))
+    kept = [blow.sample for blow in found if blow.kept]
+    if not kept:
+        raise SpectrumError(_none_left(recording, crop, setup, found))
+    blocks = (
+        windowed(_block(recording, crop, sample, cut), setup.force, cut) for sample in kept
+    )
+    pulses: list[FloatArray] = []
+    cross = spectra.cross_spectra(
+        _noted(blocks, setup, pulses),
+        recording.sample_rate,
+        segment=cut.length,
+        overlap=0,
+        window=cut.window,
+    )
+    absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
+    return (
+        replace(cross, window_name="blows", decay_rate=cut.decay_rate),
+        Blows(setup, absolute, np.array(pulses)),
+    )
+
+
+def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
+    """Return how blows are found, cut and judged.
+
+    Raises
+    ------
+    SpectrumError
+        If no single channel is the hammer, nothing strikes, or a length does not fit.
+    """
+    row = _force(recording)
+    rate = recording.sample_rate
+    force = recording.select([row]).samples(crop.start, crop.stop)[0]
+    value, unit = wanted.trigger
+    strikes = find_strikes(force, rate, value if unit == "N" else None, value)
+    before = None if wanted.pretrigger is None else round(wanted.pretrigger * rate)
+    length = (
+        usual_length(strikes, crop.n_samples, before or PRETRIGGER[1])
+        if wanted.length is None
+        else round(wanted.length * rate)
+    )
+    if before is None:
+        before = max(round(PRETRIGGER[0] * length), PRETRIGGER[1])
+    if length < 4 * max(before, 1):
+        raise SpectrumError(
+            f"a block of {length / rate:.3g} s is too short for {before / rate:.3g} s before "
+            "the trigger; under processing: {hammer: ...} make length four times the "
+            "pretrigger or more"
+        )
+    cut = Cut(
+        before,
+        length,
+        None if wanted.force_window is None else max(round(wanted.force_window * rate), 1),
+        _decay_rate(wanted, length / rate),
+        rate,
+    )
+    names = tuple(channel.name for channel in recording.channels)
+    return Setup(row, names, range_ends(recording.blocks(crop.start, crop.stop)), strikes, cut)
+
+
+def _force(recording: Recording) -> int:
+    """Return the row of the hammer.
+
+    Raises
+    ------
+    SpectrumError
+        If there is none, or more than one force.
+    """
+    channels = recording.channels
+    row = lone_force(channels)
+    if row is not None and len(channels) > 1:
+        return row
+    there = ", ".join(f"{channel.name} ({channel.role})" for channel in channels)
+    raise SpectrumError(
+        "a hammer test needs one channel with the role force, the hammer, others that "
+        f"respond, and no control; there are {there}; correct the roles under channels: in "
+        "the log"
+    )
+
+
+def _decay_rate(wanted: Hammer, duration: float) -> float:
+    """Return the rate of the exponential window [1/s], 0 without one."""
+    if wanted.exponential is None:
+        return 0.0
+    value, unit = wanted.exponential
+    return 1.0 / value if unit == "s" else -float(np.log(value)) / duration
+
+
+def _block(recording: Recording, crop: Crop, sample: int, cut: Cut) -> FloatArray:
+    start = crop.start + sample - cut.before
+    return recording.samples(start, start + cut.length)
+
+
+def _noted(
+    blocks: Iterator[FloatArray], setup: Setup, pulses: list[FloatArray]
+) -> Iterator[FloatArray]:
+    """Yield blocks, and note the force around the trigger of each."""
+    for block in blocks:
+        pulses.append(block[setup.force, : 3 * setup.cut.before].copy())
+        yield block
+
+
+def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]) -> str:
+    """Return why no blow can be used, and what may help."""
+    counts = Counter(blow.reason.partition(":")[0] for blow in blows)
+    told = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
+    return (
+        f"none of {len(blows)} blows can be used: {told}. Blocks last "
+        f"{setup.cut.length / setup.cut.sample_rate:.3g} s, the trigger is "
+        f"{setup.strikes.level:.3g} N; change processing: {{hammer: {{length: ..., trigger: "
+        f"...}}}}, or strike again{_exchanged(recording, crop, setup)}"
+    )
+
+
+def _exchanged(recording: Recording, crop: Crop, setup: Setup) -> str:
+    """Return whether another channel strikes and the force rings; empty where it does not."""
+    whole = [s for s in setup.strikes.samples if not incomplete(s, setup.cut, crop.n_samples)]
+    if not whole:
+        return ""
+    shares = [impulse_share(row) for row in _block(recording, crop, whole[0], setup.cut)]
+    best = int(np.argmax(shares))
+    if best == setup.force or shares[best] < BRIEF or shares[setup.force] > 0.5 * BRIEF:
+        return ""
+    return (
+        f". {setup.names[setup.force]} rings like a response and {setup.names[best]} strikes "
+        "like a hammer: their roles look exchanged"
+    )

@@ -1,0 +1,439 @@
+"""Blows of a hammer: where they are, which of them can be used, and how they are windowed.
+
+The blocks of all blows that are kept are the segments of which the spectra are averages. An
+exponential window multiplies force and responses alike, which is exact: it moves every pole
+to the left, so that the response functions are those of the structure with more damping,
+known and taken away again where damping is read.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import SpectrumError
+
+LOUD: Final = 8.0
+"""Standard deviations of the noise above which a force is no noise: in 10^9 samples of a
+normal law none is [-]."""
+
+RISE: Final = 6.0
+"""The same of the motion before a blow, above which a channel responds [-]."""
+
+SAME_BLOW: Final = 0.2
+"""Time after a blow in which a second pulse is a rebound of the hammer, not the next blow;
+nobody strikes five times a second by hand [s]."""
+
+SECOND: Final = 0.05
+"""Share of the largest force of a blow from which on a second pulse is a double hit [-]."""
+
+FEWEST: Final = 3
+"""Samples exactly at the largest value of a channel that make it the end of its range."""
+
+PILE: Final = 3.0
+"""How many times as many samples as at the next value there must be: a quantised sine has
+2.4 times as many at its crest [-]."""
+
+RESTING: Final = 0.5
+"""Share of samples from which on the extreme is where the channel rests [-]."""
+
+LAST: Final = 0.05
+"""Share of a block at its end in which is read how far the response has decayed [-]."""
+
+NORMAL: Final = 1.4826
+"""Standard deviation of a normal law over its median absolute deviation [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Strikes:
+    """Where a force strikes.
+
+    Attributes
+    ----------
+    samples : tuple of int
+        Where each blow reaches the trigger.
+    sign : int
+        1 where the pulses are positive, -1 where they are negative.
+    level : float
+        Of the trigger [N].
+    noise : float
+        Standard deviation of the force between the blows [N].
+    offset : float
+        Force at rest [N].
+    """
+
+    samples: tuple[int, ...]
+    sign: int
+    level: float
+    noise: float
+    offset: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """How a block is cut around a blow and windowed.
+
+    Attributes
+    ----------
+    before, length : int
+        Samples of a block before the trigger, and all of them.
+    force_window : int, optional
+        Samples from the trigger on after which the force is set to 0.
+    decay_rate : float
+        Of the exponential window, the reciprocal of its time constant [1/s]; 0 without one.
+    sample_rate : float
+        Samples per second [Hz].
+    """
+
+    before: int
+    length: int
+    force_window: int | None
+    decay_rate: float
+    sample_rate: float
+
+    @property
+    def window(self) -> FloatArray:
+        """Weights of every channel, (length,) array [-]."""
+        steps = np.arange(self.length)
+        return np.asarray(np.exp(-self.decay_rate / self.sample_rate * steps), dtype=float)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Setup:
+    """What is known of a whole hammer test, by which each of its blows is judged.
+
+    Attributes
+    ----------
+    force : int
+        Row of the force.
+    names : tuple of str
+        Of the channels.
+    ends : (2, n_channels) array
+        Low and high end of the range of each channel, as `range_ends` [unit of the channel].
+    strikes : Strikes
+        Where the force strikes.
+    cut : Cut
+        How blocks are cut.
+    """
+
+    force: int
+    names: tuple[str, ...]
+    ends: FloatArray
+    strikes: Strikes
+    cut: Cut
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Blow:
+    """One blow.
+
+    Attributes
+    ----------
+    sample : int
+        Where it reaches the trigger.
+    force : float
+        Largest force, with its sign [N].
+    width : float
+        Time for which the force is above half of that [s].
+    reason : str
+        Why it is rejected; empty where it is kept.
+    left : float
+        Rms of the response at the end of the block over its largest value, the largest of
+        all responses [-].
+    """
+
+    sample: int
+    force: float
+    width: float
+    reason: str
+    left: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether it is averaged."""
+        return not self.reason
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Blows:
+    """The blows of a run.
+
+    Attributes
+    ----------
+    setup : Setup
+        How they were found and cut; `setup.force` is the row of the force.
+    blows : tuple of Blow
+        All of them; samples count from the start of the recording.
+    pulses : (n_kept, n) array
+        Force of the blows that are kept, around the trigger [N].
+    """
+
+    setup: Setup
+    blows: tuple[Blow, ...]
+    pulses: FloatArray
+
+    @property
+    def kept(self) -> list[Blow]:
+        """Those that are averaged."""
+        return [blow for blow in self.blows if blow.kept]
+
+
+def find_strikes(
+    force: FloatArray, sample_rate: float, trigger: float | None, share: float
+) -> Strikes:
+    """Return where a force strikes.
+
+    Parameters
+    ----------
+    force : (n_samples,) array
+        The force [N].
+    sample_rate : float
+        Samples per second [Hz].
+    trigger : float, optional
+        Force at which a blow begins [N].
+    share : float
+        Of the largest force, which is the trigger where none is given [-].
+
+    Returns
+    -------
+    Strikes
+        A second pulse within `SAME_BLOW` belongs to the blow before.
+
+    Raises
+    ------
+    SpectrumError
+        If the force does not reach the trigger, or does not stand out of its noise.
+    """
+    offset = float(np.median(force))
+    rest = force - offset
+    sign = 1 if rest.max() >= -rest.min() else -1
+    struck = sign * rest
+    noise = NORMAL * float(np.median(np.abs(rest)))
+    largest = float(struck.max())
+    if largest <= LOUD * noise:
+        raise SpectrumError(
+            f"no blow found: the largest force, {largest:.4g} N, does not stand out of its "
+            f"noise of {noise:.3g} N rms; is the role force at the hammer, and its unit right?"
+        )
+    level = share * largest if trigger is None else trigger
+    above = struck >= level
+    if not above.any():
+        raise SpectrumError(
+            f"no blow found: the force never reaches the trigger of {level:.4g} N, its largest "
+            f"value is {largest:.4g} N; lower processing: {{hammer: {{trigger: "
+            f"{0.1 * largest:.2g} N}}}}, or leave it out for a tenth of the largest"
+        )
+    rising = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
+    kept: list[int] = []
+    for at in rising:
+        if not kept or at - kept[-1] >= SAME_BLOW * sample_rate:
+            kept.append(int(at))
+    return Strikes(tuple(kept), sign, level, noise, offset)
+
+
+def range_ends(blocks: Iterable[FloatArray]) -> FloatArray:
+    """Return the ends of the ranges at which samples of a recording pile up.
+
+    Parameters
+    ----------
+    blocks : iterable of (n_channels, n) arrays
+        The samples in order [unit of the channel].
+
+    Returns
+    -------
+    (2, n_channels) array
+        Low and high end of each channel; not a number where its samples do not reach one.
+    """
+    counts: list[list[dict[float, int]]] = []
+    n_samples = 0
+    for block in blocks:
+        n_samples += block.shape[1]
+        counts = counts or [[{} for _ in block] for _ in range(2)]
+        for side, samples in ((0, -block), (1, block)):
+            for known, row in zip(counts[side], samples, strict=True):
+                _count_highest(known, row)
+    sides = [[_end(known, n_samples) for known in side] for side in counts]
+    return np.array([[-low for low in sides[0]], sides[1]])
+
+
+def usual_length(strikes: Strikes, n_samples: int, before: int) -> int:
+    """Return how many samples a block may have so that it ends before the next blow.
+
+    Gaps of less than half the median count as blows too many, not as the length. A single
+    blow has all to the end of the recording.
+
+    Parameters
+    ----------
+    strikes : Strikes
+        Where the force strikes.
+    n_samples : int
+        Of the recording.
+    before : int
+        Samples of a block before the trigger.
+    """
+    gaps = np.diff(strikes.samples)
+    if not gaps.size:
+        return n_samples - max(strikes.samples[0] - before, 0)
+    return int(gaps[gaps >= 0.5 * np.median(gaps)].min()) - 1
+
+
+def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
+    """Return what a blow is, and why it cannot be used.
+
+    Parameters
+    ----------
+    block : (n_channels, length) array
+        Samples of the block [unit of the channel].
+    sample : int
+        Where the blow reaches the trigger in the recording.
+    setup : Setup
+        What is known of the whole test.
+    """
+    strikes, rate = setup.strikes, setup.cut.sample_rate
+    force = strikes.sign * (block[setup.force] - strikes.offset)
+    pulse = _pulse(force, setup)
+    peak = float(force[pulse].max())
+    left = _left(np.delete(block, setup.force, axis=0), pulse.start)
+    reasons = (
+        _double(force, pulse, setup),
+        _overload(block, setup),
+        "" if left is not None else "no response: no channel rises above its motion before",
+    )
+    return Blow(
+        sample=sample,
+        force=strikes.sign * peak,
+        width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
+        reason="; ".join(reason for reason in reasons if reason),
+        left=left or 0.0,
+    )
+
+
+def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
+    """Return why the recording does not hold the block of a blow; empty where it does."""
+    if sample < cut.before:
+        there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate
+        return f"the recording begins {there:.3g} s before it, pretrigger is {wanted:.3g} s"
+    if n_samples - sample < cut.length - cut.before:
+        lasts = (n_samples - sample) / cut.sample_rate
+        return f"the recording ends {lasts:.3g} s after it, within the block"
+    return ""
+
+
+def windowed(block: FloatArray, force: int, cut: Cut) -> FloatArray:
+    """Return a block without offsets, its force windowed; not yet the exponential window.
+
+    Parameters
+    ----------
+    block : (n_channels, length) array
+        Samples of the block [unit of the channel].
+    force : int
+        Row of the force.
+    cut : Cut
+        How it was cut.
+
+    Returns
+    -------
+    (n_channels, length) array
+        The mean of the first half of what lies before the trigger taken away from every
+        channel; the force 0 outside its window, where it has one.
+    """
+    result = np.array(block, dtype=np.float64)
+    if cut.before > 1:
+        result -= block[:, : cut.before // 2].mean(axis=1, keepdims=True)
+    if cut.force_window is not None:
+        result[force, : max(cut.before - cut.force_window, 0)] = 0.0
+        result[force, cut.before + cut.force_window :] = 0.0
+    return result
+
+
+def impulse_share(row: FloatArray) -> float:
+    """Return the share of a block's energy within a fiftieth of it around its largest value.
+
+    Near 1 of a blow, less of what rings.
+    """
+    rest = row - np.median(row)
+    top, half = int(np.argmax(np.abs(rest))), max(row.size // 100, 1)
+    total = float(rest @ rest)
+    near = rest[max(top - half, 0) : top + half + 1]
+    return float(near @ near) / total if total > 0.0 else 0.0
+
+
+def _pulse(force: FloatArray, setup: Setup) -> slice:
+    """Return where the pulse of a blow lies in its block.
+
+    It lasts while the force is above `SECOND` of its largest value and above the noise.
+    """
+    trigger = setup.cut.before
+    under = np.flatnonzero(force[trigger:] < 0.5 * setup.strikes.level)
+    end = trigger + int(under[0]) if under.size else force.size
+    top = trigger + int(np.argmax(force[trigger:end]))
+    below = np.flatnonzero(force <= max(SECOND * float(force[top]), LOUD * setup.strikes.noise))
+    place = int(np.searchsorted(below, top))
+    first = int(below[place - 1]) + 1 if place else 0
+    return slice(first, int(below[place]) if place < below.size else force.size)
+
+
+def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
+    """Return what strikes beside the blow within its block; empty where nothing does."""
+    peak = float(force[pulse].max())
+    low = max(SECOND * peak, LOUD * setup.strikes.noise)
+    for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
+        if part.size and part.max() > low:
+            at = start + int(np.argmax(part))
+            apart = (at - setup.cut.before) / setup.cut.sample_rate
+            kind = "double hit" if abs(apart) < SAME_BLOW else "another blow in the block"
+            side = "after" if apart > 0.0 else "before"
+            share = float(part.max()) / peak
+            return f"{kind}: {share:.0%} of its force {_time(abs(apart))} {side} it"
+    return ""
+
+
+def _time(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _overload(block: FloatArray, setup: Setup) -> str:
+    """Return which channels stand at the end of their range; empty where none does."""
+    at_ends = (block == setup.ends[:, :, np.newaxis]).any(axis=(0, 2))
+    hit = [name for name, at in zip(setup.names, at_ends, strict=True) if at]
+    return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
+
+
+def _count_highest(known: dict[float, int], row: FloatArray) -> None:
+    """Count the samples at the highest two values, with those that are known already."""
+    top = float(row.max())
+    below = row[row < top]
+    values = [top, float(below.max())] if below.size else [top]
+    for value in values:
+        known[value] = known.get(value, 0) + int(np.count_nonzero(row == value))
+    for value in sorted(known)[:-2]:
+        del known[value]
+
+
+def _end(known: dict[float, int], n_samples: int) -> float:
+    """Return the end of a range, not a number where samples do not pile up there."""
+    top = max(known)
+    count, beside = known[top], known[min(known)] if len(known) > 1 else 1
+    piled = count >= max(FEWEST, PILE * beside) and count < RESTING * n_samples
+    return top if piled and top != 0.0 else float("nan")
+
+
+def _left(responses: FloatArray, begins: int) -> float | None:
+    """Return what is left of the responses at the end; None where nothing responds."""
+    shares: list[float] = []
+    for row in responses:
+        quiet = row[: max(begins - 1, 1)]
+        rest, noise = row - quiet.mean(), float(quiet.std())
+        largest = float(np.abs(rest[begins:]).max())
+        if largest > RISE * noise:
+            end = rest[-max(int(LAST * row.size), 1) :]
+            power = float(np.mean(end**2)) - noise**2
+            shares.append(float(np.sqrt(max(power, 0.0))) / largest)
+    return max(shares) if shares else None

@@ -1,0 +1,170 @@
+"""A hammer test, simulated in closed form: what is known comes back, bad blows are named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.struck import MODES, RATE, accelerance, struck
+
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.errors import SpectrumError
+from shakerproc.runs import process_recording
+from shakerproc.testlog import Hammer, Processing, Test, TimeCrop
+from shakerproc.testlog.hammer import Amount
+
+CHANNELS = (
+    Channel("hammer", "N", "hammer", "N", "force"),
+    Channel("near", "m/s^2", "near", "g", "response"),
+    Channel("far", "m/s^2", "far", "g", "response"),
+)
+G = 9.80665
+GOOD = tuple((0.5 + 2.0 * k, 100.0 + 20.0 * k) for k in range(6))
+
+
+def processed(rows, hammer=None, crop=None, channels=CHANNELS):
+    test = Test(
+        1,
+        excitation="hammer",
+        from_hz=20.0,
+        to_hz=350.0,
+        processing=Processing(crop=crop, hammer=hammer or Hammer()),
+    )
+    return process_recording(recording_of_arrays("run", channels, rows, RATE), test)
+
+
+def found(result, kind):
+    (one,) = [one for one in result.analyses if one.kind == kind]
+    return one
+
+
+@pytest.fixture(scope="module")
+def good():
+    return struck(GOOD, 12.5, noise=(0.05, 0.005))
+
+
+def test_response_functions_are_those_of_the_structure(good):
+    one = found(processed(good, Hammer(length=1.9)), "response_functions")
+    frequency = one.columns["frequency_hz"]
+    inside = (frequency > 20.0) & (frequency < 350.0)
+    for sensor, name in enumerate(("near", "far")):
+        truth = accelerance(frequency, sensor)[inside]
+        gain = one.columns[f"h1_{name}_over_hammer_magnitude_g_per_N"][inside] * G
+        phase = np.radians(one.columns[f"h1_{name}_over_hammer_phase_deg"][inside])
+        error = np.abs(gain * np.exp(1j * phase) - truth)
+        assert np.median(error / np.abs(truth)) < 0.01
+        assert error.max() < 0.02 * np.abs(truth).max()
+        assert np.median(one.columns[f"coherence_{name}_over_hammer"][inside]) > 0.999
+
+
+@pytest.mark.parametrize(
+    "hammer",
+    [
+        Hammer(length=1.9),
+        Hammer(length=1.9, force_window=0.01),
+        Hammer(length=0.5, force_window=0.01, exponential=Amount(0.01, "1")),
+        Hammer(length=1.0, exponential=Amount(0.15, "s"), trigger=Amount(40.0, "N")),
+    ],
+)
+def test_frequency_and_damping_come_back_whatever_the_windows(good, hammer):
+    rows = found(processed(good, hammer), "resonances").summary
+    for name in ("near", "far"):
+        peaks = [row for row in rows if row["function"] == f"{name} / hammer"]
+        for row, (frequency, zeta, *_) in zip(peaks[:2], MODES, strict=True):
+            assert row["natural_frequency_hz"] == pytest.approx(frequency, rel=5e-4)
+            assert row["damping_percent"] == pytest.approx(100.0 * zeta, rel=0.02)
+
+
+def test_what_the_exponential_window_adds_is_told(good):
+    result = processed(good, Hammer(length=0.5, exponential=Amount(0.2, "s")))
+    row = found(result, "resonances").summary[0]
+    assert row["added_by_window_percent"] == pytest.approx(
+        100 / (2 * np.pi * 62.0 * 0.2), rel=1e-3
+    )
+    (told,) = [text for text in found(result, "blows").told if "exponential" in text]
+    assert "time constant 0.2 s" in told
+
+
+def test_bad_blows_are_rejected_with_the_reason_and_the_rest_is_averaged():
+    blows = (*GOOD, (2.55, 40.0), (12.6, 150.0))  # a rebound, and one at the end
+    rows = struck(blows, 13.0, noise=(0.05, 0.005))
+    rows[1:, round(8.4 * RATE) : round(10.4 * RATE)] = 0.005  # a cable came off
+    rows[0] = np.minimum(rows[0], 170.0)
+    one = found(processed(rows, Hammer(length=1.9)), "blows")
+    reasons = [row["reason"] for row in one.summary]
+    assert [row["kept"] for row in one.summary] == [
+        True,
+        False,
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert "double hit" in reasons[1]
+    assert "no response" in reasons[4]
+    assert "overload of hammer" in reasons[5]
+    assert "the recording ends" in reasons[6]
+    assert one.title == "Blows: 3 of 7 averaged"
+    assert_allclose([row["time_s"] for row in one.summary[:2]], [0.5, 2.5], atol=2e-3)
+
+
+def test_a_blow_outside_the_crop_is_none(good):
+    result = processed(good, Hammer(length=1.9), TimeCrop(2.2, None))
+    assert found(result, "blows").title == "Blows: 5 of 5 averaged"
+    assert found(result, "blows").summary[0]["time_s"] == pytest.approx(2.5, abs=2e-3)
+
+
+def test_a_hammer_the_wrong_way_round_is_named(good):
+    (told,) = found(processed(good * [[-1], [1], [1]]), "blows").problems
+    assert "hammer is the wrong way round" in told
+
+
+def test_a_response_that_is_cut_off_says_what_to_do(good):
+    (told,) = found(processed(good, Hammer(length=0.3)), "blows").problems
+    assert "exponential: 1 %" in told
+    assert not found(
+        processed(good, Hammer(length=0.3, exponential=Amount(0.01, "1"))), "blows"
+    ).problems
+
+
+def test_one_blow_is_enough_and_says_that_its_coherence_tells_nothing():
+    result = processed(struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005)))
+    (told,) = found(result, "blows").problems
+    assert "its coherence is 1" in told
+    first = found(result, "resonances").summary[0]
+    assert first["natural_frequency_hz"] == pytest.approx(62.0, rel=1e-3)
+
+
+def test_nothing_that_strikes_is_one_line():
+    quiet = struck([], 4.0, noise=(0.05, 0.005))
+    with pytest.raises(SpectrumError, match=r"run: no blow found: the largest force"):
+        processed(quiet)
+
+
+def test_no_blow_left_says_how_often_and_why():
+    rows = struck([(0.5, 100.0), (0.56, 80.0), (2.5, 100.0), (2.56, 80.0)], 5.0, (0.05, 0.005))
+    with pytest.raises(SpectrumError, match="none of 2 blows can be used: 2 times double hit"):
+        processed(rows)
+
+
+def test_roles_that_are_exchanged_are_named(good):
+    other = (
+        replace(CHANNELS[0], role="response"),
+        replace(CHANNELS[1], role="force"),
+        CHANNELS[2],
+    )
+    with pytest.raises(SpectrumError, match="near rings like a response and hammer strikes"):
+        processed(good, Hammer(length=1.9), channels=other)
+
+
+def test_a_hammer_test_needs_one_force():
+    rows = struck(GOOD, 12.5)
+    without = (replace(CHANNELS[0], role="response"), *CHANNELS[1:])
+    with pytest.raises(SpectrumError, match="needs one channel with the role force"):
+        processed(rows, channels=without)
+
+
+def test_a_block_shorter_than_what_lies_before_is_refused(good):
+    with pytest.raises(SpectrumError, match=r"too short for 0\.1 s before the trigger"):
+        processed(good, Hammer(length=0.2, pretrigger=0.1))
