@@ -4,8 +4,25 @@ import numpy as np
 import pytest
 
 from shakerproc.models import Element, Excitation, Model, Sensor
-from shakerproc.models.effects import CubicStiffness, Damper, Gap, GeneralBoucWen, Spring
-from shakerproc.simulate import Runs, free_runs, motions_of, prepare, simulate
+from shakerproc.models.effects import (
+    BoucWen,
+    CubicStiffness,
+    Damper,
+    Gap,
+    GeneralBoucWen,
+    Iwan,
+    Jenkins,
+    LuGreFriction,
+    Spring,
+)
+from shakerproc.simulate import (
+    Runs,
+    free_runs,
+    largest_states,
+    motions_of,
+    prepare,
+    simulate,
+)
 
 RATE, COUNT = 1000.0, 1500
 SENSORS = {
@@ -46,6 +63,43 @@ def test_windows_follow_the_simulation_of_the_whole_test(law, given):
             wanted = absolute[name][first : first + count]
             size = np.max(np.abs(absolute[name]))
             np.testing.assert_allclose(row, wanted, rtol=0.0, atol=2e-6 * size)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        BoucWen(3000.0, 1e-3, 2.0),
+        Jenkins(3000.0, 2.0),
+        LuGreFriction(1.0, 1.5, 0.01, 5e3, 5.0, 0.0),
+    ],
+    ids=["bouc_wen", "jenkins", "lugre_friction"],
+)
+def test_a_window_goes_on_with_the_memory_that_its_start_says(law, given):
+    model = model_with(law)
+    whole = simulate(model, given, growth=False, tolerance=1e-9)
+    first, count = 700, 300
+    motion = np.concatenate([whole.displacement, whole.velocity, whole.states])[:, first]
+    runs = free_runs(
+        model, Runs((given,), np.array([[0, first, count]]), motion[None]),
+        tolerance=1e-9, means=False,
+    )  # fmt: skip
+    wanted = whole.outputs["displacement"]
+    assert runs.outputs[0][2] == pytest.approx(
+        wanted[first : first + count], abs=1e-5 * np.max(np.abs(wanted))
+    )
+    assert np.all(np.abs(whole.states) <= largest_states(model)[:, 1:] * (1.0 + 1e-9))
+
+
+@pytest.mark.parametrize("share", [-1.4, -0.6, 0.0, 0.3, 0.999])
+@pytest.mark.parametrize("velocity", [0.2, -0.2])
+def test_an_iwan_element_begins_on_first_loading_as_far_from_rest_as_its_state(share, velocity):
+    law = Iwan(stiffness=3000.0, slip_displacement=1e-3)
+    still = prepare(np.zeros(60), RATE)
+    start = np.array([[2e-3, velocity, share * 1e-3]])
+    runs = free_runs(model_with(law), Runs((still,), np.array([[0, 0, 3]]), start), means=False)
+    far = np.sign(share) * min(abs(share), 1.0) * 1e-3
+    wanted = -1000.0 * 2e-3 - velocity - 3000.0 * far * (1.0 - abs(far) / 2e-3)
+    assert runs.outputs[0][0, 0] == pytest.approx(wanted, abs=1e-9)
 
 
 def test_means_are_those_of_a_finer_simulation(given):

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, level_at
 from shakerproc.diagnosis.estimation.one_more import OneMore, own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
@@ -35,9 +35,15 @@ be worth a fit before it is known how far the single one carries [-]."""
 
 
 def hidden_pairs(
-    campaign: Campaign, linear: Fit, left: float, say: Callable[[str], None]
+    campaign: Campaign,
+    linear: Fit,
+    singles: Sequence[Fit],
+    left: float,
+    say: Callable[[str], None],
 ) -> list[Fit]:
     """Return pairs that explain much more than any one effect, fitted to windows that grew.
+
+    Those that already in the shortest windows explain less than one effect does are left.
 
     Parameters
     ----------
@@ -45,6 +51,8 @@ def hidden_pairs(
         The tests.
     linear : Fit
         The model without any effect.
+    singles : sequence of Fit
+        With one effect.
     left : float
         What the best single effect leaves in the screening, 0 where there is nothing to
         explain [-].
@@ -55,6 +63,11 @@ def hidden_pairs(
     if left <= 0.0:
         return []
     say("two effects at once")
+    shortest = campaign.stages.windows[0]
+    least = min(
+        (level_at(data, one.hypothesis, one.x, shortest, one.channels) for one in singles),
+        default=np.inf,
+    )
     found = []
     for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
         if one.left > MUCH_LESS * left:
@@ -68,8 +81,9 @@ def hidden_pairs(
         )
         own = np.zeros(len(linear.hypothesis.own))
         second = OneMore(
-            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None
-        )
+            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None,
+            below=least,
+        )  # fmt: skip
         found += second.found([other])
     return sorted(found, key=lambda pair: pair.level)
 

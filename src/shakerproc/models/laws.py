@@ -1,8 +1,10 @@
 """The force laws that the compiled kernels know: what every effect is written in."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum, unique
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -31,7 +33,7 @@ class Law(IntEnum):
     FRICTION = 10  # (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v, sticking below Fs
     LUGRE = 11  # one state, the bristle deflection
     JENKINS = 12  # one state, the spring force
-    IWAN = 13  # stiffness, slip displacement, chi + 2; a stack of turning points
+    IWAN = 13  # stiffness, slip displacement, chi + 2; one state, how far it began from rest
     BOUC_WEN = 14  # one state h: k h, h' = v (1 - c |h / zy|^n); k, zy, n, c loading, unloading
     CONSTANT = 15  # a force
     SERIES = 16  # one state u: play, spring, slider, damper; k, a+, a-, Fs, 1 / c
@@ -56,3 +58,40 @@ class Row:
     law: Law
     values: tuple[float, ...]
     table: FloatArray = field(default_factory=lambda: np.zeros(0), compare=False)
+
+
+_LEAST_LIMIT: Final = 1e-300
+"""Least stiffness or share that a limit is over, so that none is infinite by rounding."""
+
+
+def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | None:
+    """Return the size of the state of a law and what it cannot exceed; None without a state.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    values : sequence of float
+        Its numbers.
+
+    Returns
+    -------
+    (float, float)
+        What a change of the state is held against, and its limit [unit of the state]; infinite
+        for a loop that hardens.
+    """
+    if law is Law.JENKINS:
+        return values[1], values[1]
+    if law is Law.IWAN:
+        return values[1], values[1]
+    if law is Law.LUGRE:
+        deflection = values[0] / max(values[3], _LEAST_LIMIT)
+        return deflection, max(values[0], values[1]) / max(values[3], _LEAST_LIMIT)
+    if law is Law.SERIES:
+        elastic = values[3] / max(values[0], _LEAST_LIMIT)
+        return max(values[1], values[2]) + elastic, max(values[1], values[2]) + elastic
+    if law is Law.BOUC_WEN:
+        closing = values[3]
+        limit = closing ** (-1.0 / values[2]) if closing > 0.0 else math.inf
+        return values[1], values[1] * limit
+    return None

@@ -1,6 +1,6 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
-from shakerproc.simulate.free_runs import FreeRuns, Runs, free_runs, motions_of
+from shakerproc.simulate.free_runs import FreeRuns, Runs, free_runs, largest_states, motions_of
 from shakerproc.simulate.inputs import Input, prepare, prepare_displacement
 from shakerproc.simulate.interpolation import InterpolationError
 from shakerproc.simulate.response import simulate, simulate_many
@@ -15,6 +15,7 @@ __all__ = [
     "Runs",
     "Simulation",
     "free_runs",
+    "largest_states",
     "motions_of",
     "prepare",
     "prepare_displacement",

@@ -8,12 +8,12 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
-from shakerproc.models.laws import Law, Row
+from shakerproc.models.laws import Law, Row, largest_state
 from shakerproc.models.model import BASE, Model
 from shakerproc.models.surroundings import resolved
 from shakerproc.simulate.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
-_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.BOUC_WEN, Law.SERIES})
+_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})
 _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
 _HIGHEST_POWER = 63.0
 
@@ -43,6 +43,16 @@ class System:
     def n_states(self) -> int:
         """How many laws carry a state."""
         return int(np.sum(self.machine.lines[:, MEMORY] >= 0))
+
+    @property
+    def largest_states(self) -> FloatArray:
+        """Size of each state and what it cannot exceed, (n_states, 2) array."""
+        found = [
+            largest_state(Law(line[LAW]), values)
+            for line, values in zip(self.machine.lines, self.machine.values, strict=True)
+            if line[MEMORY] >= 0
+        ]
+        return np.array(found, float).reshape(-1, 2)
 
     @property
     def n_motions(self) -> int:

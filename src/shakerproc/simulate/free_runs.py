@@ -72,6 +72,15 @@ def motions_of(model: Model) -> tuple[str, ...]:
     return (*x, *v, *(f"state {i + 1}" for i in range(system.n_states)))
 
 
+def largest_states(model: Model) -> FloatArray:
+    """Return the size of each state of the laws and its limit, (n_states, 2) array.
+
+    What a change of it is held against, and what it cannot exceed; in the unit of the state,
+    in the order of `motions_of`.
+    """
+    return assemble(model).largest_states
+
+
 def free_runs(
     model: Model, runs: Runs, *, tolerance: float = 1e-6, means: bool = True
 ) -> FreeRuns:

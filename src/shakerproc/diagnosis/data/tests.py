@@ -1,7 +1,7 @@
 """Tests as arrays in SI units: as a caller gives them, and as the estimation needs them."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import ClassVar, Final, final
 
@@ -130,6 +130,15 @@ class Test:
     def at_rest(self) -> bool:
         """Whether the recording begins at rest, so that the start of the motion is known."""
         return self.quiet is not None
+
+    def shaken(self, generator: np.random.Generator) -> "Test":
+        """Return the test with as much noise again on its input and its responses."""
+        noise, size = self.noise_density, (self.n_samples, self.sample_rate)
+        return replace(
+            self,
+            input=self.input + noise.drawn(*size, generator),
+            responses=self.responses + noise.drawn_responses(*size, generator),
+        )
 
 
 def prepared(

@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.compare.held_out import held_out_samples
-from shakerproc.compare.prediction import as_means
+from shakerproc.compare.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
@@ -61,11 +61,8 @@ class Windows:
         Test, first sample, and number of samples.
     counted : tuple of (n_samples,) array of bool
         Which samples of each window count.
-    starts : (n_windows, 2 n_masses) array or None
-        Displacements [m] and velocities [m/s] where windows begin, to be fitted; None where
-        all begin at rest.
-    scales : (2 n_masses,) array or None
-        Rms of these over all tests, what a change of a start is held against.
+    from_rest : bool
+        Whether all begin at rest; else the motion where they begin is to be fitted.
     run_in : Windows, optional
         The same windows, of which only what starts are fitted to counts.
     passed : tuple of (n_sensors, n_samples) array, optional
@@ -75,8 +72,7 @@ class Windows:
 
     table: NDArray[np.int64]
     counted: tuple[NDArray[np.bool_], ...]
-    starts: FloatArray | None = None
-    scales: FloatArray | None = None
+    from_rest: bool = True
     run_in: "Windows | None" = None
     passed: tuple[FloatArray, ...] | None = None
 
@@ -114,6 +110,15 @@ class DataSet:
         """What drives each test, prepared for the engine."""
         made = prepare_displacement if self.model.excitation.imposed else prepare
         return tuple(made(test.input, test.sample_rate) for test in self.tests)
+
+    @cached_property
+    def shaken(self) -> "tuple[DataSet, ...]":
+        """The tests with as much noise again on inputs and responses, drawn once for all."""
+        generators = np.random.default_rng(0).spawn(DRAWS)
+        return tuple(
+            replace(self, tests=tuple(test.shaken(generator) for test in self.tests))
+            for generator in generators
+        )
 
     @property
     def n_offsets(self) -> int:

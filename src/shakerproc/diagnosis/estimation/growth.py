@@ -1,5 +1,6 @@
 """Windows that grow: short ones widen the basin of attraction, long ones sharpen it."""
 
+import math
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -19,6 +20,10 @@ LENGTHS: Final = (2.0, 5.0, 15.0)
 WINDOWS: Final = (80, 60, 40)
 """Windows of each length: as many as tell the numbers to a few per cent."""
 
+LEAST_RESIDUALS: Final = 4.0
+"""Residuals of a window at least over the numbers of its start, those of a mode besides: else
+any hypothesis fits [-]."""
+
 ROUNDS: Final = (6, 4, 4)
 """Steps of the search in each."""
 
@@ -35,12 +40,16 @@ class Stages:
 def stages_of(data: DataSet) -> Stages:
     """Return the windows of a search."""
     rate = data.tests[0].sample_rate
+    least = LEAST_RESIDUALS * 2 * (len(data.model.masses) + 1) / data.n_sensors
     return Stages(
         tuple(
-            windows_of(data, TAPS + int(n * rate * data.unit_s), held_out=False, most=most)
+            windows_of(
+                data, TAPS + max(int(n * rate * data.unit_s), math.ceil(least)),
+                held_out=False, most=most,
+            )
             for n, most in zip(LENGTHS, WINDOWS, strict=True)
         )
-    )
+    )  # fmt: skip
 
 
 def grown(

@@ -22,15 +22,13 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
     State,
     correlation_of,
 )
+from shakerproc.diagnosis.estimation.window_starts import with_memory
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
 
 SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
 then moves by less than a third of its standard error [-]."""
-
-START_ROUNDS: Final = 3
-"""Steps in which starts are fitted: they are measured already, and nearly linear [-]."""
 
 TRIALS: Final = 6
 """Steps that are tried from one point, each damped ten times more [-]."""
@@ -159,13 +157,15 @@ def fit(
     known = channels or (np.ones(n), np.zeros(n), np.zeros(data.n_offsets))
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        here = linearisation.point(x, known, windows.starts if starts is None else starts)
+        here = linearisation.point(x, known)
     except ModelError:
         return None
+    if starts is not None:
+        here = replace(here, starts=starts)
     state = linearisation.residual(here)
     if state is None:
         return None
-    residual, predicted, _ = state
+    here, (residual, predicted, _) = with_memory(linearisation, here, state)
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
@@ -192,7 +192,7 @@ def fit(
         windows,
         here.starts,
         cost=cost,
-        level=linearisation.level(residual),
+        level=linearisation.level(residual, here),
         chi_square=sum(float(np.sum(r**2)) for r in residual) / count,
         count=count,
         converged=converged,
@@ -216,10 +216,11 @@ def level_at(
     """
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        state = linearisation.residual(linearisation.point(x, channels, windows.starts))
+        here = linearisation.point(x, channels)
+        state = linearisation.residual(here)
     except ModelError:
         return float("inf")
-    return float("inf") if state is None else linearisation.level(state[0])
+    return float("inf") if state is None else linearisation.level(state[0], here)
 
 
 def _better(
@@ -238,37 +239,9 @@ def _better(
     return None
 
 
-def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | None:
-    """Return a fit whose numbers stand, with the starts of these windows fitted.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    found : Fit
-        Its coordinates and channels are kept as they are.
-    windows : Windows
-        Starts are fitted to their run-in alone. Where all begin at rest there is nothing to
-        fit.
-    """
-    if windows.starts is None or windows.run_in is None:
-        return replace(found, windows=windows, starts=None)
-    short = windows.run_in
-    linearisation = Linearisation(data, found.hypothesis, short)
-    here = linearisation.point(found.x, found.channels, short.starts)
-    for _ in range(START_ROUNDS):
-        state = linearisation.residual(here)
-        if state is None:
-            return None
-        slopes = linearisation.linearise(here, state, physics=False)
-        here = NormalEquations(linearisation, here, slopes).starts_alone()
-    return replace(found, windows=windows, starts=here.starts)
-
-
 def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
     """Return the mean square of the residual over the noise in every block [-]."""
     linearisation = Linearisation(data, found.hypothesis, windows)
-    state = linearisation.residual(Point(found.x, *found.channels, found.starts))
-    if state is None:
-        return None
-    return linearisation.blocks(state[0])
+    here = Point(found.x, *found.channels, found.starts)
+    state = linearisation.residual(here)
+    return None if state is None else linearisation.blocks(state[0], here)

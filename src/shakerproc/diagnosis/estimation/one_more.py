@@ -51,17 +51,18 @@ class OneMore:
 
     def __init__(
         self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
-        say: Callable[[str], None], wanted: str = "",
+        say: Callable[[str], None], wanted: str = "", below: float = np.inf,
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
-        self.linear, self.wanted = linear, wanted
+        self.linear, self.wanted, self.below = linear, wanted, below
         self.failed: dict[str, str] = {}
 
     def found(self, starts: Sequence[Start]) -> list[Fit]:
         """Return the effects that may be missing, fitted to windows that grew, best first.
 
         Every effect is first fitted to the shortest windows, the simple ones before those
-        that contain them and then begin where they ended; the best go on.
+        that contain them and then begin where they ended; the best go on, of those whose level
+        (see `Fit`) is `below` what something else reaches there.
         """
         groups = grouped([start for start in starts if start.kept])
         order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
@@ -74,6 +75,7 @@ class OneMore:
             else:
                 first[group] = best
         self.say("longer windows")
+        first = {group: one for group, one in first.items() if one.level < self.below}
         promising = self._promising(groups, first)
         screened = {kind: self._screened(start) for kind, start in promising.items()}
         standing = {group: first[group] for group in promising}

@@ -9,10 +9,11 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.compare.prediction import DRAWS
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
-from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
-from shakerproc.diagnosis.estimation.residuals import Predicted, moved_along, predict
+from shakerproc.diagnosis.estimation.hidden_motion import completed
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.residuals import Predicted, predict
+from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.errors import ModelError
 
 TOLD: Final = 1.0
@@ -52,26 +53,13 @@ def under_noise(
     starts : bool
         Whether what noise of the responses makes of the starts of windows counts too.
     """
-    generator = np.random.default_rng(0)
-    for i in range(DRAWS):
-        fitted = starts and windows.run_in is not None
-        tests = tuple(_shaken(test, generator, responses=fitted) for test in data.tests)
-        shaken = replace(data, tests=tests)
+    for i, shaken in enumerate(data.shaken):
         settled = found if numbers is None else replace(found, x=numbers[i])
-        if fitted:
+        if starts and windows.run_in is not None:
             settled = with_starts_fitted(shaken, settled, windows) or settled
         noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
             yield noisy
-
-
-def _shaken(test: Test, generator: np.random.Generator, *, responses: bool) -> Test:
-    """Return a test with as much noise again on its input, and on its responses."""
-    noise, size = test.noise_density, (test.n_samples, test.sample_rate)
-    shaken = replace(test, input=test.input + noise.drawn(*size, generator))
-    if not responses:
-        return shaken
-    return replace(shaken, responses=test.responses + noise.drawn_responses(*size, generator))
 
 
 def drawn_numbers(found: Fit) -> FloatArray:
@@ -110,10 +98,9 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     settled = with_starts_fitted(data, found, windows)
     if settled is None:
         return windows
-    if windows.run_in is None:
+    if windows.run_in is None and not windows.from_rest:
         model = found.hypothesis.model_at(found.x)
-        starts = None if windows.starts is None else moved_along(model, windows.starts)
-        settled = replace(settled, starts=starts)
+        settled = replace(settled, starts=completed(data, model, windows.table))
     still = prediction_of(data, settled, windows)
     noisy = list(under_noise(data, settled, windows)) if still is not None else []
     if still is None or not noisy:

@@ -9,7 +9,8 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet, Windows
-from shakerproc.diagnosis.estimation.residuals import Predicted, moved_along, predict
+from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
+from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
@@ -51,8 +52,8 @@ class Point:
         Gain of each sensor [-] and its delay [s].
     offset : (n_offsets,) array
         Constant of the input of each test over its rms [-].
-    starts : (n_windows, 2 n_motions) array or None
-        Motion where windows begin, of the masses and of the modes.
+    starts : (n_windows, n_motions) array or None
+        Motion where windows begin, of the masses and of the modes, and states of the laws.
     """
 
     x: FloatArray
@@ -111,9 +112,10 @@ class Linearisation:
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
+        self._sizes: FloatArray | None = None
         rate = data.tests[0].sample_rate
         self.cluster = BLOCK_S * rate * data.n_sensors
-        self.block = data.block_s * rate if windows.starts is None else np.inf
+        self.block = data.block_s * rate if windows.from_rest else np.inf
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
             np.full(data.n_sensors, GAIN_SPREAD),
@@ -121,18 +123,20 @@ class Linearisation:
             np.full(data.n_offsets, OFFSET_SPREAD),
         ])
 
-    def point(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
-        """Return a point; starts that are of the masses alone are completed by the modes'."""
-        if starts is not None and starts.shape[1] == 2 * len(self.data.model.masses):
-            starts = moved_along(self.hypothesis.model_at(x), starts)
-        return Point(x, *channels, starts)
+    def point(self, x: FloatArray, channels: Channels) -> Point:
+        """Return a point at which windows begin as was measured."""
+        if self.windows.from_rest:
+            return Point(x, *channels, None)
+        model = self.hypothesis.model_at(x)
+        return Point(x, *channels, completed(self.data, model, self.windows.table))
 
     def sizes_of_starts(self, at: Point) -> FloatArray:
-        """Return what a change of each number of a start is held against [m], [m/s]."""
-        sizes = self.windows.scales
-        if at.starts is None or sizes is None:
+        """Return what a change of each number of a start is held against [m], [m/s], [unit]."""
+        if at.starts is None:
             return np.zeros(0)
-        return np.abs(moved_along(self.hypothesis.model_at(at.x), sizes))
+        if self._sizes is None:
+            self._sizes = sizes(self.data, self.hypothesis.model_at(at.x))
+        return self._sizes
 
     def predict(
         self, x: FloatArray, starts: FloatArray | None, offset: FloatArray
@@ -170,13 +174,22 @@ class Linearisation:
         each = sum(float(np.sum(np.log1p(self.scales(r)) * self.sizes(r))) for r in rows)
         return each / self.correlation + float(np.sum((self.values(at) / self.spread) ** 2))
 
-    def level(self, rows: list[FloatArray]) -> float:
+    def level(self, rows: list[FloatArray], at: Point) -> float:
         """Return the mean logarithm of 1 + mean square, block by block [-]."""
-        return float(np.mean(np.log1p(self.blocks(rows))))
+        return float(np.mean(np.log1p(self.blocks(rows, at))))
 
-    def blocks(self, rows: list[FloatArray]) -> FloatArray:
-        """Return the mean square of every block of every window [-]."""
-        return np.concatenate([self.scales(row).ravel() for row in rows])
+    def blocks(self, rows: list[FloatArray], at: Point) -> FloatArray:
+        """Return the mean square of every block of every window [-].
+
+        Over its degrees of freedom: where windows tell their own starts, a hypothesis with
+        more that moves leaves less of any.
+        """
+        told = at.starts if self.windows.run_in is None else None
+        n_starts = 0 if told is None else told.shape[1]
+        return np.concatenate([
+            self.scales(row).ravel() * row.shape[1] / max(1, row.shape[1] - n_starts)
+            for row in rows
+        ])
 
     def sizes(self, rows: FloatArray) -> FloatArray:
         """Return the number of residuals in each block of the windows of a stack."""

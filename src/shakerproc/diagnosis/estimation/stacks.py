@@ -103,7 +103,7 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
         noise=noise[..., counted],
         counted=counted,
         low_pass=data.low_pass[test],
-        high_pass=data.high_pass[test] if windows.starts is None else None,
+        high_pass=data.high_pass[test] if windows.from_rest else None,
         sample_rate=data.tests[test].sample_rate,
         sound=None if sound.all() else sound,
     )

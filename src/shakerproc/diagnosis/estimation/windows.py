@@ -80,14 +80,12 @@ def windows_of(
     share = max(1, most // max(1, sum(bool(places) for places in found)))
     chosen = sorted((i, a) for places in found for _, i, a in _spread(places, share))
     table = np.array([(i, a, length) for i, a in chosen], np.int64).reshape(-1, 3)
-    starts = np.array([data.motions[test][:, first] for test, first, _ in table])
-    scales = data.motion_sizes
-    whole = Windows(table, (np.arange(length) >= run_in,) * len(table), starts, scales)
+    whole = Windows(table, (np.arange(length) >= run_in,) * len(table), from_rest=False)
     if not run_in:
         return whole
     short = table.copy()
     short[:, 2] = run_in
-    own = Windows(short, (np.ones(run_in, bool),) * len(table), starts, scales)
+    own = Windows(short, (np.ones(run_in, bool),) * len(table), from_rest=False)
     return replace(whole, run_in=own)
 
 

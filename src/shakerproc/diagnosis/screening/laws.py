@@ -74,8 +74,23 @@ class Law:
         return self.slides or not isinstance(self.effect, AbstractMemorylessEffect)
 
     @property
+    def constant(self) -> bool:
+        """Whether its force is the same wherever the joint is and however it moves.
+
+        It shifts where the joint rests, of which a regression on the measured motion, which
+        has no mean, sees nothing.
+        """
+        if not isinstance(self.effect, AbstractMemorylessEffect):
+            return False
+        places = np.linspace(-1.0, 1.0, 5)
+        force = self.effect.force_at(*np.meshgrid(places, places))
+        return bool(np.ptp(force) == 0.0)
+
+    @property
     def shape(self) -> tuple[object, ...]:
-        """What is left of the values once the force is scaled."""
+        """What is left of the values once the force is scaled; all of a constant force."""
+        if self.constant:
+            return (self.kind, self.between, *self.values.items())
         names = self.identification.scaled
         unit = abs(float(self.values[names[0]])) if names else 1.0
         sizes = {name: round(float(self.values[name]) / unit, 9) for name in names}

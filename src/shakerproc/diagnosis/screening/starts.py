@@ -188,7 +188,7 @@ def _marked(
     """Return all starts, those of effects that leave far more than the best marked.
 
     Before refinement that is told of laws that do not stick; once another explains nearly all,
-    of every law.
+    of every law. Of a constant force it is never told.
     """
     most = max((start.predicted for _, start in rough), default=0.0)
     least = min((start.left for _, start in found), default=np.inf)
@@ -200,7 +200,8 @@ def _marked(
         best = known[start.kind, start.between]
         far = not law.sticks and 1.0 - best.predicted > _FAR * (1.0 - most)
         refuted = least < _EXPLAINED and best.left > _HOPELESS * least
-        marked.append((law, replace(start, kept=not (far or refuted))))
+        kept = law.constant or not (far or refuted)
+        marked.append((law, replace(start, kept=kept)))
     return marked
 
 

@@ -9,9 +9,10 @@ from shakerproc.compare.floor import floor_shares
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
-from shakerproc.diagnosis.estimation.least_squares import Fit, with_starts_fitted
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
+from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
 
 def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Scored] | None:

@@ -11,8 +11,8 @@ from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import (
     Fit,
     predicted_rows,
-    with_starts_fitted,
 )
+from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
 BY_CHANCE: Final = 0.2
 """Standard deviation of the difference in one block of two that predict equally well: a tenth

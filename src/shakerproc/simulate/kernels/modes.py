@@ -143,10 +143,25 @@ def start(
         mode = region_of(machine, row, displacement, velocity)
     machine.mode[row, 0] = mode
     if law == IWAN:
-        machine.mode[row, 1] = 0
-        machine.anchor[row, 0] = displacement
-        machine.anchor[row, 1] = 0.0
-        _set_iwan_limit(machine, row)
+        _start_iwan(machine, row, displacement, direction, state)
+
+
+@inner
+def _start_iwan(
+    machine: Machine, row: int, displacement: float, direction: int, state: float
+) -> None:
+    """Start an Iwan line on first loading, as far from its rest as its state says."""
+    side = direction
+    if state != 0.0:
+        side = 1 if state > 0.0 else -1
+    beyond = abs(state) >= machine.values[row, 1]
+    machine.mode[row, 0] = 2 * side if beyond else side
+    machine.mode[row, 1] = 0
+    machine.anchor[row, 0] = displacement - state
+    machine.anchor[row, 1] = 0.0
+    _set_iwan_limit(machine, row)
+    if side != direction:
+        _turn_iwan(machine, row, displacement)
 
 
 @inlined

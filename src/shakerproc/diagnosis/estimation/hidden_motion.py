@@ -1,0 +1,113 @@
+"""Motion of what no sensor tells: modes that the measured motion of the masses drives."""
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.models import Model
+from shakerproc.simulate import largest_states
+from shakerproc.simulate.assembly import System, assemble
+
+
+def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:
+    """Return all motions where windows begin, (n_windows, n_motions) array.
+
+    Displacements and velocities of masses, attached and further modes, then the states of the
+    laws, which begin with no memory.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    model : Model
+        Says which modes and laws there are.
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    """
+    hidden = hidden_motions(data, model)
+    rows = [_joined(data.motions[i][:, at], hidden[i][:, at]) for i, at, _ in table]
+    states = np.zeros((len(table), len(largest_states(model))))
+    return np.hstack([np.array(rows).reshape(len(table), -1), states])
+
+
+def sizes(data: DataSet, model: Model) -> FloatArray:
+    """Return what a change of each number of a start is held against, (n_motions,) array.
+
+    Rms of the motions over all tests [m], [m/s], and the size of each state [its unit].
+    """
+    squares = [np.mean(own**2, axis=1) for own in hidden_motions(data, model)]
+    rms = np.sqrt(np.mean(squares, axis=0))
+    return np.concatenate([_joined(data.motion_sizes, rms), largest_states(model)[:, 0]])
+
+
+def _joined(masses: FloatArray, modes: FloatArray) -> FloatArray:
+    """Return displacements, then velocities, of masses and modes together."""
+    x, v = np.split(masses, 2)
+    hidden_x, hidden_v = np.split(modes, 2)
+    return np.concatenate([x, hidden_x, v, hidden_v])
+
+
+def hidden_motions(data: DataSet, model: Model) -> tuple[FloatArray, ...]:
+    """Return displacements [m], then velocities [m/s], of attached and further modes.
+
+    They are linear in the motion of the masses and the input, both measured, and begin at rest
+    with the test; after that nothing is to be known of a start.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    model : Model
+        Says which modes there are.
+
+    Returns
+    -------
+    tuple of (2 n_modes, n) array
+        Of each test.
+    """
+    system = assemble(model)
+    if len(system.names) == len(model.masses):
+        return tuple(np.zeros((0, motion.shape[1])) for motion in data.motions)
+    return tuple(
+        _driven(system, np.vstack([motion, test.input]), 1.0 / test.sample_rate)
+        for motion, test in zip(data.motions, data.tests, strict=True)
+    )
+
+
+def _driven(system: System, drive: FloatArray, step: float) -> FloatArray:
+    """Return the motion of the modes from rest, (2 n_modes, n) array.
+
+    Parameters
+    ----------
+    system : System
+        The model, assembled.
+    drive : (2 n_masses + 1, n) array
+        Displacements and velocities of the masses, and the input; lines between samples.
+    step : float
+        Time between them [s].
+    """
+    n, matrix = len(system.names), system.machine.matrix
+    n_masses = (len(drive) - 1) // 2
+    modes = n - n_masses
+    own = np.r_[n_masses:n, n + n_masses : 2 * n]
+    given = np.r_[0:n_masses, n : n + n_masses, 2 * n]
+    rates = np.zeros((2 * modes, 2 * modes))
+    rates[:modes, modes:] = np.eye(modes)
+    rates[modes:] = matrix[n_masses:n][:, own]
+    pushed = np.zeros((2 * modes, len(drive)))
+    pushed[modes:] = matrix[n_masses:n][:, given]
+    poles, shapes = np.linalg.eig(rates)
+    forced = np.linalg.solve(shapes, pushed.astype(complex)) @ drive
+    each = np.array([_first_order(p, row, step) for p, row in zip(poles, forced, strict=True)])
+    return np.asarray((shapes @ each).real)
+
+
+def _first_order(pole: complex, drive: ComplexArray, step: float) -> ComplexArray:
+    """Return the solution from rest of q' = pole q + drive, exact for lines between samples."""
+    turn = pole * step
+    passed = np.exp(turn)
+    later = step * (passed - 1.0 - turn) / turn**2
+    earlier = step * (passed * (turn - 1.0) + 1.0) / turn**2
+    return np.asarray(scipy.signal.lfilter([later, earlier], [1.0, -passed], drive))

@@ -1,0 +1,45 @@
+"""Starts of windows fitted to their run-in, where the numbers of a hypothesis stand."""
+
+from dataclasses import replace
+from typing import Final
+
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
+from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.window_starts import moved, with_memory
+
+ROUNDS: Final = 12
+"""Steps at most: starts of the masses are measured already, and nearly linear; that of a
+resonator is not [-]."""
+
+
+def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | None:
+    """Return a fit whose numbers stand, with the starts of these windows fitted.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        Its coordinates and channels are kept as they are.
+    windows : Windows
+        Starts are fitted to their run-in alone. Where all begin at rest there is nothing to
+        fit.
+    """
+    if windows.run_in is None:
+        return replace(found, windows=windows, starts=None)
+    linearisation = Linearisation(data, found.hypothesis, windows.run_in)
+    here = linearisation.point(found.x, found.channels)
+    state = linearisation.residual(here)
+    if state is None:
+        return None
+    here, state = with_memory(linearisation, here, state)
+    for _ in range(ROUNDS):
+        left = state[2]
+        slopes = linearisation.linearise(here, state, physics=False)
+        there = NormalEquations(linearisation, here, slopes).starts_alone()
+        here, state = moved(linearisation, here, state, there)
+        if left - state[2] < SETTLED:
+            break
+    return replace(found, windows=windows, starts=here.starts)

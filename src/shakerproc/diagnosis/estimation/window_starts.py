@@ -1,0 +1,85 @@
+"""Starts of windows, each moved by itself: to where the residual of its window is smaller."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point, State
+from shakerproc.diagnosis.estimation.residuals import Predicted
+from shakerproc.simulate import largest_states
+
+SHORTENED: Final = (1.0, 0.25, 0.0625)
+"""Shares of a step that are tried, one after the other [-]."""
+
+LOADED: Final = 0.8
+"""Share of its size at which the state of a law may begin: near its limit, but not at it, where
+the motion no longer tells it [-]."""
+
+
+def with_memory(linearisation: Linearisation, here: Point, state: State) -> tuple[Point, State]:
+    """Return a point at which the laws begin with no memory or loaded to either side.
+
+    Whichever leaves the least of each window: from the wrong side of a loop no slope leads
+    back.
+    """
+    if here.starts is None:
+        return here, state
+    sizes = largest_states(linearisation.hypothesis.model_at(here.x))[:, 0]
+    for i, size in enumerate(sizes, start=here.starts.shape[1] - len(sizes)):
+        unloaded = here.starts[:, i].copy()
+        for side in (1.0, -1.0):
+            loaded = here.starts.copy()
+            loaded[:, i] = unloaded + side * LOADED * size
+            here, state = moved(
+                linearisation, here, state, replace(here, starts=loaded), (1.0,)
+            )
+    return here, state
+
+
+def moved(
+    linearisation: Linearisation,
+    here: Point,
+    state: State,
+    there: Point,
+    shares: tuple[float, ...] = SHORTENED,
+) -> tuple[Point, State]:
+    """Return a point whose starts are moved as far towards another as each window is better."""
+    if here.starts is None or there.starts is None:
+        return here, state
+    way = there.starts - here.starts
+    waiting = np.ones(len(way), bool)
+    for share in shares:
+        step = np.where(waiting[:, None], share * way, 0.0)
+        tried = linearisation.residual(replace(here, starts=here.starts + step))
+        if tried is None:
+            continue
+        better = np.zeros(len(way), bool)
+        for stack, old, new in zip(linearisation.stacks, state[0], tried[0], strict=True):
+            better[stack.members] = np.sum(new**2, axis=1) < np.sum(old**2, axis=1)
+        here = replace(here, starts=here.starts + np.where(better[:, None], step, 0.0))
+        state = _of_each(linearisation, here, (state, tried), better)
+        waiting &= ~better
+        if not waiting.any():
+            break
+    return here, state
+
+
+def _of_each(
+    linearisation: Linearisation,
+    here: Point,
+    states: tuple[State, State],
+    second: NDArray[np.bool_],
+) -> State:
+    """Return the state of each window: the first of two, or the second."""
+    (rows, one, _), (other_rows, other, _) = states
+    chosen = [
+        np.where(second[stack.members][:, None], b, a)
+        for stack, a, b in zip(linearisation.stacks, rows, other_rows, strict=True)
+    ]
+    outputs = tuple(
+        b if yes else a for a, b, yes in zip(one.outputs, other.outputs, second, strict=True)
+    )
+    predicted = Predicted(outputs, np.where(second, other.failed, one.failed))
+    return chosen, predicted, linearisation.cost(chosen, here)
