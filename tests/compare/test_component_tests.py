@@ -68,6 +68,6 @@ def test_the_force_of_the_true_model_is_that_measured_and_friction_is_missed_wit
     assert rubbing.error < 0.02
     assert linear.error > 10.0 * rubbing.error
     # friction has harmonics in the band above, which is no floor then: the true model beats it
-    assert rubbing.tests[0].floor.refuted == ("band above the excitation",)
+    assert rubbing.tests[0].floor.refuted.responses == ("band above the excitation",)
     assert rubbing.tests[0].floor.source == "unknown"
     assert compare.document_of(rubbing)["tests"][0]["noise_floor"] is None

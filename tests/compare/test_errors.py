@@ -24,6 +24,7 @@ from blind import laws
 from shakerproc.compare.free_run_error import edges
 from shakerproc.compare.harmonics import shaken
 from shakerproc.compare.measured import with_repeats
+from shakerproc.compare.noise import Refuted
 from shakerproc.model_files import read_model
 from shakerproc.models import Element
 from shakerproc.models.effects import EFFECTS
@@ -245,7 +246,8 @@ def test_the_band_above_and_repeats_stand_in_for_rest(linear, tmp_path):
             first.responses.shape
         ),
     )  # fmt: skip
-    pair = with_repeats([first, again], {"1": ("band above the excitation",)})
+    above = ("band above the excitation",)
+    pair = with_repeats([first, again], {"1": Refuted(above, above)})
     assert pair[0].noise.source == "repeats"
     expected = (0.02**2 / 2.0) * np.var(first.responses) / (first.sample_rate / 2.0)
     assert np.median(pair[0].noise.responses) == pytest.approx(expected, rel=0.2)

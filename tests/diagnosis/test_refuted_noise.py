@@ -6,6 +6,7 @@ from tests.diagnosis.one_mass import arrays_of, one_mass
 
 from shakerproc.compare.floor import floor_shares, is_beaten
 from shakerproc.compare.free_run_error import Scored
+from shakerproc.compare.noise import Refuted
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
 
@@ -25,7 +26,7 @@ def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refu
 def test_the_next_estimate_is_taken_where_one_is_refuted():
     arrays = arrays_of(one_mass())
     first = prepared(arrays)[0].noise_density.source
-    refuted = {arrays[0].name: ((first,), ())}
+    refuted = {arrays[0].name: Refuted((first,))}
     after = [test.noise_density.source for test in prepared(arrays, refuted=refuted)]
     assert after[0] != first
     assert after[1] == first

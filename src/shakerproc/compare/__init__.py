@@ -9,7 +9,7 @@ from shakerproc.compare.comparison import (
 )
 from shakerproc.compare.document import COLUMNS, document_of, rows_of
 from shakerproc.compare.errors import Pair, SensorErrors
-from shakerproc.compare.floor import Floor, floor_shares, is_refuted
+from shakerproc.compare.floor import Floor, floor_shares
 from shakerproc.compare.free_run_error import (
     Scored,
     fall,
@@ -59,7 +59,6 @@ __all__ = [
     "free_run_error",
     "held_out",
     "held_out_samples",
-    "is_refuted",
     "measure",
     "measured_tests",
     "noise_of",

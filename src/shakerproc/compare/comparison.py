@@ -10,12 +10,13 @@ import numpy as np
 from shakerproc.compare.bands import BandErrors, band_errors
 from shakerproc.compare.drift import TimeErrors, time_errors
 from shakerproc.compare.errors import Pair, SensorErrors, errors_of, pair_of
-from shakerproc.compare.floor import Floor, floor_of, is_refuted
+from shakerproc.compare.floor import Floor, floor_of, floor_shares, with_more_refuted
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.compare.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.compare.held_out import held_out
 from shakerproc.compare.joints import JointMotion, joint_motions
 from shakerproc.compare.measured import Measured, usable_tests, with_repeats
+from shakerproc.compare.noise import NOT_REFUTED
 from shakerproc.compare.prediction import Prediction, predict
 from shakerproc.compare.refit import Refit, refit
 from shakerproc.compare.windows import Windows
@@ -197,7 +198,7 @@ def compare_tests(
         fitted = refit(model, tests, tell)
         model = fitted.model
     compared = [_compared(model, test, windows.get(test.name), tell) for test in tests]
-    compared = _with_next_floors(compared, tests)
+    compared = _with_next_floors(model, compared, tests)
     predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
     return Comparison(
         model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
@@ -223,28 +224,30 @@ def _compared(
 
 
 def _with_next_floors(
-    compared: Sequence[TestComparison], tests: Sequence[Measured]
+    model: Model, compared: Sequence[TestComparison], tests: Sequence[Measured]
 ) -> list[TestComparison]:
     """Return the tests with floors that no error refutes on what is held out of the fit."""
     kept = held_out(tests)
-    refuted: dict[str, tuple[str, ...]] = {}
+    refuted = dict.fromkeys((test.name for test in tests), NOT_REFUTED)
     found = list(compared)
     for _ in range(_SOURCES):
-        beaten = [
-            i
-            for i, (test, inside) in enumerate(zip(found, kept, strict=True))
-            if inside.any()
-            and is_refuted(test.prediction.scored.within(inside), test.measured.noise)
-        ]
-        if not beaten:
+        before = dict(refuted)
+        for test, one, inside in zip(tests, found, kept, strict=True):
+            if inside.any():
+                part, noise = one.prediction.scored.within(inside), one.measured.noise
+                shares = floor_shares(part, noise, one.prediction.moved)
+                refuted[test.name] = with_more_refuted(part, noise, shares, before[test.name])
+        if refuted == before:
             break
-        for i in beaten:
-            refuted[tests[i].name] = (*found[i].floor.refuted, found[i].floor.source)
         measured = with_repeats(tests, refuted)
-        for i in beaten:
-            prediction = replace(found[i].prediction, measured=measured[i])
-            floor = floor_of(prediction, found[i].pair, refuted[tests[i].name])
-            found[i] = replace(found[i], prediction=prediction, floor=floor)
+        for i, test in enumerate(tests):
+            more, less = refuted[test.name], before[test.name]
+            if more != less:
+                prediction = replace(found[i].prediction, measured=measured[i])
+                if more.inputs != less.inputs:
+                    prediction = predict(model, measured[i], windows=prediction.windows)
+                floor = floor_of(prediction, found[i].pair, more)
+                found[i] = replace(found[i], prediction=prediction, floor=floor)
     return found
 
 

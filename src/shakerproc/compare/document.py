@@ -85,7 +85,7 @@ def _test(comparison: Comparison, index: int) -> dict[str, Any]:
         "noise_floor": _number(test.noise),
         "noise_from": test.floor.source,
         "noise_of_input_from": test.measured.noise.input_source,
-        "noise_refuted": list(test.floor.refuted),
+        "noise_refuted": test.floor.refuted.names,
         "error_band_hz": list(test.measured.error_band),
         "horizon_s": test.prediction.horizon_s,
         "predictable": test.prediction.predictable,

@@ -14,7 +14,7 @@ from shakerproc.compare.free_run_error import (
     relative_errors,
     standard_error,
 )
-from shakerproc.compare.noise import Noise
+from shakerproc.compare.noise import NOT_REFUTED, Noise, Refuted
 from shakerproc.compare.noise_sources import SEGMENT, WINDOW
 from shakerproc.compare.prediction import Prediction
 from shakerproc.data import FloatArray
@@ -38,14 +38,14 @@ class Floor:
         Noise at the bins of the pair of spectra [unit^2/Hz].
     source : str
         Where it was taken from.
-    refuted : tuple of str
+    refuted : Refuted
         Sources that were beaten by more than two standard errors, and so are no floor.
     """
 
     share: FloatArray
     density: FloatArray
     source: str
-    refuted: tuple[str, ...] = ()
+    refuted: Refuted = NOT_REFUTED
 
 
 def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
@@ -88,7 +88,7 @@ def sensor_shares(test: Scored, noise: Noise) -> FloatArray:
     return shares
 
 
-def floor_of(prediction: Prediction, pair: Pair, refuted: tuple[str, ...] = ()) -> Floor:
+def floor_of(prediction: Prediction, pair: Pair, refuted: Refuted = NOT_REFUTED) -> Floor:
     """Return the noise floor of a test under a model."""
     noise, measured = prediction.measured.noise, prediction.measured
     moved = prediction.moved[:, :, prediction.scored.counted]
@@ -108,13 +108,34 @@ def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
     return np.array([np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)])
 
 
-def is_refuted(test: Scored, noise: Noise) -> bool:
-    """Return whether the noise of the responses exceeds an error beyond its uncertainty.
+def with_more_refuted(
+    test: Scored, noise: Noise, shares: FloatArray | None, refuted: Refuted
+) -> Refuted:
+    """Return the sources of noise that are refuted, by an error on what was held out besides.
 
-    Noise that the simulation of a model beats on a test that it was not fitted to is less. What
-    noise of the input makes of the simulated response is not judged: it depends on the model.
+    Noise that the simulation of a model beats on what it was not fitted to is less: that of
+    the responses, or else what that of the input makes of the simulated response.
+
+    Parameters
+    ----------
+    test : Scored
+        What was held out of a test, measured and simulated.
+    noise : Noise
+        Of the test.
+    shares : (n_sensors,) array or None
+        Noise over response, that of the input included (see `floor_shares`) [-].
+    refuted : Refuted
+        What was refuted before.
     """
-    return is_beaten(test, sensor_shares(test, noise))
+    if is_beaten(test, sensor_shares(test, noise)):
+        return replace(refuted, responses=_with(refuted.responses, noise.source))
+    if shares is not None and is_beaten(test, shares):
+        return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
+    return refuted
+
+
+def _with(names: tuple[str, ...], more: str) -> tuple[str, ...]:
+    return names if more in names else (*names, more)
 
 
 def is_beaten(test: Scored, shares: FloatArray) -> bool:

@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.compare.noise import Noise, band_above, noise_of
+from shakerproc.compare.noise import NOT_REFUTED, Noise, Refuted, band_above, noise_of
 from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import (
@@ -237,7 +237,7 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
 
 
 def with_repeats(
-    tests: Sequence[Measured], refuted: Mapping[str, Collection[str]] = MappingProxyType({})
+    tests: Sequence[Measured], refuted: Mapping[str, Refuted] = MappingProxyType({})
 ) -> tuple[Measured, ...]:
     """Return tests whose noise their repeats tell, where nothing better does.
 
@@ -245,13 +245,13 @@ def with_repeats(
     ----------
     tests : sequence of Measured
         The tests of a campaign.
-    refuted : mapping of str to collection of str
+    refuted : mapping of str to Refuted
         By the name of a test, the sources that tell too much noise of it.
     """
     every = [test.channels for test in tests]
     found = []
     for test, own in zip(tests, every, strict=True):
-        noise = noise_of(own, every, refuted=refuted.get(test.name, ()))
+        noise = noise_of(own, every, refuted.get(test.name, NOT_REFUTED))
         found.append(replace(test, noise=noise, error_band=_error_band(test.test, own, noise)))
     return tuple(found)
 

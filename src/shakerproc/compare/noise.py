@@ -79,12 +79,34 @@ def _drawn(
     return drawn
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class Refuted:
+    """Sources of the noise of a test that told too much: a model leaves less.
+
+    Attributes
+    ----------
+    responses, inputs : tuple of str
+        Of the noise of the responses, and of that of the input.
+    """
+
+    responses: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Every source once."""
+        return list(dict.fromkeys((*self.responses, *self.inputs)))
+
+
+NOT_REFUTED: Final = Refuted()
+"""No source told too much."""
+
+
 def noise_of(
     test: sources.Channels,
     twins: Sequence[sources.Channels] = (),
-    *,
-    refuted: Collection[str] = (),
-    refuted_inputs: Collection[str] | None = None,
+    refuted: Refuted = NOT_REFUTED,
 ) -> Noise:
     """Return the noise of a test, from what was measured alone, never from a model.
 
@@ -99,17 +121,14 @@ def noise_of(
         The test.
     twins : sequence of Channels
         Others of the campaign; those with the same drive are repeats.
-    refuted : collection of str
-        Sources that a model has beaten on tests that were held out; the next is taken.
-    refuted_inputs : collection of str, optional
-        Sources that are no floor of the inputs, where these differ.
+    refuted : Refuted
+        Sources that a model has beaten on what was held out; the next is taken.
     """
     frequency = sources.frequencies(test.sample_rate)
     resolved = sources.resolution(test)
-    noise, source = _first(_RESPONSES, test, twins, refuted)
+    noise, source = _first(_RESPONSES, test, twins, refuted.responses)
     own = len(test.controls)
-    beaten = refuted if refuted_inputs is None else refuted_inputs
-    drive, drive_source = _first(_INPUTS, test, twins, beaten)
+    drive, drive_source = _first(_INPUTS, test, twins, refuted.inputs)
     if drive is None:
         drive, drive_source = np.zeros((1, frequency.size)), UNKNOWN
     least_drive = resolved[:own].sum() / own**2

@@ -5,13 +5,14 @@ from dataclasses import replace
 from typing import Final
 
 from shakerproc.compare.measured import Measured, Usable
+from shakerproc.compare.noise import Refuted
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
-from shakerproc.diagnosis.selection.refuted import Refuted, with_more_refuted
+from shakerproc.diagnosis.selection.refuted import with_more_refuted
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -119,7 +120,7 @@ def diagnose_arrays(
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
-    refuted: Refuted = {}
+    refuted: dict[str, Refuted] = {}
     while True:
         found = seek(known, prepared(tests, imposed=imposed, refuted=refuted), say)
         more = with_more_refuted(found, refuted)

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.least_squares import Fit, level_at
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore, own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
@@ -37,7 +37,7 @@ be worth a fit before it is known how far the single one carries [-]."""
 def hidden_pairs(
     campaign: Campaign,
     linear: Fit,
-    singles: Sequence[Fit],
+    least: float,
     left: float,
     say: Callable[[str], None],
 ) -> list[Fit]:
@@ -51,8 +51,8 @@ def hidden_pairs(
         The tests.
     linear : Fit
         The model without any effect.
-    singles : sequence of Fit
-        With one effect.
+    least : float
+        Least level (see `Fit`) that one effect reached in the shortest windows [-].
     left : float
         What the best single effect leaves in the screening, 0 where there is nothing to
         explain [-].
@@ -63,11 +63,6 @@ def hidden_pairs(
     if left <= 0.0:
         return []
     say("two effects at once")
-    shortest = campaign.stages.windows[0]
-    least = min(
-        (level_at(data, one.hypothesis, one.x, shortest, one.channels) for one in singles),
-        default=np.inf,
-    )
     found = []
     for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
         if one.left > MUCH_LESS * left:

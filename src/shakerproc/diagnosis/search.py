@@ -112,7 +112,7 @@ def _searched(
     one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
     singles = one_more.found(starts)
     left = min((start.left for start in starts), default=0.0)
-    hidden = hidden_pairs(campaign, linear, singles, left, say)
+    hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
     say("at the horizon")
     campaign = as_sampled(campaign, [linear, *singles, *hidden])
     forms, base, effects = compared(campaign, linear, [*singles, *hidden])

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
+from shakerproc.compare.noise import Refuted
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import Errors, Finding
 
@@ -104,12 +105,12 @@ def _fall(errors: Errors) -> str:
     return f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
 
 
-def refuted_notes(refuted: Mapping[str, Sequence[Sequence[str]]]) -> list[str]:
+def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
     """Return which estimates of the noise were too large, of responses and inputs, by test."""
     return [
         f"{test}: there is less noise of {of} than {' and '.join(sources)} said, for a model "
         "leaves less of what was held out; the next estimate was taken."
-        for test, both in refuted.items()
-        for of, sources in zip(("the responses", "the input"), both, strict=True)
+        for test, own in refuted.items()
+        for of, sources in (("the responses", own.responses), ("the input", own.inputs))
         if sources
     ]

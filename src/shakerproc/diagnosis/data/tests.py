@@ -1,6 +1,6 @@
 """Tests as arrays in SI units: as a caller gives them, and as the estimation needs them."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import ClassVar, Final, final
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.compare.measured import REACH
-from shakerproc.compare.noise import Noise, noise_of
+from shakerproc.compare.noise import NOT_REFUTED, Noise, Refuted, noise_of
 from shakerproc.compare.noise_sources import Channels
 from shakerproc.compare.quiet import Quiet, quiet_of
 from shakerproc.data import FloatArray
@@ -145,7 +145,7 @@ def prepared(
     tests: Sequence[TestArrays],
     *,
     imposed: bool = False,
-    refuted: Mapping[str, tuple[Collection[str], Collection[str]]] = MappingProxyType({}),
+    refuted: Mapping[str, Refuted] = MappingProxyType({}),
 ) -> tuple[Test, ...]:
     """Return tests as the estimation needs them.
 
@@ -156,8 +156,8 @@ def prepared(
     imposed : bool
         Whether a displacement is imposed: where in its play a joint stands then counts, so that
         the mean of the input is kept.
-    refuted : mapping of str to pair of collection of str
-        Sources of noise that are no floor, of responses and of inputs, by the name of the test.
+    refuted : mapping of str to Refuted
+        Sources of noise that are no floor, by the name of the test.
     """
     channels = [
         Channels(test.controls, test.responses, test.sample_rate, test.band) for test in tests
@@ -165,8 +165,7 @@ def prepared(
     found = []
     for test, own in zip(tests, channels, strict=True):
         twins = [other for other in channels if other is not own]
-        responses, inputs = refuted.get(test.name, ((), ()))
-        noise = noise_of(own, twins, refuted=responses, refuted_inputs=inputs)
+        noise = noise_of(own, twins, refuted.get(test.name, NOT_REFUTED))
         found.append(_prepared(test, noise, imposed=imposed))
     return tuple(found)
 

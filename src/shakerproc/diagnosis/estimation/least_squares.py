@@ -53,7 +53,8 @@ class Fit:
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
     offset : (n_offsets,) array
-        Constant of the input of each test over its rms [-]; 0 for one that was not fitted to.
+        Constant of the input of each test over its rms [-]; the mean of the others for one
+        that was not fitted to: amplifiers and force sensors drift slowly.
     windows : Windows
         What it was fitted to.
     starts : (n_windows, 2 n_masses) array or None
@@ -188,7 +189,7 @@ def fit(
         here.x,
         here.gain,
         here.delay,
-        here.offset,
+        _expected(here.offset, windows),
         windows,
         here.starts,
         cost=cost,
@@ -198,6 +199,14 @@ def fit(
         converged=converged,
         failed=int(predicted.failed.sum()),
     )
+
+
+def _expected(offset: FloatArray, windows: Windows) -> FloatArray:
+    """Return the constant of every input, of tests that took no part the mean of the others."""
+    if not offset.size:
+        return offset
+    fitted = np.isin(np.arange(offset.size), windows.table[:, 0])
+    return np.where(fitted, offset, np.mean(offset[fitted]))
 
 
 def level_at(

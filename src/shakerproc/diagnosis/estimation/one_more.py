@@ -23,9 +23,6 @@ STARTS: Final = 6
 FIRST_ROUNDS: Final = 2
 """Steps of each of these fits: what they are worth shows by then [-]."""
 
-FITTED: Final = 2
-"""Of these starts those that are fitted, the best as they are [-]."""
-
 KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
 
@@ -47,7 +44,15 @@ def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
 
 @final
 class OneMore:
-    """The search for one effect on top of a hypothesis."""
+    """The search for one effect on top of a hypothesis.
+
+    Attributes
+    ----------
+    failed : dict of str to str
+        Effects that could not be simulated, with the reason.
+    least : float
+        Least level (see `Fit`) that was reached in the shortest windows [-].
+    """
 
     def __init__(
         self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
@@ -56,6 +61,7 @@ class OneMore:
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
         self.linear, self.wanted, self.below = linear, wanted, below
         self.failed: dict[str, str] = {}
+        self.least = np.inf
 
     def found(self, starts: Sequence[Start]) -> list[Fit]:
         """Return the effects that may be missing, fitted to windows that grew, best first.
@@ -75,6 +81,7 @@ class OneMore:
             else:
                 first[group] = best
         self.say("longer windows")
+        self.least = min((one.level for one in first.values()), default=np.inf)
         first = {group: one for group, one in first.items() if one.level < self.below}
         promising = self._promising(groups, first)
         screened = {kind: self._screened(start) for kind, start in promising.items()}
@@ -145,14 +152,27 @@ class OneMore:
                 if other == contained.kind and place == joint:
                     tried += self._extended(group, contained, fitted)
         channels, windows = self.on.channels, self.stages.windows[0]
-        levels = np.array([level_at(self.data, h, x, windows, channels) for h, x in tried])
-        best = [tried[i] for i in np.argsort(levels)[:FITTED] if np.isfinite(levels[i])]
+        levels = [level_at(self.data, h, x, windows, channels) for h, x in tried]
         fits = [
-            fit(self.data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
-            for h, x in best
+            fit(self.data, *tried[i], windows, rounds=FIRST_ROUNDS, channels=channels)
+            for i in self._best_of_both(tried, levels)
         ]
         good = [one for one in fits if one is not None]
         return min(good, key=lambda one: one.level) if good else None
+
+    def _best_of_both(
+        self, tried: Sequence[tuple[Hypothesis, FloatArray]], levels: Sequence[float]
+    ) -> list[int]:
+        """Return the best start whose own numbers are the model's, and the best of the others.
+
+        Numbers that imitate the effect without it explain more at first and lead away from it.
+        """
+        n = len(self.on.hypothesis.own)
+        best: dict[bool, int] = {}
+        for i in np.argsort(levels):
+            if np.isfinite(levels[i]):
+                best.setdefault(not np.any(tried[i][1][:n]), int(i))
+        return list(best.values())
 
     def _extended(
         self, group: Group, contained: Contained, fitted: Fit
