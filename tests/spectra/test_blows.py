@@ -10,6 +10,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.spectra.blows import (
     Cut,
     Setup,
+    Strikes,
     find_strikes,
     impulse_share,
     incomplete,
@@ -166,7 +167,8 @@ def test_a_block_beyond_the_recording_says_so():
 def test_windows_take_offsets_away_and_the_force_outside_the_pulse():
     cut = Cut(50, 1000, 20, 5.0, RATE)
     block = np.array([force_of([(45, 100.0)], 1000, 0.1, 3.0), np.full(1000, -2.0)])
-    found = windowed(block, 0, cut)
+    names, ends = ("hammer", "a1"), np.full((2, 2), np.nan)
+    found = windowed(block, Setup(0, names, ends, Strikes((50,), 1, 10.0, 0.1, 3.0), cut))
     assert_allclose(found[1], 0.0, atol=1e-12)
     assert (found[0, :30] == 0.0).all()
     assert (found[0, 70:] == 0.0).all()

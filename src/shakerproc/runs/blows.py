@@ -28,7 +28,8 @@ from shakerproc.spectra.blows import (
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)
-"""Usual length before the trigger: share of the block, and samples at least."""
+"""Usual length before the trigger: share of the block, and samples at least; of a first blow
+that comes sooner, what lies before that."""
 
 BRIEF: Final = 0.9
 """Share of a block's energy around its largest value from which on a channel strikes [-]."""
@@ -62,9 +63,7 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
     kept = [blow.sample for blow in found if blow.kept]
     if not kept:
         raise SpectrumError(_none_left(recording, crop, setup, found))
-    blocks = (
-        windowed(_block(recording, crop, sample, cut), setup.force, cut) for sample in kept
-    )
+    blocks = (windowed(_block(recording, crop, sample, cut), setup) for sample in kept)
     pulses: list[FloatArray] = []
     cross = spectra.cross_spectra(
         _noted(blocks, setup, pulses),
@@ -100,7 +99,8 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
         else round(wanted.length * rate)
     )
     if before is None:
-        before = max(round(PRETRIGGER[0] * length), PRETRIGGER[1])
+        usual = max(round(PRETRIGGER[0] * length), PRETRIGGER[1])
+        before = min(usual, max(strikes.samples[0], PRETRIGGER[1]))
     if length < 4 * max(before, 1):
         raise SpectrumError(
             f"a block of {length / rate:.3g} s is too short for {before / rate:.3g} s before "
@@ -163,7 +163,7 @@ def _noted(
 def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]) -> str:
     """Return why no blow can be used, and what may help."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
-    told = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
+    told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (
         f"none of {len(blows)} blows can be used: {told}. Blocks last "
         f"{setup.cut.length / setup.cut.sample_rate:.3g} s, the trigger is "

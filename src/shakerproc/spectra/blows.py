@@ -326,27 +326,28 @@ def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
     return ""
 
 
-def windowed(block: FloatArray, force: int, cut: Cut) -> FloatArray:
+def windowed(block: FloatArray, setup: Setup) -> FloatArray:
     """Return a block without offsets, its force windowed; not yet the exponential window.
 
     Parameters
     ----------
     block : (n_channels, length) array
         Samples of the block [unit of the channel].
-    force : int
-        Row of the force.
-    cut : Cut
-        How it was cut.
+    setup : Setup
+        How it was cut, and where the force rests.
 
     Returns
     -------
     (n_channels, length) array
         The mean of the first half of what lies before the trigger taken away from every
-        channel; the force 0 outside its window, where it has one.
+        channel, if there is nothing from the force alone; the force 0 outside its window.
     """
+    cut, force = setup.cut, setup.force
     result = np.array(block, dtype=np.float64)
     if cut.before > 1:
         result -= block[:, : cut.before // 2].mean(axis=1, keepdims=True)
+    else:
+        result[force] -= setup.strikes.offset
     if cut.force_window is not None:
         result[force, : max(cut.before - cut.force_window, 0)] = 0.0
         result[force, cut.before + cut.force_window :] = 0.0
