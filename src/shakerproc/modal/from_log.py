@@ -23,8 +23,9 @@ from shakerproc.modal.identification import identify_samples
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
+from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
-from shakerproc.runs import find_crop, open_test
+from shakerproc.runs import STRUCK, find_crop, open_test
 from shakerproc.testlog import Modal, Test, TestLog
 
 SHOWN_SEGMENTS: Final = 8
@@ -131,21 +132,16 @@ def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
     taken = {row for _, rows in groups for row in rows}
     rows = responses_of(recording, taken)
     settings = Settings(band, wish.modes, wish.order, wish.keep)
-    responses = samples[rows]
     sensors = tuple(recording.channels[row] for row in rows)
-    if not groups:
-        inputs = np.zeros((0, samples.shape[1]))
-        modes = identify_output_only(responses, recording.sample_rate, settings)
+    functions: Functions | None
+    if groups and test.excitation == STRUCK:
+        modes, cross, functions = identify_blows(recording, test, rows, settings)
     else:
-        inputs = np.stack([samples[list(members)].mean(axis=0) for _, members in groups])
-        modes = identify_samples(inputs, responses, recording.sample_rate, settings)
-    cross = spectra.cross_spectra(
-        np.concatenate([inputs, responses]),
-        recording.sample_rate,
-        segment=_segment(samples.shape[1]),
-        window="periodic hann",
-        detrend="mean",
-    )
+        inputs, responses = _inputs(samples, groups), samples[rows]
+        rate = recording.sample_rate
+        modes = _identified(inputs, responses, rate, settings)
+        cross = _cross(inputs, responses, rate)
+        functions = _functions(cross, inputs, rate, band, modes)
     uses = uses_of(recording, test)
     return TestModes(
         name=str(test.id),
@@ -156,11 +152,39 @@ def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
         inputs=tuple(name for name, _ in groups),
         band=band,
         modes=modes,
-        functions=_functions(cross, inputs, recording.sample_rate, band, modes),
+        functions=functions,
         density=_density(cross, len(groups), band),
         unexplained=_unexplained(modes, len(rows)),
         notes=(*modes.notes, *remarks_of(recording, sensors, uses, rows, modes)),
         sha256=recording.file.sha256() if recording.file is not None else "",
+    )
+
+
+def _inputs(samples: FloatArray, groups: Sequence[tuple[str, tuple[int, ...]]]) -> FloatArray:
+    """Return the mean of the channels of each input, (n_inputs, n_samples) array."""
+    if not groups:
+        return np.zeros((0, samples.shape[1]))
+    return np.stack([samples[list(members)].mean(axis=0) for _, members in groups])
+
+
+def _identified(
+    inputs: FloatArray, responses: FloatArray, sample_rate: float, settings: Settings
+) -> ModeSet:
+    if not inputs.shape[0]:
+        return identify_output_only(responses, sample_rate, settings)
+    return identify_samples(inputs, responses, sample_rate, settings)
+
+
+def _cross(
+    inputs: FloatArray, responses: FloatArray, sample_rate: float
+) -> spectra.CrossSpectra:
+    """Return the spectra of inputs, then responses, of which functions are drawn."""
+    return spectra.cross_spectra(
+        np.concatenate([inputs, responses]),
+        sample_rate,
+        segment=_segment(inputs.shape[1]),
+        window="periodic hann",
+        detrend="mean",
     )
 
 

@@ -1,19 +1,28 @@
 """One test of a log, worked through: recording, crop, spectra, peaks, flags."""
 
+from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.opening import open_path, open_test
-from shakerproc.runs.processing import find_crop, process_recording, process_test, welch
+from shakerproc.runs.processing import (
+    STRUCK,
+    find_crop,
+    process_recording,
+    process_test,
+    welch,
+)
 from shakerproc.runs.result import Flag, ResonancePeak, Responses, RunResult
 from shakerproc.runs.roles import UnitOption, usual_roles
 from shakerproc.runs.summary import RunSummary, read_summary, write_summary
 from shakerproc.runs.summing_up import summary_of
 
 __all__ = [
+    "STRUCK",
     "Flag",
     "ResonancePeak",
     "Responses",
     "RunResult",
     "RunSummary",
     "UnitOption",
+    "averaged_blows",
     "find_crop",
     "open_path",
     "open_test",

@@ -405,7 +405,8 @@ def _one_more(
     gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
     if gained <= 2.0 * (more.followed - found.followed):
         return None
-    return _settled(spectra, data, shape, best)
+    settled = _settled(spectra, data, shape, best)
+    return settled if settled.fit.converged else None
 
 
 def _candidates(bins: IndexArray, found: _Reading, maxima: IndexArray) -> Iterator[int]:
