@@ -27,7 +27,7 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "resonances"}
+UNASKED = {"blows", "driving_point", "resonances"}
 """What nobody asks for: it comes with a force that drives the run."""
 
 REFUSED = {
@@ -205,7 +205,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
         ),
     )
     result = process_recording(recording_of_arrays("run", channels, rows, 2000.0), test)
-    assert {one.kind for one in result.analyses} == set(ANALYSES) - {"blows"}
+    assert {one.kind for one in result.analyses} == set(ANALYSES) - {"blows", "driving_point"}
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
     assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))

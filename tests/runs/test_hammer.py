@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.struck import MODES, RATE, accelerance, struck
 
-from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.data import Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Hammer, Processing, Test, TimeCrop
@@ -22,9 +22,10 @@ G = 9.80665
 GOOD = tuple((0.5 + 2.0 * k, 100.0 + 20.0 * k) for k in range(6))
 
 
-def processed(rows, hammer=None, crop=None, channels=CHANNELS):
+def processed(rows, hammer=None, crop=None, channels=CHANNELS, uses=()):
     test = Test(
         1,
+        channels=uses,
         excitation="hammer",
         from_hz=20.0,
         to_hz=350.0,
@@ -168,3 +169,56 @@ def test_a_hammer_test_needs_one_force():
 def test_a_block_shorter_than_what_lies_before_is_refused(good):
     with pytest.raises(SpectrumError, match=r"too short for 0\.1 s before the trigger"):
         processed(good, Hammer(length=0.2, pretrigger=0.1))
+
+
+def at_the_hammer(sensor_direction=None, hammer_direction=None, position=(0.1, 0.0, 0.0)):
+    """What a log says of a sensor at the hammer, and of one elsewhere."""
+    return (
+        ChannelUse("hammer", "force", position=(0.1, 0.0, 0.0), direction=hammer_direction),
+        ChannelUse("near", "response", position=position, direction=sensor_direction),
+        ChannelUse("far", "response", position=(0.3, 0.0, 0.0)),
+    )
+
+
+UP, DOWN, ACROSS = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("signs", "directions", "wrong"),
+    [
+        ((1, 1), (None, None), False),
+        ((1, -1), (None, None), True),
+        ((1, -1), (UP, DOWN), False),
+        ((1, 1), (UP, DOWN), True),
+        ((-1, 1), (None, None), False),  # the hammer is, and its blows say so
+        ((-1, -1), (None, None), True),
+    ],
+)
+def test_a_sensor_the_wrong_way_round_is_named_at_the_driving_point(
+    good, signs, directions, wrong
+):
+    rows = good * np.array([[signs[0]], [signs[1]], [1]])
+    one = found(
+        processed(rows, Hammer(length=1.9), uses=at_the_hammer(*directions)), "driving_point"
+    )
+    assert [row["function"] for row in one.summary] == ["near / hammer"]
+    assert abs(one.summary[0]["power_in_percent"]) > 99.0
+    assert bool(one.problems) == wrong
+    assert all("moves against hammer" in text for text in one.problems)
+
+
+def test_a_late_sensor_is_no_driving_point(good):
+    rows = good.copy()
+    rows[1] = np.roll(good[1], 12)
+    (told,) = found(
+        processed(rows, Hammer(length=1.9), uses=at_the_hammer()), "driving_point"
+    ).problems
+    assert "one is late" in told
+
+
+@pytest.mark.parametrize(
+    "uses", [(), at_the_hammer(position=(0.2, 0.0, 0.0)), at_the_hammer(ACROSS, UP)]
+)
+def test_there_is_no_driving_point_where_the_log_tells_of_none(good, uses):
+    result = processed(good, Hammer(length=1.9), uses=uses)
+    assert "driving_point" not in {one.kind for one in result.analyses}

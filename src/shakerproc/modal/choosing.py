@@ -91,12 +91,6 @@ def responses_of(recording: Recording, taken: set[int]) -> list[int]:
     return rows
 
 
-def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
-    """Return what the log says of each channel of a recording; empty where it names none."""
-    used = [use for use in test.channels if use.role != "ignore"]
-    return used if len(used) == len(recording.channels) else []
-
-
 def remarks_of(
     recording: Recording,
     sensors: Sequence[Channel],

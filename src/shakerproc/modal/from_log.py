@@ -17,7 +17,6 @@ from shakerproc.modal.choosing import (
     inputs_of,
     remarks_of,
     responses_of,
-    uses_of,
 )
 from shakerproc.modal.identification import identify_samples
 from shakerproc.modal.modal_model import response_functions
@@ -26,6 +25,7 @@ from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
 from shakerproc.runs import STRUCK, find_crop, open_test
+from shakerproc.runs.roles import uses_of
 from shakerproc.testlog import Modal, Test, TestLog
 
 SHOWN_SEGMENTS: Final = 8

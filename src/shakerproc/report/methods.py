@@ -92,6 +92,12 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "W. G. Halvorsen and D. L. Brown, Impulse technique for structural frequency response "
         "testing, Sound and Vibration 11 (11), 8-21, 1977.",
     ),
+    "driving_point": (
+        "Where a force and a sensor sit in one place, a passive structure takes power in at "
+        "every frequency: the real part of the cross spectrum of force and velocity is "
+        "positive.",
+        "D. J. Ewins, Modal Testing, 2nd ed., Research Studies Press, 2000.",
+    ),
     "integration": (
         "Velocity and displacement are acceleration over iω and its square, the baseline of "
         "the run taken out, with a high-pass 1/(1 + (f_c/f)⁸) without phase shift; without a "

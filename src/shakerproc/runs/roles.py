@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final, final
 
-from shakerproc.data import ChannelUse, Role
+from shakerproc.data import ChannelUse, Recording, Role
 from shakerproc.errors import LogError
 from shakerproc.recordings.choosing import with_numbers
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawGroup
 from shakerproc.recordings.si import contradicts, parse_unit, quantity_of
+from shakerproc.testlog import Test
 
 _CONTROL_WORDS: Final = ("control", "ctrl", "drive", "table", "base", "shaker")
 _BY_UNIT: Mapping[str, Role] = MappingProxyType({
@@ -35,6 +36,12 @@ class UnitOption:
 
     unit: str
     override: bool = False
+
+
+def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
+    """Return what the log says of each channel of a recording; empty where it names none."""
+    used = [use for use in test.channels if use.role != "ignore"]
+    return used if len(used) == len(recording.channels) else []
 
 
 def usual_roles(

@@ -8,6 +8,7 @@ from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.blows import BlowAnalysis
 from shakerproc.runs.analyses.distribution import DistributionAnalysis
+from shakerproc.runs.analyses.driving_point import DrivingPointAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
@@ -25,6 +26,7 @@ _KINDS: Final = (
     BlowAnalysis(),
     ResponseFunctionAnalysis(),
     ResonanceAnalysis(),
+    DrivingPointAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
     DistributionAnalysis(),

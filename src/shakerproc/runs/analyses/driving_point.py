@@ -1,0 +1,96 @@
+"""The check of a driving point: a force and a sensor in one place along one line."""
+
+from collections.abc import Iterator
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import ChannelUse, Recording
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.result import RunResult, lone_force
+from shakerproc.runs.roles import uses_of
+from shakerproc.spectra.driving_point import INTEGRATIONS, power_share
+
+ALONG: Final = 0.9
+"""Cosine of the angle between two directions up to which they are one [-]."""
+
+NEAR: Final = 1e-3
+"""Distance up to which two positions are one place [m]."""
+
+MUCH: Final = 0.5
+"""Share of the power, net over gross, from which on it flows one way [-]."""
+
+
+@final
+class DrivingPointAnalysis(AbstractAnalysis):
+    """Whether the force feeds power in where the log says that force and sensor meet."""
+
+    kind: ClassVar[str] = "driving_point"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the check; None where no sensor sits at the place of a lone force."""
+        force, uses = lone_force(result.channels), uses_of(recording, result.test)
+        if force is None or not uses:
+            return None
+        found = [
+            (result.channels[row].name, _share(result, force, row, sense))
+            for row, sense in _at_the_force(result, uses, force)
+        ]
+        if not found:
+            return None
+        name = result.channels[force].name
+        rows: tuple[dict[str, Cell], ...] = tuple(
+            {"function": f"{sensor} / {name}", "power_in_percent": 100.0 * share}
+            for sensor, share in found
+        )
+        return Analysis(
+            kind=self.kind,
+            title="Driving point",
+            columns={key: [row[key] for row in rows] for key in rows[0]},
+            summary=rows,
+            panels=(),
+            told=("Power that the force feeds in where it acts, net over gross: 100 % if all "
+                  "is the right way round.",),
+            problems=tuple(text for one in found if (text := _problem(name, *one))),
+        )  # fmt: skip
+
+
+def _at_the_force(
+    result: RunResult, uses: list[ChannelUse], force: int
+) -> Iterator[tuple[int, float]]:
+    """Yield each sensor at the place of the force, and 1, or -1 where it faces against it."""
+    where, along = uses[force].position, uses[force].direction
+    for row, use in enumerate(uses):
+        known = row != force and where is not None and use.position is not None
+        if not known or result.channels[row].unit not in INTEGRATIONS:
+            continue
+        apart = np.linalg.norm(np.subtract(use.position, where))  # type: ignore[arg-type]
+        sense = 1.0
+        if along is not None and use.direction is not None:
+            sense = float(np.dot(use.direction, along))
+        if apart <= NEAR and abs(sense) >= ALONG:
+            yield row, float(np.sign(sense))
+
+
+def _share(result: RunResult, force: int, row: int, sense: float) -> float:
+    """Return the share of the power that goes in, a hammer with negative blows turned round."""
+    turned = 1.0 if result.blows is None else float(result.blows.setup.strikes.sign)
+    unit = result.channels[row].unit
+    return sense * turned * power_share(result.spectra, force, row, unit, result.band)
+
+
+def _problem(force: str, sensor: str, share: float) -> str:
+    """Return what is wrong at a driving point; empty where nothing is."""
+    if share >= MUCH:
+        return ""
+    if share <= -MUCH:
+        return (
+            f"{sensor} moves against {force} where both sit: one of them is the wrong way "
+            "round. Turn its sign, or give both their direction in the log"
+        )
+    return (
+        f"{sensor} and {force} do not fit each other as a driving point (power in net over "
+        f"gross: {share:.0%}): they sit in two places, do not point along one line, or one is "
+        "late"
+    )
