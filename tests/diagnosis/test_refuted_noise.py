@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
 
-from shakerproc.compare.floor import floor_shares, is_beaten
+from shakerproc.compare.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
 from shakerproc.compare.free_run_error import Scored
-from shakerproc.compare.noise import Refuted
+from shakerproc.compare.noise import NOT_REFUTED, Refuted
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
 
@@ -20,7 +20,25 @@ def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refu
     counted = np.ones(measured.shape[1], bool)
     scored = Scored(measured, 1.01 * measured, test.sample_rate, test.arrays.band, counted)
     quiet = prepared(arrays_of(one_mass()))[0].noise_density
-    assert is_beaten(scored, floor_shares(scored, quiet, moved * alike)) is refuted
+    draws = floor_draws(scored, quiet, moved * alike)
+    found = with_more_refuted(scored, quiet, draws, NOT_REFUTED)
+    assert found.inputs == ((quiet.input_source,) if refuted else ())
+    assert found.responses == ()
+
+
+def test_noise_that_parts_the_motion_in_a_few_draws_only_is_not_refuted():
+    (test, *_) = prepared(arrays_of(one_mass()))
+    alike = np.random.default_rng(5).standard_normal((8, *test.responses.shape))
+    parted = (
+        alike * test.responses.std() * np.where(np.arange(8) < 6, 0.3, 0.005)[:, None, None]
+    )
+    counted = np.ones(test.n_samples, bool)
+    scored = Scored(
+        test.responses, 1.01 * test.responses, test.sample_rate, test.arrays.band, counted
+    )
+    draws = floor_draws(scored, test.noise_density, parted)
+    assert is_beaten(scored, floor_shares(scored, test.noise_density, parted))
+    assert with_more_refuted(scored, test.noise_density, draws, NOT_REFUTED) == NOT_REFUTED
 
 
 def test_the_next_estimate_is_taken_where_one_is_refuted():

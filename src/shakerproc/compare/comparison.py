@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.compare.bands import BandErrors, band_errors
 from shakerproc.compare.drift import TimeErrors, time_errors
 from shakerproc.compare.errors import Pair, SensorErrors, errors_of, pair_of
-from shakerproc.compare.floor import Floor, floor_of, floor_shares, with_more_refuted
+from shakerproc.compare.floor import Floor, floor_draws, floor_of, with_more_refuted
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.compare.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.compare.held_out import held_out
@@ -235,8 +235,8 @@ def _with_next_floors(
         for test, one, inside in zip(tests, found, kept, strict=True):
             if inside.any():
                 part, noise = one.prediction.scored.within(inside), one.measured.noise
-                shares = floor_shares(part, noise, one.prediction.moved)
-                refuted[test.name] = with_more_refuted(part, noise, shares, before[test.name])
+                draws = floor_draws(part, noise, one.prediction.moved)
+                refuted[test.name] = with_more_refuted(part, noise, draws, before[test.name])
         if refuted == before:
             break
         measured = with_repeats(tests, refuted)

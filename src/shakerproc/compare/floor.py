@@ -71,9 +71,19 @@ def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
     (n_sensors,) array
         Share of the response; not a number where the noise is unknown [-].
     """
+    return over_draws(floor_draws(test, noise, moved))
+
+
+def floor_draws(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
+    """Return the same of every draw by itself, (n_draws, n_sensors) array [-]."""
+    own = sensor_shares(test, noise)
     draws = [relative_errors(replace(test, simulated=test.measured - one)) for one in moved]
-    passed = np.sqrt(np.mean(np.square(draws), axis=0))
-    shares: FloatArray = np.hypot(sensor_shares(test, noise), passed)
+    return np.array([np.hypot(own, passed) for passed in draws])
+
+
+def over_draws(draws: FloatArray) -> FloatArray:
+    """Return the rms over draws, (n_sensors,) array [-]."""
+    shares: FloatArray = np.sqrt(np.mean(draws**2, axis=0))
     return shares
 
 
@@ -109,12 +119,13 @@ def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
 
 
 def with_more_refuted(
-    test: Scored, noise: Noise, shares: FloatArray | None, refuted: Refuted
+    test: Scored, noise: Noise, draws: FloatArray | None, refuted: Refuted
 ) -> Refuted:
     """Return the sources of noise that are refuted, by an error on what was held out besides.
 
     Noise that the simulation of a model beats on what it was not fitted to is less: that of
-    the responses, or else what that of the input makes of the simulated response.
+    the responses, or else what that of the input makes of the simulated response in every
+    draw. In a few draws the motion may part, which it did not in the test.
 
     Parameters
     ----------
@@ -122,14 +133,14 @@ def with_more_refuted(
         What was held out of a test, measured and simulated.
     noise : Noise
         Of the test.
-    shares : (n_sensors,) array or None
-        Noise over response, that of the input included (see `floor_shares`) [-].
+    draws : (n_draws, n_sensors) array or None
+        Noise over response, that of the input included (see `floor_draws`) [-].
     refuted : Refuted
         What was refuted before.
     """
     if is_beaten(test, sensor_shares(test, noise)):
         return replace(refuted, responses=_with(refuted.responses, noise.source))
-    if shares is not None and is_beaten(test, shares):
+    if draws is not None and all(is_beaten(test, one) for one in draws):
         return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
     return refuted
 

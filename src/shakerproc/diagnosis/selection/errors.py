@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare.floor import floor_shares
+from shakerproc.compare.floor import floor_draws, over_draws
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
@@ -66,18 +66,18 @@ def error_of_scored(tests: Mapping[int, Scored] | None) -> float:
 def floors_of(data: DataSet, found: Fit, windows: Windows) -> dict[int, FloatArray]:
     """Return the error that even the true model has in each test, by its number.
 
-    Noise, and noise sent through the model, (n_sensors,) arrays [-]; none where the motion
-    runs away.
+    Noise, and noise sent through the model, (n_draws, n_sensors) arrays [-]; none where the
+    motion runs away.
     """
     return {
-        i: floor_shares(one, data.tests[i].noise_density, moved)
+        i: floor_draws(one, data.tests[i].noise_density, moved)
         for i, (one, moved) in _moved_tests(data, found, windows).items()
     }
 
 
 def pooled_floor(floors: Mapping[int, FloatArray]) -> float:
-    """Return the error of `floors_of` over all tests; NaN where there is none [-]."""
-    return pooled(list(floors.values())) if floors else float("nan")
+    """Return the error of `floors_of` over draws and tests; NaN where there is none [-]."""
+    return pooled([over_draws(draws) for draws in floors.values()]) if floors else float("nan")
 
 
 def parted(
