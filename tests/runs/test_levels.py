@@ -75,3 +75,12 @@ def test_a_force_without_a_control_is_the_input_and_several_forces_are_none():
     assert processed([CONTROL, RESPONSE], None, None).notes == ()
     (note,) = processed([RESPONSE, RESPONSE], None, None).notes
     assert "no channel has the role control. Give it to the channel that" in note
+
+
+def test_a_level_of_blows_is_no_amplitude_of_a_vibration():
+    samples = np.zeros((2, 4000))
+    samples[0, 500:510] = 150.0
+    samples[1, 500:2000] = np.exp(-np.arange(1500) / 200.0) * np.sin(np.arange(1500))
+    recording = recording_of_arrays("run", (FORCE, RESPONSE), samples, 1000.0)
+    test = Test(1, excitation="hammer", level=150.0, level_unit="N", level_text="150 N")
+    assert process_recording(recording, test).measured_level is None

@@ -60,7 +60,7 @@ MOST_MOTION: Final = 2**23
 MOST_RATIO: Final = 1e8
 """Responses above so many times the drive, or below its inverse, have a wrong unit [-]."""
 
-PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock"})
+PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock", "hammer"})
 """Excitations that do not do the same all the time."""
 
 PARTS: Final = 16

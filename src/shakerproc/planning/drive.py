@@ -16,7 +16,7 @@ from shakerproc.simulate.excitations import (
 )
 from shakerproc.simulate.noise import faded, flat_profile, random_noise
 from shakerproc.simulate.pieces import Signal
-from shakerproc.testlog import Test, nominal_duration
+from shakerproc.testlog import PULSES, Test, nominal_duration
 
 STEPS_PER_OCTAVE: Final = 24
 """Steps of a stepped sine, of which the log says nothing [-]."""
@@ -83,7 +83,7 @@ def drive_of_test(
     LogError
         If the log does not say what shakes the test, or how strongly.
     """
-    if test.level is None or test.level_unit is None or test.excitation in {None, "shock"}:
+    if test.level is None or test.level_unit is None or test.excitation in {None, *PULSES}:
         raise LogError(f"{test.source}: test {test.id}: {_lacking(test)}")
     if test.excitation == "random":
         samples = _random(test, test.level, duration, sample_rate, generator)
@@ -96,8 +96,8 @@ def drive_of_test(
 def _lacking(test: Test) -> str:
     if test.excitation is None:
         return "the log does not say what shakes it; add excitation, or leave this test out"
-    if test.excitation == "shock":
-        return "a shock, whose width is no key of the log; leave this test out"
+    if test.excitation in PULSES:
+        return f"a {test.excitation}: its width is no key of the log; leave this test out"
     return "the log does not say its level; add it"
 
 

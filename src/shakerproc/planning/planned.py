@@ -19,7 +19,7 @@ from shakerproc.planning.limits import ShakerLimits
 from shakerproc.planning.play import Play, Warming, Which, play_of_test
 from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
 from shakerproc.spectra.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
-from shakerproc.testlog import Test, TestLog, ThresholdCrop
+from shakerproc.testlog import PULSES, Test, TestLog, ThresholdCrop
 
 ENOUGH_ERROR: Final = 0.1
 """Random error of a gain that calls for no remark [-]."""
@@ -256,8 +256,11 @@ def _needed(
 def _unclear(test: Test) -> str:
     if test.excitation is None:
         return "the log does not say what shakes it"
-    if test.excitation == "shock":
-        return "a shock: its width is not in the log, so that its displacement is not known"
+    if test.excitation in PULSES:
+        return (
+            f"a {test.excitation}: its width is not in the log, so that its displacement is "
+            "not known"
+        )
     if test.level is None:
         return "the log does not say its level"
     return "the log does not say its frequencies"

@@ -11,7 +11,7 @@ from shakerproc import spectra
 from shakerproc.data import STANDARD_GRAVITY, Channel
 from shakerproc.runs.telling import beside
 from shakerproc.spectra import CrossSpectra
-from shakerproc.testlog import Test
+from shakerproc.testlog import PULSES, Test
 
 Kind: TypeAlias = Literal["amplitude", "density", "rms"]
 
@@ -125,7 +125,7 @@ def measured(
     Returns
     -------
     Level or None
-        None where no channel measures it, or where no kind of level is known.
+        None where no channel measures it, where no kind of level is known, or of a pulse.
     """
     wanted = demanded(test)
     by_excitation: dict[str | None, Kind] = {"random": "density", "sine sweep": "amplitude"}
@@ -133,7 +133,7 @@ def measured(
     if test.excitation == "sine" and not wanted:
         kind = "amplitude"
     rows = watched(test, channels)
-    if kind is None or not rows:
+    if kind is None or not rows or test.excitation in PULSES:
         return None
     each = spectra.rms_in_band(cross, band)[list(rows)]
     power = float(np.mean(each**2))

@@ -6,6 +6,7 @@ from shakerproc.testlog.facts import facts_of
 from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.levels import level_of
 from shakerproc.testlog.log import (
+    PULSES,
     Crop,
     Excitation,
     Expectation,
@@ -28,6 +29,7 @@ from shakerproc.testlog.merging import threshold_of
 from shakerproc.testlog.reading import read_testlog
 
 __all__ = [
+    "PULSES",
     "Crop",
     "Excitation",
     "Expectation",

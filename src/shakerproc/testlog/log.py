@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 from shakerproc.data import STANDARD_GRAVITY, BadRows, ChannelUse, Measurement
 from shakerproc.documents import Document
@@ -23,6 +23,9 @@ from shakerproc.units import near_miss
 Excitation: TypeAlias = Literal[
     "sine sweep", "random", "sine", "stepped sine", "shock", "hammer"
 ]
+PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer")
+"""Kinds of excitation that are over soon, and whose shape no key of the log says."""
+
 LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
 Tag: TypeAlias = str | float
 Fact: TypeAlias = str | float | bool | None
