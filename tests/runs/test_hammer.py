@@ -129,6 +129,13 @@ def test_a_response_that_is_cut_off_says_what_to_do(good):
     ).problems
 
 
+def test_a_channel_that_misses_a_blow_is_named(good):
+    rows = good.copy()
+    rows[2, round(4.4 * RATE) : round(6.4 * RATE)] = 0.0
+    (told,) = found(processed(rows, Hammer(length=1.9)), "blows").problems
+    assert "far does not respond to blow 3 although" in told
+
+
 def test_one_blow_is_enough_and_says_that_its_coherence_tells_nothing():
     result = processed(struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005)))
     (told,) = found(result, "blows").problems

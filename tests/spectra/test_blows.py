@@ -148,6 +148,8 @@ def test_a_blow_that_nothing_answers_is_rejected_but_one_sensor_is_enough():
     noise = np.random.default_rng(5).standard_normal(force.size)
     assert judged(force, [noise], 1000).reason.startswith("no response")
     assert judged(force, [noise, ringing(force)], 1000).kept
+    noise[1600:] += 100.0  # something else, much later
+    assert judged(force, [noise], 1000).reason.startswith("no response")
 
 
 def test_what_is_left_at_the_end_is_that_of_the_decay():

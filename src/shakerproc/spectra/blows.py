@@ -39,6 +39,9 @@ PILE: Final = 3.0
 RESTING: Final = 0.5
 """Share of samples from which on the extreme is where the channel rests [-]."""
 
+SOON: Final = 0.25
+"""Share of a block after a blow in which a channel responds, if it does [-]."""
+
 LAST: Final = 0.05
 """Share of a block at its end in which is read how far the response has decayed [-]."""
 
@@ -146,6 +149,8 @@ class Blow:
     left : float
         Rms of the response at the end of the block over its largest value, the largest of
         all responses [-].
+    silent : tuple of str
+        Channels that do not respond.
     """
 
     sample: int
@@ -153,6 +158,7 @@ class Blow:
     width: float
     reason: str
     left: float
+    silent: tuple[str, ...] = ()
 
     @property
     def kept(self) -> bool:
@@ -300,18 +306,24 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
     force = strikes.sign * (block[setup.force] - strikes.offset)
     pulse = _pulse(force, setup)
     peak = float(force[pulse].max())
-    left = _left(np.delete(block, setup.force, axis=0), pulse.start)
+    answers = {
+        name: _left(row, pulse.start)
+        for i, (name, row) in enumerate(zip(setup.names, block, strict=True))
+        if i != setup.force
+    }
+    heard = [left for left in answers.values() if left is not None]
     reasons = (
         _double(force, pulse, setup),
         _overload(block, setup),
-        "" if left is not None else "no response: no channel rises above its motion before",
+        "" if heard else "no response: no channel rises above its motion before",
     )
     return Blow(
         sample=sample,
         force=strikes.sign * peak,
         width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
         reason="; ".join(reason for reason in reasons if reason),
-        left=left or 0.0,
+        left=max(heard, default=0.0),
+        silent=tuple(name for name, left in answers.items() if left is None),
     )
 
 
@@ -426,15 +438,13 @@ def _end(known: dict[float, int], n_samples: int) -> float:
     return top if piled and top != 0.0 else float("nan")
 
 
-def _left(responses: FloatArray, begins: int) -> float | None:
-    """Return what is left of the responses at the end; None where nothing responds."""
-    shares: list[float] = []
-    for row in responses:
-        quiet = row[: max(begins - 1, 1)]
-        rest, noise = row - quiet.mean(), float(quiet.std())
-        largest = float(np.abs(rest[begins:]).max())
-        if largest > RISE * noise:
-            end = rest[-max(int(LAST * row.size), 1) :]
-            power = float(np.mean(end**2)) - noise**2
-            shares.append(float(np.sqrt(max(power, 0.0))) / largest)
-    return max(shares) if shares else None
+def _left(row: FloatArray, begins: int) -> float | None:
+    """Return what is left of a response at the end; None where it does not respond."""
+    quiet = row[: max(begins - 1, 1)]
+    rest, noise = row - quiet.mean(), float(quiet.std())
+    soon = begins + max(int(SOON * row.size), 1)
+    if float(np.abs(rest[begins:soon]).max()) <= RISE * noise:
+        return None
+    end = rest[-max(int(LAST * row.size), 1) :]
+    power = float(np.mean(end**2)) - noise**2
+    return float(np.sqrt(max(power, 0.0))) / float(np.abs(rest[begins:]).max())

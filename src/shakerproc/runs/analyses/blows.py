@@ -1,5 +1,6 @@
 """The blows of a hammer test: a table of those kept and rejected, their forces, what to do."""
 
+from collections.abc import Iterator
 from typing import ClassVar, Final, final
 
 import numpy as np
@@ -13,6 +14,9 @@ from shakerproc.spectra.blows import Blow, Blows
 LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told: it is about the
 error of a response function at its peaks [-]."""
+
+SOME: Final = 0.5
+"""Share of the blows that a channel may miss and still be expected to respond [-]."""
 
 MOST_DRAWN: Final = 40
 """Pulses that are drawn at most."""
@@ -91,12 +95,25 @@ def _problems(found: Blows) -> list[str]:
             "value): what is cut off falsifies the peaks. Take a longer block, or processing: "
             "{hammer: {exponential: 1 %}}, whose damping is taken away again"
         )
+    problems += _silent(found)
     if len(found.kept) == 1:
         problems.append(
             "one blow is averaged: its coherence is 1 whatever the noise and tells nothing; "
             "strike three times or more"
         )
     return problems
+
+
+def _silent(found: Blows) -> Iterator[str]:
+    """Yield which channel does not respond to some blows, although it does to most."""
+    numbered = [(i, blow) for i, blow in enumerate(found.blows, 1) if blow.kept]
+    for name in found.setup.names:
+        missed = [str(i) for i, blow in numbered if name in blow.silent]
+        if 0 < len(missed) <= SOME * len(numbered):
+            yield (
+                f"{name} does not respond to blow {', '.join(missed)} although it does to the "
+                "others: look at its cable, or crop the blow away"
+            )
 
 
 def _pulses(found: Blows) -> Panel:
