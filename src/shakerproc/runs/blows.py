@@ -65,8 +65,9 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
         raise SpectrumError(_none_left(recording, crop, setup, found))
     blocks = (windowed(_block(recording, crop, sample, cut), setup) for sample in kept)
     pulses: list[FloatArray] = []
+    quiet: list[FloatArray] = []
     cross = spectra.cross_spectra(
-        _noted(blocks, setup, pulses),
+        _noted(blocks, setup, pulses, quiet),
         recording.sample_rate,
         segment=cut.length,
         overlap=0,
@@ -75,7 +76,7 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
     absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
     return (
         replace(cross, window_name="blows", decay_rate=cut.decay_rate),
-        Blows(setup, absolute, np.array(pulses)),
+        Blows(setup, absolute, np.array(pulses), np.sqrt(np.mean(quiet, axis=0))),
     )
 
 
@@ -152,10 +153,15 @@ def _block(recording: Recording, crop: Crop, sample: int, cut: Cut) -> FloatArra
 
 
 def _noted(
-    blocks: Iterator[FloatArray], setup: Setup, pulses: list[FloatArray]
+    blocks: Iterator[FloatArray],
+    setup: Setup,
+    pulses: list[FloatArray],
+    quiet: list[FloatArray],
 ) -> Iterator[FloatArray]:
-    """Yield blocks, and note the force around the trigger of each."""
+    """Yield blocks; note the force around the trigger of each, and the power before it."""
+    before = max(setup.cut.before // 2, 1)
     for block in blocks:
+        quiet.append(block[:, :before].var(axis=1))
         pulses.append(block[setup.force, : 3 * setup.cut.before].copy())
         yield block
 

@@ -179,11 +179,14 @@ class Blows:
         All of them; samples count from the start of the recording.
     pulses : (n_kept, n) array
         Force of the blows that are kept, around the trigger [N].
+    noise : (n_channels,) array
+        Rms before these blows, the mean taken away [unit of the channel].
     """
 
     setup: Setup
     blows: tuple[Blow, ...]
     pulses: FloatArray
+    noise: FloatArray
 
     @property
     def kept(self) -> list[Blow]:

@@ -15,6 +15,9 @@ LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told: it is about the
 error of a response function at its peaks [-]."""
 
+FALLEN: Final = 0.01
+"""Share of the largest density of the force, 20 dB below it [-]."""
+
 SOME: Final = 0.5
 """Share of the blows that a channel may miss and still be expected to respond [-]."""
 
@@ -41,7 +44,7 @@ class BlowAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in rows[0]},
             summary=rows,
             panels=(_pulses(found),),
-            told=tuple(_told(found)),
+            told=(*_told(found), *_reach(result, found)),
             problems=tuple(_problems(found)),
         )
 
@@ -77,6 +80,18 @@ def _told(found: Blows) -> list[str]:
             "of resonances are without it."
         )
     return told
+
+
+def _reach(result: RunResult, found: Blows) -> Iterator[str]:
+    """Yield where the force has fallen by 20 dB, if it does within the band."""
+    frequency, force = result.spectra.frequency, result.psd[found.setup.force]
+    inside = (frequency >= result.band[0]) & (frequency <= result.band[1])
+    weak = frequency[inside & (force < FALLEN * force[inside].max())]
+    if weak.size:
+        yield (
+            f"The force has fallen by 20 dB at {weak[0]:.4g} Hz: above, functions and "
+            "coherence suffer from noise first; a harder tip reaches further."
+        )
 
 
 def _problems(found: Blows) -> list[str]:

@@ -18,8 +18,8 @@ from shakerproc.spectra import Damping
 class ResonanceAnalysis(AbstractAnalysis):
     """Every peak of |H1| over a force that chance does not make, with its damping.
 
-    A single average does not tell what chance makes: only its tallest peak is taken then, or as
-    many as ``peaks: {count: ...}`` says.
+    Where nothing tells what chance makes, only the tallest peak is taken, or as many as
+    ``peaks: {count: ...}`` says.
     """
 
     kind: ClassVar[str] = "resonances"
@@ -51,7 +51,7 @@ def _is_driven(result: RunResult, pair: Pair) -> bool:
 def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
     cross, wanted = result.spectra, result.test.processing.peaks
     gain = spectra.masked(np.abs(pair.h1), pair.excited)
-    errors = _errors(cross, pair)
+    errors = _errors(result, pair)
     found = spectra.find_peaks(
         cross.frequency,
         gain,
@@ -76,10 +76,20 @@ def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
         }
 
 
-def _errors(cross: spectra.CrossSpectra, pair: Pair) -> FloatArray | None:
-    """Return the random error of each gain [-]; None of one average, which does not tell."""
+def _errors(result: RunResult, pair: Pair) -> FloatArray | None:
+    """Return the random error of each gain [-]; None where nothing tells it.
+
+    One average has no coherence; of one blow it is that of noise as before the blow, white.
+    """
+    cross, blows = result.spectra, result.blows
     if cross.effective_averages <= 1.0:
-        return None
+        if blows is None or blows.setup.cut.before <= 1:
+            return None
+        chosen = [*pair.inputs, pair.row]
+        noise = 2.0 / cross.sample_rate * blows.noise[chosen, np.newaxis] ** 2
+        shares = np.full((len(chosen), cross.frequency.size), np.inf)
+        np.divide(noise, result.psd[chosen], out=shares, where=result.psd[chosen] > 0.0)
+        return np.asarray(np.sqrt(0.5 * shares.sum(axis=0)))
     return spectra.gain_random_error(
         np.clip(pair.coherence, 0.0, 1.0), cross.effective_averages
     )
