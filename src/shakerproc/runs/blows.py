@@ -17,14 +17,13 @@ from shakerproc.spectra.blows import (
     Blows,
     Cut,
     Setup,
-    find_strikes,
     impulse_share,
     incomplete,
     judge,
-    range_ends,
-    usual_length,
     windowed,
 )
+from shakerproc.spectra.range_ends import range_ends
+from shakerproc.spectra.strikes import find_strikes, usual_length
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)

@@ -1,4 +1,4 @@
-"""Blows of a hammer: where they are, which of them can be used, and how they are windowed.
+"""Blows of a hammer: which of them can be used, and how their blocks are windowed.
 
 The blocks of all blows that are kept are the segments of which the spectra are averages. An
 exponential window multiplies force and responses alike, which is exact: it moves every pole
@@ -6,73 +6,25 @@ to the left, so that the response functions are those of the structure with more
 known and taken away again where damping is read.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.errors import SpectrumError
-
-LOUD: Final = 8.0
-"""Standard deviations of the noise above which a force is no noise: in 10^9 samples of a
-normal law none is [-]."""
+from shakerproc.spectra.strikes import LOUD, SAME_BLOW, Strikes
 
 RISE: Final = 6.0
-"""The same of the motion before a blow, above which a channel responds [-]."""
-
-SAME_BLOW: Final = 0.2
-"""Time after a blow in which a second pulse is a rebound of the hammer, not the next blow;
-nobody strikes five times a second by hand [s]."""
+"""Standard deviations of the motion before a blow above which a channel responds [-]."""
 
 SECOND: Final = 0.05
 """Share of the largest force of a blow from which on a second pulse is a double hit [-]."""
-
-FEWEST: Final = 3
-"""Samples exactly at the largest value of a channel that make it the end of its range."""
-
-PILE: Final = 3.0
-"""How many times as many samples as at the next value there must be: a quantised sine has
-2.4 times as many at its crest [-]."""
-
-RESTING: Final = 0.5
-"""Share of samples from which on the extreme is where the channel rests [-]."""
 
 SOON: Final = 0.25
 """Share of a block after a blow in which a channel responds, if it does [-]."""
 
 LAST: Final = 0.05
 """Share of a block at its end in which is read how far the response has decayed [-]."""
-
-NORMAL: Final = 1.4826
-"""Standard deviation of a normal law over its median absolute deviation [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Strikes:
-    """Where a force strikes.
-
-    Attributes
-    ----------
-    samples : tuple of int
-        Where each blow reaches the trigger.
-    sign : int
-        1 where the pulses are positive, -1 where they are negative.
-    level : float
-        Of the trigger [N].
-    noise : float
-        Standard deviation of the force between the blows [N].
-    offset : float
-        Force at rest [N].
-    """
-
-    samples: tuple[int, ...]
-    sign: int
-    level: float
-    noise: float
-    offset: float
 
 
 @final
@@ -192,105 +144,6 @@ class Blows:
     def kept(self) -> list[Blow]:
         """Those that are averaged."""
         return [blow for blow in self.blows if blow.kept]
-
-
-def find_strikes(
-    force: FloatArray, sample_rate: float, trigger: float | None, share: float
-) -> Strikes:
-    """Return where a force strikes.
-
-    Parameters
-    ----------
-    force : (n_samples,) array
-        The force [N].
-    sample_rate : float
-        Samples per second [Hz].
-    trigger : float, optional
-        Force at which a blow begins [N].
-    share : float
-        Of the largest force, which is the trigger where none is given [-].
-
-    Returns
-    -------
-    Strikes
-        A second pulse within `SAME_BLOW` belongs to the blow before.
-
-    Raises
-    ------
-    SpectrumError
-        If the force does not reach the trigger, or does not stand out of its noise.
-    """
-    offset = float(np.median(force))
-    rest = force - offset
-    sign = 1 if rest.max() >= -rest.min() else -1
-    struck = sign * rest
-    noise = NORMAL * float(np.median(np.abs(rest)))
-    largest = float(struck.max())
-    if largest <= LOUD * noise:
-        raise SpectrumError(
-            f"no blow found: the largest force, {largest:.4g} N, does not stand out of its "
-            f"noise of {noise:.3g} N rms; is the role force at the hammer, and its unit right?"
-        )
-    level = share * largest if trigger is None else trigger
-    above = struck >= level
-    if not above.any():
-        raise SpectrumError(
-            f"no blow found: the force never reaches the trigger of {level:.4g} N, its largest "
-            f"value is {largest:.4g} N; lower processing: {{hammer: {{trigger: "
-            f"{0.1 * largest:.2g} N}}}}, or leave it out for a tenth of the largest"
-        )
-    rising = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
-    kept: list[int] = []
-    for at in rising:
-        if not kept or at - kept[-1] >= SAME_BLOW * sample_rate:
-            kept.append(int(at))
-    return Strikes(tuple(kept), sign, level, noise, offset)
-
-
-def range_ends(blocks: Iterable[FloatArray]) -> FloatArray:
-    """Return the ends of the ranges at which samples of a recording pile up.
-
-    Parameters
-    ----------
-    blocks : iterable of (n_channels, n) arrays
-        The samples in order [unit of the channel].
-
-    Returns
-    -------
-    (2, n_channels) array
-        Low and high end of each channel; not a number where its samples do not reach one.
-    """
-    counts: list[list[dict[float, int]]] = []
-    n_samples = 0
-    for block in blocks:
-        n_samples += block.shape[1]
-        counts = counts or [[{} for _ in block] for _ in range(2)]
-        for side, samples in ((0, -block), (1, block)):
-            for known, row in zip(counts[side], samples, strict=True):
-                _count_highest(known, row)
-    sides = [[_end(known, n_samples) for known in side] for side in counts]
-    return np.array([[-low for low in sides[0]], sides[1]])
-
-
-def usual_length(strikes: Strikes, n_samples: int, before: int) -> int:
-    """Return how many samples a block may have so that it ends before the next blow.
-
-    Gaps of less than half the median count as blows too many, not as the length. A single
-    blow has all to the end of the recording.
-
-    Parameters
-    ----------
-    strikes : Strikes
-        Where the force strikes.
-    n_samples : int
-        Of the recording.
-    before : int
-        Samples of a block before the trigger.
-    """
-    gaps = np.diff(strikes.samples)
-    if not gaps.size:
-        return n_samples - max(strikes.samples[0] - before, 0)
-    return int(gaps[gaps >= 0.5 * np.median(gaps)].min()) - 1
 
 
 def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
@@ -420,25 +273,6 @@ def _overload(block: FloatArray, setup: Setup) -> str:
     at_ends = (block == setup.ends[:, :, np.newaxis]).any(axis=(0, 2))
     hit = [name for name, at in zip(setup.names, at_ends, strict=True) if at]
     return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
-
-
-def _count_highest(known: dict[float, int], row: FloatArray) -> None:
-    """Count the samples at the highest two values, with those that are known already."""
-    top = float(row.max())
-    below = row[row < top]
-    values = [top, float(below.max())] if below.size else [top]
-    for value in values:
-        known[value] = known.get(value, 0) + int(np.count_nonzero(row == value))
-    for value in sorted(known)[:-2]:
-        del known[value]
-
-
-def _end(known: dict[float, int], n_samples: int) -> float:
-    """Return the end of a range, not a number where samples do not pile up there."""
-    top = max(known)
-    count, beside = known[top], known[min(known)] if len(known) > 1 else 1
-    piled = count >= max(FEWEST, PILE * beside) and count < RESTING * n_samples
-    return top if piled and top != 0.0 else float("nan")
 
 
 def _left(row: FloatArray, begins: int) -> float | None:

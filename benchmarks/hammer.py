@@ -1,0 +1,87 @@
+"""Hammer tests of a known structure: error and coverage by window, and 200 blows in how long.
+
+python -m benchmarks.hammer [DRAWS]
+"""
+
+import sys
+import time
+
+import numpy as np
+from tests.struck import MODES, RATE, struck
+
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.runs import process_recording
+from shakerproc.testlog import Hammer, Processing, Test
+from shakerproc.testlog.hammer import Amount
+
+WINDOWS = {
+    "2 s, none": Hammer(length=2.0),
+    "2 s, force 10 ms": Hammer(length=2.0, force_window=0.01),
+    "1 s, force 10 ms, 1 %": Hammer(
+        length=1.0, force_window=0.01, exponential=Amount(0.01, "1")
+    ),
+    "0.5 s, force 10 ms, 1 %": Hammer(
+        length=0.5, force_window=0.01, exponential=Amount(0.01, "1")
+    ),
+}
+NOISE = (0.2, 0.1)
+"""Standard deviations on the force [N] and on the accelerations [m/s²]."""
+
+
+def processed(rows, hammer):
+    names = ("hammer", *(f"a{i}" for i in range(1, len(rows))))
+    channels = [
+        Channel(name, "m/s^2" if i else "N", name, "g", "response" if i else "force")
+        for i, name in enumerate(names)
+    ]
+    test = Test(
+        1, excitation="hammer", from_hz=20.0, to_hz=350.0, processing=Processing(hammer=hammer)
+    )
+    return process_recording(recording_of_arrays("run", channels, rows, RATE), test)
+
+
+def resonances(result):
+    """Frequency and damping with its interval of every resonance that has them."""
+    (one,) = [one for one in result.analyses if one.kind == "resonances"]
+    return [row for row in one.summary if row["damping_percent"] is not None]
+
+
+def scores(hammer, draws):
+    """Relative errors of frequency and damping, and whether the interval holds, of draws."""
+    found = []
+    for seed in range(draws):
+        rng = np.random.default_rng(seed)
+        blows = [(0.5 + 2.2 * k, 100.0 + 50.0 * rng.random()) for k in range(6)]
+        rows = struck(blows, 13.7, noise=NOISE, seed=seed)
+        for row in resonances(processed(rows, hammer)):
+            for natural, zeta, *_ in MODES:
+                if abs(row["natural_frequency_hz"] / natural - 1.0) < 0.02:
+                    found.append((
+                        row["natural_frequency_hz"] / natural - 1.0,
+                        row["damping_percent"] / (100.0 * zeta) - 1.0,
+                        row["low_percent"] <= 100.0 * zeta <= row["high_percent"],
+                    ))
+    return np.array(found, dtype=float)
+
+
+def main(draws=30):
+    print(f"{draws} draws of 6 blows, 2 sensors, 2 modes; of {4 * draws} resonances")
+    print(
+        "block and windows        found  frequency off  damping off (largest)  interval holds"
+    )
+    for name, hammer in WINDOWS.items():
+        one = scores(hammer, draws)
+        off = np.sqrt(np.mean(one[:, :2] ** 2, axis=0))
+        print(
+            f"{name:24} {len(one):5d} {off[0]:13.4%} {off[1]:12.2%} "
+            f"({np.abs(one[:, 1]).max():.2%}) {one[:, 2].mean():14.1%}"
+        )
+    rows = struck([(0.5 + 2.0 * k, 120.0) for k in range(200)], 401.0, noise=NOISE)
+    many = np.concatenate([rows[:1], *[rows[1:] * gain for gain in (1.0, 0.7, 0.4, 0.2)]])
+    begun = time.perf_counter()
+    processed(many, Hammer(length=1.0, exponential=Amount(0.01, "1")))
+    print(f"200 blows, 8 responses, {RATE:g} Hz: {time.perf_counter() - begun:.2f} s")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
