@@ -307,7 +307,7 @@ def _split(text: str, unit: str) -> tuple[float, str]:
     plain = text.translate(_LOOK_ALIKE).strip()
     if comma := _COMMA.match(plain):
         pointed = comma[0].replace(",", ".") + plain[comma.end() :]
-        if re.fullmatch(r"[+-]?\d+,\d\d\d", comma[0]):
+        if re.fullmatch(r"[+-]?[1-9]\d*,\d\d\d", comma[0]):
             pointed += ", or " + comma[0].replace(",", "") + plain[comma.end() :]
         raise ValueError(_wanted(unit, text) + f"; use a decimal point: {pointed}")
     match = _NUMBER.match(plain)

@@ -115,6 +115,7 @@ REFUSED = {
     "control character": ("value: a§\x07b", "the control character 0x07"),
     "unprintable key": ('"§\\e[2J": 1'.replace('"§', '§"'), r'unknown key "\\x1b\[2J"'),
     "UTF-16": (b"\xa7" + "value: 1".encode("utf-16"), "got UTF-16; save it as UTF-8"),
+    "a recording": (b"\xa7TDSm\x0e\x00\x00\x00\x93", "got binary data; is this another file"),
     "Latin 1": ("value: 5 §µm".encode("latin-1"), "got the byte 0xb5; save it as UTF-8"),
     "unknown key": ("§valeu: 1", 'did you mean "value"'),
     "a space that does not break": ("§\u00a0value: 1", 'did you mean "value"'),

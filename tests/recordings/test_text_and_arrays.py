@@ -101,6 +101,30 @@ def test_a_column_answers_to_its_whole_header_too(write):
             assert recording.channels[0].name == "x"
 
 
+@pytest.mark.parametrize(
+    ("of_names", "of_rows"), [("", ";"), (";", ""), (";", ";"), (";;", ";")]
+)
+def test_a_delimiter_at_the_end_of_names_or_rows_loses_no_name(write, of_names, of_rows):
+    rows = "".join(f"{i / 100:.2f};{i}.5{of_rows}\n" for i in range(20))
+    with open_recording(write(f"time [s];a [N]{of_names}\n{rows}")) as recording:
+        assert [(c.name, c.unit) for c in recording.channels] == [("a", "N")]
+        assert recording.sample_rate == 100.0
+
+
+def test_between_blanks_a_unit_belongs_to_the_name_before_it(write):
+    rows = "".join(f"{i / 100:.2f} {i}.5 7.25\n" for i in range(20))
+    with open_recording(write(f"time [s] a (N) b [m/s^2]\n{rows}")) as recording:
+        assert [(c.name, c.unit) for c in recording.channels] == [("a", "N"), ("b", "m/s^2")]
+        assert recording.sample_rate == 100.0
+
+
+def test_names_that_do_not_fit_the_columns_are_refused(write):
+    rows = "".join(f"{i},{i / 100:.2f},{i}.5\n" for i in range(20))
+    refused(write(f"time [s],a [N]\n{rows}"), "line 1 names 2 columns .* have 3. Give each")
+    rows = "".join(f"{i / 100:.2f},{i}.5\n".replace(".", ",") for i in range(20))
+    refused(write(f"time [s],a [N]\n{rows}"), "names 2 columns .* have 4. Numbers with decimal")
+
+
 def test_without_headers_or_time_the_log_must_say_it(write):
     path = write(table(",", ".", []))
     refused(path, "no sample rate for channel 'column 1'")
@@ -130,6 +154,13 @@ def test_a_time_column_with_a_gap_is_refused(write):
     refused(write("\n".join(lines)), "time column does not advance evenly")
     lines = ["t [s],a [g]", *(f"{t},1.0" for t in (0.3, 0.2, 0.1))]
     refused(write("\n".join(lines)), "does not advance")
+
+
+def test_a_lost_second_is_said_beside_the_usual_step(write):
+    times = np.arange(400) / 100.0
+    times[150:] += 1.0
+    rows = "\n".join(f"{t:.2f},1" for t in times)
+    refused(write(f"t [s],a [g]\n{rows}\n"), r"149 to 150 it takes 1.01 s, most often 0.01 s")
 
 
 @pytest.mark.parametrize("rate", [5688.888888888889, 1000.0, 30.0])

@@ -94,6 +94,7 @@ def test_a_quantity_becomes_its_si_value(text, unit, value):
     ("text", "unit", "match"),
     [
         ("3,2 g", "m/s^2", r"got \"3,2 g\"; use a decimal point: 3\.2 g$"),
+        ("0,001 Hz", "Hz", r"use a decimal point: 0\.001 Hz$"),
         ("1,000 Hz", "Hz", r"use a decimal point: 1\.000 Hz, or 1000 Hz$"),
         ("0.5", "m/s^2", r"such as 0\.5 g, got \"0\.5\"; the unit is missing"),
         (0.5, "m/s^2", r"got 0\.5; write it with its unit, as 0\.5 g"),

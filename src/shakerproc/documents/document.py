@@ -175,6 +175,10 @@ def _text_of(path: Path) -> str:
         )
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DocumentError(path, 1, 1, "expected UTF-8 text, got UTF-16; save it as UTF-8")
+    if b"\0" in data:
+        raise DocumentError(
+            path, 1, 1, "expected text (YAML), got binary data; is this another file?"
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -34,14 +34,14 @@ class ChannelNotFoundError(RecordingError):
         self.wanted = wanted
         self.present = present
         super().__init__(
-            f"{run}: no channel {shown(wanted)}{_meant(wanted, present)}. The recording has "
+            f"{run}: no channel {shown(wanted)}{_meant(wanted, present)} The recording has "
             f"{_listed(present)}. Correct the name in the log, or choose one of these."
         )
 
 
 def _meant(wanted: str | int, present: tuple[str, ...]) -> str:
     near = units.near_miss(wanted, present) if isinstance(wanted, str) else None
-    return f"; did you mean {shown(near)}?" if near else ""
+    return f"; did you mean {shown(near)}?" if near else "."
 
 
 def _listed(names: Sequence[str], most: int = 40) -> str:

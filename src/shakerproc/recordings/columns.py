@@ -102,7 +102,8 @@ def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
     if odd is not None:
         return None, (
             f"the time column does not advance evenly: from sample {odd} to {odd + 1} it "
-            f"takes {times[odd + 1] - times[odd]:.3g} s instead of {step:.3g} s"
+            f"takes {times[odd + 1] - times[odd]:.3g} s, most often "
+            f"{np.median(np.diff(times)):.3g} s"
         )
     off = np.abs(times - times[0] - step * np.arange(times.size))
     worst = int(np.argmax(off))

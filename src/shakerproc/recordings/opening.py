@@ -196,7 +196,7 @@ def _reader(path: Path, run: str) -> Reader:
     if path.is_dir():
         raise RecordingError(f"{run}: {path} is a folder. Give a recording inside it.")
     if not path.exists():
-        raise RecordingError(f"{run}: no file {path}{_near(path)}.")
+        raise RecordingError(f"{run}: no file {path}{_near(path)}")
     open_regular(path, run).close()
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -212,9 +212,9 @@ def _near(path: Path) -> str:
     try:
         names = sorted(entry.name for entry in path.parent.iterdir())
     except OSError:
-        return ", and no such folder either"
+        return ", and no such folder either."
     near = units.near_miss(path.name, names)
-    return f"; did you mean {shown(near)}?" if near else ""
+    return f"; did you mean {shown(near)}?" if near else "."
 
 
 def _recording(  # noqa: PLR0917

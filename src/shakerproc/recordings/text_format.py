@@ -11,9 +11,17 @@ from pathlib import Path
 from typing import BinaryIO, Final, final
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import SECONDS, is_number
+from shakerproc.recordings.columns import is_number, is_time
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.si import split_header
+from shakerproc.recordings.text_names import (
+    COMMENT,
+    cells_in_use,
+    column_names,
+    fitted,
+    numbered,
+    title_rows,
+)
 
 LOOK: Final = 1 << 16
 """Bytes at the start from which the format is judged."""
@@ -26,7 +34,9 @@ _FORMULAS: Final = {"'=", "'+", "'-", "'@"}
 
 _FORMATS: Final = ((",", "."), (";", ","), (";", "."), ("\t", "."), ("\t", ","), (" ", "."))
 _WHOLE: Final = re.compile(r"\d{1,6}")
-_COMMENT: Final = ("#", "%", "//")
+_WORD: Final = re.compile(r"\S+(?:\s+\[[^\]]*\]|\s+\([^)]*\))?")
+"""Between blanks, a unit in brackets belongs to the name before it."""
+
 _LABEL: Final = re.compile(
     r"(?:channel|signal)?[ _]?(?:names?|labels?)|channels?", re.IGNORECASE
 )
@@ -145,13 +155,14 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
             "semicolon or tab with one line of headers are read, times in seconds."
         )
     _check_labels(best[1], run)
+    _check_names(lines, best[1], run)
     return best[1]
 
 
 def split(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line."""
     if delimiter == " ":
-        return line.split()
+        return _WORD.findall(line)
     cells = (
         next(csv.reader([line], delimiter=delimiter), [])
         if '"' in line
@@ -183,57 +194,13 @@ def _try_format(
     first = widths.index(width)
     if (delimiter != "," and width < 2) or 2 * counts[width] <= sum(map(bool, filled[first:])):
         return None
-    titles = _title_rows(rows[:first], numbers, width)
-    headers, units = _headers(rows, titles, width)
+    used = max(len(cells_in_use(r)) for r, w in zip(rows, widths, strict=True) if w == width)
+    rows[:first] = [fitted(row, used, width) for row in rows[:first]]
+    titles = title_rows(rows[:first], numbers, width)
+    headers, units = column_names(rows, titles, width)
     start = _start(rows[:first], numbers, titles, decimal)
     found = TextFormat(encoding, delimiter, decimal, start, headers, units)
     return counts[width] * width, found
-
-
-def _title_rows(above: Sequence[list[str]], numbers: Sequence[int], width: int) -> list[int]:
-    """Return which lines are headers: the last that fits, and one before it."""
-    titles = [
-        i
-        for i, row in enumerate(above)
-        if len(row) == width and any(row) and _may_be_title(row, numbers[i])
-    ]
-    if not titles:
-        return []
-    last = titles[-1]
-    if numbers[last] and last - 1 in titles and not numbers[last - 1]:
-        last -= 1  # a row that holds numbers, below names: the first of the table
-    return [last - 1, last] if last - 1 in titles else [last]
-
-
-def _may_be_title(row: Sequence[str], numbers: int) -> bool:
-    """Return whether a row may hold names: numbers among them are short and whole."""
-    whole = sum(_WHOLE.fullmatch(cell) is not None for cell in row)
-    if numbers and row[0].startswith(_COMMENT):
-        return False
-    return numbers == whole and numbers < sum(map(bool, row))
-
-
-def _headers(
-    rows: Sequence[list[str]], titles: Sequence[int], width: int
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names and units from the lines above the numbers."""
-    if not titles:
-        return tuple(f"column {i + 1}" for i in range(width)), ()
-    if len(titles) == 2 and _are_units(rows[titles[1]]):
-        return _names(rows[titles[0]]), tuple(rows[titles[1]])
-    return _names(rows[titles[-1]]), ()
-
-
-def _names(row: Sequence[str]) -> tuple[str, ...]:
-    """Return the names in a row, which may be written as a comment."""
-    return (row[0].lstrip("#%/ "), *row[1:])
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Return whether a row holds units rather than names: most of its words are units."""
-    words = [cell for cell in cells if cell]
-    known = sum(word.casefold() in SECONDS or parse_unit(word) is not None for word in words)
-    return 2 * known > len(words)
 
 
 def _start(
@@ -254,7 +221,7 @@ def _start(
 
 
 def _is_aside(row: Sequence[str]) -> bool:
-    return not any(row) or row[0].startswith(_COMMENT)
+    return not any(row) or row[0].startswith(COMMENT)
 
 
 def _is_row(row: Sequence[str], numbers: int, decimal: str) -> bool:
@@ -283,3 +250,31 @@ def _check_labels(found: TextFormat, run: str) -> None:
             "column holds is not said. Replace them by one line of headers, such as "
             f'"time [s]{found.delimiter}{found.headers[1]} [{found.units[1] or "g"}]".'
         )
+
+
+def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
+    """Pass a table without names, or with one for each of its columns.
+
+    Raises
+    ------
+    RecordingError
+        If the line above the numbers names more columns, or fewer, than there are.
+    """
+    width = len(found.headers)
+    above = [i for i in range(found.first) if lines[i].strip()]
+    if found.headers != numbered(width) or not above:
+        return
+    names = cells_in_use(split(lines[above[-1]], found.delimiter))
+    are_names = any(is_time(name) or split_header(name)[1] for name in names)
+    if len(names) < 2 or not are_names or any(is_number(n, found.decimal) for n in names):
+        return
+    advice = "Give each column a name"
+    if found.delimiter == "," and width == 2 * len(names):
+        advice = (
+            "Numbers with decimal commas cannot stand between commas: export with semicolons "
+            "or tabs between the columns"
+        )
+    raise RecordingError(
+        f"{run}: line {above[-1] + 1} names {len(names)} columns ({shown(names[0], 20)} to "
+        f"{shown(names[-1], 20)}), but the rows below it have {width}. {advice}."
+    )

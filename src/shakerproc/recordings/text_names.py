@@ -1,0 +1,75 @@
+"""Which lines above a table of numbers name its columns and their units."""
+
+import re
+from collections.abc import Sequence
+from typing import Final
+
+from shakerproc.recordings.columns import SECONDS
+from shakerproc.recordings.si import parse_unit
+
+_WHOLE: Final = re.compile(r"\d{1,6}")
+COMMENT: Final = ("#", "%", "//")
+"""How a line begins that is no row."""
+
+
+def cells_in_use(row: Sequence[str]) -> Sequence[str]:
+    """Return the cells of a row up to the last one that holds something."""
+    there = [i for i, cell in enumerate(row) if cell]
+    return row[: there[-1] + 1] if there else []
+
+
+def fitted(row: list[str], used: int, width: int) -> list[str]:
+    """Return a row of names at the width of the numbers: either may end in a delimiter."""
+    filled = cells_in_use(row)
+    return [*filled, *[""] * (width - used)] if len(filled) == used else row
+
+
+def title_rows(above: Sequence[list[str]], numbers: Sequence[int], width: int) -> list[int]:
+    """Return which lines are headers: the last that fits, and one before it."""
+    titles = [
+        i
+        for i, row in enumerate(above)
+        if len(row) == width and any(row) and _may_be_title(row, numbers[i])
+    ]
+    if not titles:
+        return []
+    last = titles[-1]
+    if numbers[last] and last - 1 in titles and not numbers[last - 1]:
+        last -= 1  # a row that holds numbers, below names: the first of the table
+    return [last - 1, last] if last - 1 in titles else [last]
+
+
+def _may_be_title(row: Sequence[str], numbers: int) -> bool:
+    """Return whether a row may hold names: numbers among them are short and whole."""
+    whole = sum(_WHOLE.fullmatch(cell) is not None for cell in row)
+    if numbers and row[0].startswith(COMMENT):
+        return False
+    return numbers == whole and numbers < sum(map(bool, row))
+
+
+def column_names(
+    rows: Sequence[list[str]], titles: Sequence[int], width: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names and units from the lines above the numbers."""
+    if not titles:
+        return numbered(width), ()
+    if len(titles) == 2 and _are_units(rows[titles[1]]):
+        return _names(rows[titles[0]]), tuple(rows[titles[1]])
+    return _names(rows[titles[-1]]), ()
+
+
+def numbered(width: int) -> tuple[str, ...]:
+    """Return what columns are called that nothing names."""
+    return tuple(f"column {i + 1}" for i in range(width))
+
+
+def _names(row: Sequence[str]) -> tuple[str, ...]:
+    """Return the names in a row, which may be written as a comment."""
+    return (row[0].lstrip("#%/ "), *row[1:])
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Return whether a row holds units rather than names: most of its words are units."""
+    words = [cell for cell in cells if cell]
+    known = sum(word.casefold() in SECONDS or parse_unit(word) is not None for word in words)
+    return 2 * known > len(words)
