@@ -30,6 +30,9 @@ PRETRIGGER: Final = (0.01, 16)
 """Usual length before the trigger: share of the block, and samples at least; of a first blow
 that comes sooner, what lies before that."""
 
+PULSE: Final = 64
+"""Samples of the force after the trigger that are noted at least."""
+
 BRIEF: Final = 0.9
 """Share of a block's energy around its largest value from which on a channel strikes [-]."""
 
@@ -159,9 +162,10 @@ def _noted(
 ) -> Iterator[FloatArray]:
     """Yield blocks; note the force around the trigger of each, and the power before it."""
     before = max(setup.cut.before // 2, 1)
+    around = 3 * setup.cut.before + PULSE
     for block in blocks:
         quiet.append(block[:, :before].var(axis=1))
-        pulses.append(block[setup.force, : 3 * setup.cut.before].copy())
+        pulses.append(block[setup.force, :around].copy())
         yield block
 
 

@@ -21,6 +21,9 @@ FALLEN: Final = 0.01
 SOME: Final = 0.5
 """Share of the blows that a channel may miss and still be expected to respond [-]."""
 
+AROUND: Final = (2, 8)
+"""Widths of a pulse that are drawn before and after the trigger [-]."""
+
 MOST_DRAWN: Final = 40
 """Pulses that are drawn at most."""
 
@@ -133,12 +136,15 @@ def _silent(found: Blows) -> Iterator[str]:
 
 def _pulses(found: Blows) -> Panel:
     cut, name = found.setup.cut, found.setup.names[found.setup.force]
-    drawn = found.pulses[:MOST_DRAWN]
-    time = np.asarray(1e3 / cut.sample_rate * (np.arange(drawn.shape[1]) - cut.before))
+    width = round(max(blow.width for blow in found.kept) * cut.sample_rate)
+    first = max(cut.before - AROUND[0] * width, 0)
+    drawn = found.pulses[:MOST_DRAWN, first : cut.before + AROUND[1] * width]
+    after = first + np.arange(drawn.shape[1]) - cut.before
+    time = np.asarray(1e3 / cut.sample_rate * after)
     return Panel(
         "blows_force",
         "Force of the blows that are averaged",
-        f"{len(drawn)} of {len(found.kept)} blows, from the trigger on.",
+        f"{len(drawn)} of {len(found.kept)} blows.",
         Scale("time after the trigger [ms]", logarithmic=False),
         Scale("force [N]", logarithmic=False),
         tuple(
