@@ -24,6 +24,7 @@ ASKED = {
     "response_functions": "[{input: ch3, output: ch4}, {input: controls, output: ch3}]",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
     "distribution": "{bins: 60}",
+    "orders": "{tachometer: ch3, track: [0.5, 1, 1.5]}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
@@ -36,6 +37,10 @@ REFUSED = {
     "integration: {high_pass: 0.1 Hz}": "two periods in the run",
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
     "shock: {from: 210 Hz}": "does not lie below to",
+    "orders: {}": "no channel 'tachometer'; the run has",
+    "orders: {tachometer: ch3, track: [1, 4]}": "above half the sample rate of 2048 Hz",
+    "orders: {tachometer: ch3, track: [1, 1.1]}": "not separable within 10 revolutions",
+    "orders: {tachometer: ch3, pulses_per_revolution: 5000}": "revolutions in the run, where",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
 """What a recording of 2048 Hz does not allow."""
@@ -54,6 +59,9 @@ MISTAKEN = {
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
+    "orders: {track: []}": "orders.track",
+    "orders: {track: [0]}": "orders.track",
+    "orders: {pulses: 2}": 'unknown key "pulses"',
     "distribution: {bins: 3}": "distribution.bins",
     "octaves: {from: 100 Hz, to: 50 Hz}": "expected from below to",
     "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
@@ -205,7 +213,11 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
         ),
     )
     result = process_recording(recording_of_arrays("run", channels, rows, 2000.0), test)
-    assert {one.kind for one in result.analyses} == set(ANALYSES) - {"blows", "driving_point"}
+    assert {one.kind for one in result.analyses} == set(ANALYSES) - {
+        "blows",
+        "driving_point",
+        "orders",
+    }
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
     assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))

@@ -109,6 +109,13 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "number and width; exceedance is the share of samples at or above a level.",
         "",
     ),
+    "orders": (
+        "The angle of the shaft is a cubic spline through the rising edges of the tachometer; "
+        "all orders and an offset are fitted together to the samples of so many revolutions, "
+        "with Hann weights.",
+        "J. R. Blough, Development and analysis of time variant discrete Fourier transform "
+        "order tracking, Mechanical Systems and Signal Processing 17, 1185-1199, 2003.",
+    ),
     "fatigue": (
         "A vibration response spectrum is the root mean square of oscillators on the place of "
         "a sensor; a fatigue damage spectrum adds up the amplitudes of their pseudo-velocity, "

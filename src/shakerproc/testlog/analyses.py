@@ -80,6 +80,29 @@ class Distribution:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Orders:
+    """Orders of a rotating machine.
+
+    Attributes
+    ----------
+    tachometer : str
+        Name of the channel that holds its pulses.
+    pulses_per_revolution : int
+        Of the tachometer.
+    track : tuple of float
+        Orders, cycles in one revolution [-].
+    revolutions : float
+        Length of the stretches that they are fitted to [-].
+    """
+
+    tachometer: str = "tachometer"
+    pulses_per_revolution: int = 1
+    track: tuple[float, ...] = (1.0, 2.0)
+    revolutions: float = 10.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Fatigue:
     """Vibration response and fatigue damage spectra.
 

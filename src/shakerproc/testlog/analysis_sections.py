@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
-from shakerproc.documents import Section
+from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analyses import Baseline
 from shakerproc.units import in_unit
 
@@ -51,6 +51,20 @@ class DistributionSection(Section):
     """Probability density and exceedance."""
 
     bins: Annotated[int, Field(ge=10, le=1000)] | None = None
+
+
+Order: TypeAlias = Annotated[float, Field(gt=0.0, le=1000.0, strict=False)]
+
+
+class OrdersSection(Section):
+    """Orders of a rotating machine."""
+
+    tachometer: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    pulses_per_revolution: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    track: Annotated[tuple[Order, ...], FromList, Field(min_length=1, max_length=20)] | None = (
+        None
+    )
+    revolutions: Annotated[float, Field(ge=1.0, le=1000.0, strict=False)] | None = None
 
 
 class FatigueSection(Section):

@@ -13,6 +13,7 @@ from shakerproc.testlog.analyses import (
     Fatigue,
     Integration,
     Octaves,
+    Orders,
     ResponseFunction,
     Shock,
 )
@@ -191,6 +192,8 @@ class Processing:
         Octave bands, likewise.
     distribution : Distribution, optional
         Probability density and exceedance of every channel.
+    orders : Orders, optional
+        Orders against the speed that a tachometer shows.
     integration : Integration, optional
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
@@ -217,6 +220,7 @@ class Processing:
     octaves: Octaves | None = None
     integration: Integration | None = None
     distribution: Distribution | None = None
+    orders: Orders | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
     hammer: Hammer = field(default_factory=Hammer)

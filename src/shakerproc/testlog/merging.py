@@ -13,6 +13,7 @@ from shakerproc.testlog.analyses import (
     Fatigue,
     Integration,
     Octaves,
+    Orders,
     ResponseFunction,
     Shock,
 )
@@ -127,6 +128,7 @@ def merged_processing(
         distribution=_asked(
             base.distribution, section.distribution, Distribution(), "distribution"
         ),
+        orders=_asked(base.orders, section.orders, Orders(), "orders"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),

@@ -17,6 +17,7 @@ from shakerproc.testlog.analysis_sections import (
     FatigueSection,
     IntegrationSection,
     OctavesSection,
+    OrdersSection,
     ResponseFunctionSection,
     ShockSection,
 )
@@ -241,6 +242,7 @@ class ProcessingSection(Section):
     octaves: OctavesSection | None = None
     integration: IntegrationSection | None = None
     distribution: DistributionSection | None = None
+    orders: OrdersSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
     hammer: HammerSection = HammerSection()

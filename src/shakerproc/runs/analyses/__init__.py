@@ -12,6 +12,7 @@ from shakerproc.runs.analyses.driving_point import DrivingPointAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
+from shakerproc.runs.analyses.orders import OrderAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
 from shakerproc.runs.analyses.resonances import ResonanceAnalysis
 from shakerproc.runs.analyses.response_functions import ResponseFunctionAnalysis
@@ -30,6 +31,7 @@ _KINDS: Final = (
     IntegrationAnalysis(),
     OctaveAnalysis(),
     DistributionAnalysis(),
+    OrderAnalysis(),
     ShockAnalysis(),
     FatigueAnalysis(),
 )

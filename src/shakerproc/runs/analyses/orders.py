@@ -1,0 +1,228 @@
+"""Orders of a rotating machine against the speed that a tachometer shows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import ComplexArray, FloatArray, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.tables import spelled
+from shakerproc.spectra.orders import Rotation, order_amplitudes, rotation
+from shakerproc.testlog.analyses import Orders
+
+MOST_ROWS: Final = 2000
+"""Most stretches of a run that are fitted: as fine as a figure shows [-]."""
+
+RESOLVED: Final = 2.0
+"""Least distance between orders, over one in the revolutions of a stretch: half the main lobe
+of a Hann window [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tracked:
+    """Orders of a run: (n,) times [s] and speeds [rev/min], (n_channels, n_orders, n) rows."""
+
+    time: FloatArray
+    speed: FloatArray
+    amplitudes: ComplexArray
+
+
+@final
+class OrderAnalysis(AbstractAnalysis):
+    """Amplitude and phase of orders over speed and time."""
+
+    kind: ClassVar[str] = "orders"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the orders of every channel but the tachometer."""
+        wanted = result.test.processing.orders
+        if wanted is None:
+            return None
+        _check_distance(wanted)
+        tachometer = _row_of(result, wanted.tachometer)
+        shaft = _shaft(recording, result, wanted, tachometer)
+        rows = [i for i in range(len(result.channels)) if i != tachometer]
+        found = _tracked(recording.select(rows), result, wanted, shaft)
+        labels = [f"order {order:g}" for order in wanted.track]
+        slowest, fastest = found.speed.min(), found.speed.max()
+        return Analysis(
+            kind=self.kind,
+            title=f"Orders against the speed of {wanted.tachometer}",
+            columns=_columns(result, rows, labels, found),
+            summary=tuple(
+                _row(result, row, label, found, (i, j))
+                for i, row in enumerate(rows)
+                for j, label in enumerate(labels)
+            ),
+            panels=(_speed(found), *_panels(result, rows, labels, found)),
+            told=(
+                f"Speed {slowest:.5g} to {fastest:.5g} rev/min, "
+                f"{shaft.revolutions:.5g} revolutions.",
+            ),
+        )
+
+
+def _check_distance(wanted: Orders) -> None:
+    """Pass orders that a stretch can tell apart, and from an offset.
+
+    Raises
+    ------
+    SpectrumError
+        If two are closer.
+    """
+    track = np.array([0.0, *sorted(wanted.track)])
+    least = float(np.diff(track).min())
+    if least * wanted.revolutions < RESOLVED * (1.0 - 1e-9):
+        near = int(np.argmin(np.diff(track)))
+        first = "an offset" if near == 0 else f"order {track[near]:g}"
+        raise SpectrumError(
+            f"orders: {first} and order {track[near + 1]:g} are not separable within "
+            f"{wanted.revolutions:g} revolutions; give revolutions: "
+            f"{np.ceil(RESOLVED / least) if least else np.inf:g}, or leave one out"
+        )
+
+
+def _row_of(result: RunResult, name: str) -> int:
+    """Return the row of the tachometer.
+
+    Raises
+    ------
+    SpectrumError
+        If there is no such channel.
+    """
+    for i, channel in enumerate(result.channels):
+        if name in {channel.name, channel.source_name}:
+            return i
+    there = ", ".join(channel.name for channel in result.channels)
+    raise SpectrumError(
+        f"orders: no channel {name!r}; the run has {there}. Name the tachometer among them"
+    )
+
+
+def _shaft(recording: Recording, result: RunResult, wanted: Orders, row: int) -> Rotation:
+    """Return the rotation, times from the start of the run.
+
+    Raises
+    ------
+    SpectrumError
+        If the tachometer shows no pulses, or too few revolutions.
+    """
+    samples = recording.select([row]).samples(result.crop.start, result.crop.stop)[0]
+    try:
+        found = rotation(samples, result.sample_rate, wanted.pulses_per_revolution)
+    except SpectrumError as error:
+        raise SpectrumError(
+            f"orders: tachometer {wanted.tachometer}: {error}; check its cable and its range, "
+            "or name another channel"
+        ) from error
+    if found.revolutions < wanted.revolutions:
+        raise SpectrumError(
+            f"orders: tachometer {wanted.tachometer}: {found.revolutions:g} revolutions in "
+            f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
+        )
+    return found
+
+
+def _tracked(
+    recording: Recording, result: RunResult, wanted: Orders, shaft: Rotation
+) -> _Tracked:
+    """Return orders in stretches of equal angle, each over half of the one before.
+
+    Raises
+    ------
+    SpectrumError
+        If an order lies above half the sample rate.
+    """
+    half = 0.5 * wanted.revolutions
+    n = int(min((shaft.revolutions - 2.0 * half) / half + 1.0, MOST_ROWS))
+    middles = np.linspace(half, shaft.revolutions - half, max(n, 1))
+    ends = np.array([shaft.time(middles - half), shaft.time(middles + half)])
+    speed = wanted.revolutions / (ends[1] - ends[0])  # of each stretch, revolutions per second
+    highest, rate = max(wanted.track), result.sample_rate
+    if highest * speed.max() >= 0.5 * rate:
+        raise SpectrumError(
+            f"orders: order {highest:g} reaches {highest * speed.max():.4g} Hz at "
+            f"{60.0 * speed.max():.5g} rev/min, above half the sample rate of {rate:g} Hz; "
+            f"give orders below {0.5 * rate / speed.max():.4g}, or record faster"
+        )
+    orders, start = np.array(wanted.track), result.crop.start
+    first = np.maximum(np.ceil(ends[0] * rate), 0.0).astype(int)
+    last = np.minimum(np.floor(ends[1] * rate) + 1.0, result.crop.n_samples).astype(int)
+    fitted = [
+        order_amplitudes(
+            recording.samples(start + a, start + b), shaft.angle(np.arange(a, b) / rate), orders
+        )
+        for a, b in zip(first, last, strict=True)
+    ]
+    time = shaft.time(middles) + start / rate
+    return _Tracked(time, 60.0 * speed, np.stack(fitted, axis=-1))
+
+
+def _columns(
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+) -> dict[str, FloatArray]:
+    columns = {"time_s": found.time, "speed_rev_per_min": found.speed}
+    for i, row in enumerate(rows):
+        unit, factor = shown_unit(result.channels[row].unit)
+        for j, label in enumerate(labels):
+            name = f"{label.replace(' ', '_')}_{result.channels[row].name}"
+            columns[f"{name}_amplitude{spelled(unit)}"] = (
+                np.abs(found.amplitudes[i, j]) * factor
+            )
+            columns[f"{name}_phase_deg"] = np.degrees(np.angle(found.amplitudes[i, j]))
+    return columns
+
+
+def _row(
+    result: RunResult, row: int, label: str, found: _Tracked, at: tuple[int, int]
+) -> dict[str, Cell]:
+    """Return the largest amplitude of an order, and when it is that large."""
+    unit, factor = shown_unit(result.channels[row].unit)
+    amplitude = np.abs(found.amplitudes[at]) * factor
+    peak = int(np.argmax(amplitude))
+    return {
+        "channel": result.channels[row].name,
+        "order": label.removeprefix("order "),
+        "largest": float(amplitude[peak]),
+        "unit": unit,
+        "phase_deg": float(np.degrees(np.angle(found.amplitudes[at][peak]))),
+        "speed_rev_per_min": float(found.speed[peak]),
+        "time_s": float(found.time[peak]),
+    }
+
+
+def _speed(found: _Tracked) -> Panel:
+    return Panel(
+        "orders_speed", "Speed", "Mean speed of each stretch of revolutions.",
+        Scale("time [s]", logarithmic=False), Scale("speed [rev/min]", logarithmic=False),
+        (Line("speed", found.time, found.speed),),
+    )  # fmt: skip
+
+
+def _panels(
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+) -> list[Panel]:
+    """Return the amplitudes of all orders against speed, one figure a channel."""
+    panels = []
+    for i, row in enumerate(rows):
+        channel = result.channels[row]
+        unit, factor = shown_unit(channel.unit)
+        lines = tuple(
+            Line(label, found.speed, np.abs(found.amplitudes[i, j]) * factor, style=j)
+            for j, label in enumerate(labels)
+        )
+        panels.append(
+            Panel(
+                f"orders_{i + 1}", f"Orders of {channel.name}",
+                "Amplitude of each order against the speed of the shaft.",
+                Scale("speed [rev/min]", logarithmic=False),
+                Scale(f"amplitude [{unit}]", logarithmic=False), lines,
+            )
+        )  # fmt: skip
+    return panels

@@ -1,0 +1,85 @@
+"""Order tracking, against run-ups whose orders have known amplitudes and phases."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.errors import SpectrumError
+from shakerproc.runs import process_recording
+from shakerproc.spectra.orders import rotation
+from shakerproc.testlog import Processing, Test
+from shakerproc.testlog.analyses import Orders
+
+RATE = 4096.0
+TIME = np.arange(int(20.0 * RATE)) / RATE
+START, SLOPE = 10.0, 2.0  # rev/s and rev/s²: 600 to 3000 rev/min in 20 s
+ANGLE = START * TIME + 0.5 * SLOPE * TIME**2
+SPEED = 60.0 * (START + SLOPE * TIME)
+
+
+def tachometer(pulses=1, *, noise=0.0):
+    """Square pulses of 5 V, half of each tooth, rising at whole teeth."""
+    square = np.where((ANGLE * pulses + 1e-9) % 1.0 < 0.5, 5.0, 0.0)
+    return square + noise * np.random.default_rng(4).standard_normal(TIME.size)
+
+
+def orders_of(response, pulses=1, **how):
+    channels = (
+        Channel("tachometer", "V", "tachometer", "V", "response"),
+        Channel("bearing", "m/s^2", "bearing", "m/s^2", "response"),
+    )
+    asked = Orders(pulses_per_revolution=pulses, **how)
+    test = Test(
+        1, excitation="random", from_hz=5.0, to_hz=900.0,
+        processing=Processing(crop=None, orders=asked),
+    )  # fmt: skip
+    rows = np.array([tachometer(pulses), response])
+    recording = recording_of_arrays("run", channels, rows, RATE)
+    found = process_recording(recording, test).analyses
+    return next(one for one in found if one.kind == "orders")
+
+
+def test_pulses_give_the_speed_of_the_run_up():
+    found = rotation(tachometer(noise=0.1), RATE, 1)
+    expected = np.sqrt(START**2 + 2.0 * SLOPE * np.arange(found.times.size + 1)) - START
+    offset = 0 if found.times[0] < 0.05 else 1  # the first edge is the first sample's
+    assert_allclose(found.times, expected[offset:][: found.times.size] / SLOPE, atol=1.0 / RATE)
+    assert found.revolutions == pytest.approx(ANGLE[-1], abs=2.0)
+
+
+@pytest.mark.parametrize("pulses", [1, 4])
+def test_orders_of_a_run_up_have_their_amplitudes_and_phases(pulses):
+    rising = 1e-3 * SPEED  # grows with speed
+    # the first edge that is seen ends the first tooth: angles are counted from there
+    turned = ANGLE - 1.0 / pulses
+    response = (
+        3.0 * np.cos(2.0 * np.pi * turned + 0.5)
+        + rising * np.cos(2.0 * np.pi * 2.5 * turned - 1.0)
+        + 0.2 * np.cos(2.0 * np.pi * 3.0 * turned)
+        + 7.0
+    )
+    found = orders_of(response, pulses, track=(1.0, 2.5, 3.0)).columns
+    time, speed = found["time_s"], found["speed_rev_per_min"]
+    assert_allclose(speed, np.interp(time, TIME, SPEED), rtol=5e-3)
+    g = 9.80665
+    assert_allclose(found["order_1_bearing_amplitude_g"] * g, 3.0, rtol=1e-4)
+    assert_allclose(found["order_2.5_bearing_amplitude_g"] * g, 1e-3 * speed, rtol=4e-3)
+    assert_allclose(found["order_3_bearing_amplitude_g"] * g, 0.2, atol=1e-3)
+    assert_allclose(found["order_1_bearing_phase_deg"], np.degrees(0.5), atol=1.0)
+    assert_allclose(found["order_2.5_bearing_phase_deg"], np.degrees(-1.0), atol=2.5)
+
+
+def test_a_fixed_tone_is_an_order_only_where_it_crosses_it():
+    found = orders_of(2.0 * np.cos(2.0 * np.pi * 60.0 * TIME), track=(1.0, 2.0))
+    row = next(r for r in found.summary if r["order"] == "2" and r["channel"] == "bearing")
+    assert row["speed_rev_per_min"] == pytest.approx(1800.0, rel=0.03)  # 60 Hz = 2 * 30 rev/s
+    amplitude = found.columns["order_2_bearing_amplitude_g"] * 9.80665
+    far = np.abs(found.columns["speed_rev_per_min"] - 1800.0) > 600.0
+    assert amplitude.max() > 1.0
+    assert amplitude[far].max() < 0.02
+
+
+def test_a_tachometer_that_rests_is_refused():
+    with pytest.raises(SpectrumError, match="0 pulses between 5 and 5"):
+        rotation(np.full(1000, 5.0), RATE, 1)
