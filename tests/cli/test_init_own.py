@@ -117,6 +117,25 @@ def test_a_missing_unit_is_marked_and_not_guessed(tmp_path):
     }
 
 
+def test_accelerations_come_before_volts_and_units_are_read_as_in_a_file(tmp_path):
+    """A drive in volts, two accelerations in g's, a light barrier without a unit."""
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i / 100},{i % 5},1,{i % 7},{i % 3}\n" for i in range(3000))
+    head = "time,Output To Table,LED Light,Table accel,Block accel\nseconds,Volts,,g's,g's\n"
+    (tmp_path / "r" / "b.csv").write_text(head + rows, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    test = read_testlog(tmp_path / "testlog.yaml").tests[0]
+    assert {str(use.key): use.role for use in test.channels} == {
+        "Output To Table": "ignore",
+        "LED Light": "ignore",
+        "Table accel": "control",
+        "Block accel": "response",
+    }
+    assert test.processing.crop is not None
+    assert list(read_model(tmp_path / "model.yaml").sensors) == ["Block accel"]
+    assert run("batch", tmp_path / "testlog.yaml", "--no-figures", "--workers", 1) == 0
+
+
 def test_controls_are_found_by_name_else_the_first_is_taken():
     assert controls_of(["ch1", "Control 1", "base z"]) == ["Control 1", "base z"]
     assert controls_of(["ai0", "ai1"]) == ["ai0"]

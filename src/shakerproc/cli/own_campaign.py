@@ -186,7 +186,7 @@ def begin(
     if not seen:
         raise LogError(f"{recordings}: none of the recordings can be read; nothing was written")
     seen.sort(key=lambda one: not one.rms)  # what can be used speaks first
-    controls = controls_of(seen[0].names)
+    controls = _controls(seen[0])
     usual, crop = entries(seen[0]), _crop(seen, controls)
     own = {one.path: _own(one, usual, controls, crop) for one in seen}
     first = seen[0].path.relative_to(recordings).as_posix()
@@ -228,15 +228,21 @@ def _described_or_left_out(path: Path, warn: Callable[[str], None]) -> list[Seen
 
 def _ignored(unit: str, length: int, seen: Seen) -> str:
     """Return why a channel is of no use here; empty where it is."""
-    from shakerproc.units import is_unit_of
+    from shakerproc.recordings.si import quantity_of
 
     usual = max(set(seen.lengths), key=seen.lengths.count)
     if length != usual:
         return f"{length} samples, others have {usual}"
-    known = not unit or any(is_unit_of(unit, wanted) for wanted in ("V", "m/s^2"))
-    return "" if known else f"{unit} is no acceleration"
+    quantity = quantity_of(unit)
+    if quantity not in {"", "V", _ACCELERATION}:
+        return f"{unit} is no acceleration"
+    accelerations = sum(quantity_of(other) == _ACCELERATION for other in seen.units)
+    if quantity != _ACCELERATION and accelerations > 1:
+        return f"{unit or 'no unit'}, others are accelerations"
+    return ""
 
 
+_ACCELERATION: Final = "m/s^2"
 _IGNORE: Final = "{role: ignore}"
 _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
@@ -246,14 +252,21 @@ def controls_of(names: Sequence[str]) -> list[str]:
     return [name for name in names if _ON_THE_TABLE.search(name)] or list(names[:1])
 
 
+def _controls(seen: Seen) -> list[str]:
+    """Return the channels of a recording that sit on the table, of those that are of use."""
+    channels = zip(seen.names, seen.units, seen.lengths, strict=True)
+    useful = [name for name, unit, n in channels if not _ignored(unit, n, seen)]
+    return controls_of(useful or seen.names)
+
+
 def entries(seen: Seen) -> dict[str, tuple[str, str]]:
     """Return what the log says of each channel of a recording, and why, by its key there.
 
     The key is the name or, of several channels of one name, the number, and a name beside it.
     """
-    from shakerproc.units import is_unit_of
+    from shakerproc.recordings.si import quantity_of
 
-    controls, found = controls_of(seen.names), {}
+    controls, found = _controls(seen), {}
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)
     for number, (name, unit, n) in enumerate(channels, 1):
         role = "control" if name in controls else "response"
@@ -261,9 +274,9 @@ def entries(seen: Seen) -> dict[str, tuple[str, str]]:
         note = "(guess)"
         if why := _ignored(unit, n, seen):
             role, at, note = "ignore", "", f"(guess) {why}"
-        elif not unit:
+        elif not quantity_of(unit):
             note += " ??? no unit in the file: add unit: g, or unit: V, sensitivity: 100 mV/g"
-        elif is_unit_of(unit, "V"):
+        elif quantity_of(unit) == "V":
             note += " ??? volts: add sensitivity: 100 mV/g"
         key, own = _quoted(name), ""
         if seen.names.count(name) > 1:
@@ -284,7 +297,7 @@ def _own(
         return ""
     told = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
     if crop.startswith("{") and controls[0] not in seen.names:
-        name = _quoted(controls_of(seen.names)[0])
+        name = _quoted(_controls(seen)[0])
         told += f", processing: {{crop: {{channel: {name}}}}}"
     return told
 
@@ -292,11 +305,11 @@ def _own(
 def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
     """Return a threshold that the quietest run passes, where the unit is known."""
     from shakerproc.data import STANDARD_GRAVITY
-    from shakerproc.units import is_unit_of
+    from shakerproc.recordings.si import quantity_of
 
     first = seen[0]
     at = first.names.index(controls[0])
-    if not first.rms or not first.units[at] or not is_unit_of(first.units[at], "m/s^2"):
+    if not first.rms or quantity_of(first.units[at]) != _ACCELERATION:
         return "none                    # ??? or {channel: NAME, threshold: 0.3 g}"
     name = controls[0]
     levels = [one.rms[one.names.index(name)] for one in seen if one.rms and name in one.names]

@@ -74,7 +74,7 @@ def label(test: TestComparison) -> str:
     """Return number and level of a test, and whether it was held out."""
     kept = ", held out" if test.measured.test.hold_out else ""
     level = test.measured.test.level_text
-    return f"test {test.measured.name}{f', {level}' if level else ''}{kept}"
+    return f"test {test.measured.name}{f', {level}' if level else ''}{kept}".replace("^2", "²")
 
 
 def response_functions(comparison: Comparison, sensor: int) -> "Figure":
@@ -155,7 +155,8 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
     axis.set_title(
         f"{name}: unexplained over measured rms by third octave [%] (bold: most of it)"
     )
-    figure.colorbar(mesh, ax=axis, pad=0.02, label="error [-]", extend="both")
+    bar = figure.colorbar(mesh, ax=axis, pad=0.02, label="error [%]", extend="both")
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g}")
     return figure
 
 
