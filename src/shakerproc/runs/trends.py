@@ -144,7 +144,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
     requests = [
         TrendRequest(
             _file_name("5.45", "clearance_random"),
-            f"ω_e against clearance, random excitation{_as_in('5.45')}.",
+            "ω_e against clearance, random excitation.",
             "Look for a fall from zero clearance to the first gap.",
             "clearance_m",
             ("joint", "orientation", "level"),
@@ -156,7 +156,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
         requests += [
             TrendRequest(
                 _file_name(level, f"level_{joint}"),
-                f"ω_e against level, {joint} joint, sweeps{_as_in(level)}.",
+                f"ω_e against level, {joint} joint, sweeps.",
                 "A frequency that moves with level is the mark of a nonlinear joint.",
                 "level_g",
                 ("clearance_m", "orientation"),
@@ -164,7 +164,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
             ),
             TrendRequest(
                 _file_name(clearance, f"clearance_{joint}"),
-                f"ω_e against clearance, every {joint} out-of-plane test{_as_in(clearance)}.",
+                f"ω_e against clearance, every {joint} out-of-plane test.",
                 "All levels and kinds of excitation together: look whether they agree.",
                 "clearance_m",
                 ("excitation", "level"),
@@ -193,10 +193,6 @@ def _file_name(figure: str, quantity: str) -> str:
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", quantity)[:80]
     number = f"figure_{figure.replace('.', '_')}_" if figure else ""
     return f"{number}omega_e_against_{plain}"
-
-
-def _as_in(figure: str) -> str:
-    return f" (thesis figure {figure})" if figure else ""
 
 
 def _word(column: str) -> str:

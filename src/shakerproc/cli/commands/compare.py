@@ -112,7 +112,7 @@ def _write(
         from shakerproc.report.compare import draw_comparison
 
         draw_comparison(found, folder)
-    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}."
+    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
     return write_evidence(folder, title, verdict, evidence, command=output.command())
 
 
