@@ -8,7 +8,7 @@ from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet, W
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
+from shakerproc.diagnosis.estimation.windows import whole_stretches, whole_tests, windows_of
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)
 """Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
@@ -72,13 +72,16 @@ def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:
 
 
 def forms_of(data: DataSet) -> list[Form]:
-    """Return windows of every horizon, and whole tests where they begin at rest."""
+    """Return windows of every horizon, and whole tests or parts of them.
+
+    Whole tests where they begin at rest; else what is fitted to, and what was held out, each
+    stretch with a start of its own.
+    """
     rate = data.tests[0].sample_rate
     found = []
     for periods in HORIZONS:
         length_s = (periods + RUN_IN) * data.unit_s
-        run_in = TAPS + int(data.run_in_s(length_s) * rate)
-        length = TAPS + int(length_s * rate)
+        length, run_in = TAPS + int(length_s * rate), _run_in(data, length_s)
         parts = [
             windows_of(data, length, held_out=kept, most=most, run_in=own)
             for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
@@ -86,5 +89,17 @@ def forms_of(data: DataSet) -> list[Form]:
         found.append(Form(length / rate, *parts))
     if all(test.at_rest for test in data.tests):
         whole = whole_tests(data, held_out=False)
-        found.append(Form(None, whole, whole, whole_tests(data, held_out=True)))
-    return found
+        return [*found, Form(None, whole, whole, whole_tests(data, held_out=True))]
+    longest_s = found[-1].horizon or 0.0
+    run_in = _run_in(data, longest_s)
+    parts = [
+        whole_stretches(data, held_out=kept, run_in=own)
+        for kept, own in ((False, 0), (False, run_in), (True, run_in))
+    ]
+    shortest_s = min((int(p.table[:, 2].min()) for p in parts if len(p)), default=0) / rate
+    return [*found, Form(shortest_s, *parts)] if shortest_s > longest_s else found
+
+
+def _run_in(data: DataSet, length_s: float) -> int:
+    """Return the samples of a window that tell its start."""
+    return TAPS + int(data.run_in_s(length_s) * data.tests[0].sample_rate)

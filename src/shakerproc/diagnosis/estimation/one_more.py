@@ -17,7 +17,7 @@ from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.models import Model
 from shakerproc.models.identification import Contained
 
-STARTS: Final = 6
+STARTS: Final = 8
 """Starts from which each effect in each joint is fitted to the shortest windows [-]."""
 
 FIRST_ROUNDS: Final = 2

@@ -115,7 +115,7 @@ class Linearisation:
         self._sizes: FloatArray | None = None
         rate = data.tests[0].sample_rate
         self.cluster = BLOCK_S * rate * data.n_sensors
-        self.block = data.block_s * rate if windows.from_rest else np.inf
+        self.block = data.block_s * rate
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
             np.full(data.n_sensors, GAIN_SPREAD),

@@ -1,11 +1,13 @@
 """Which parts of the tests are simulated: whole tests from rest, or windows with own starts."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.stacks import TAPS
 
 Place: TypeAlias = tuple[float, int, int]
 """Mean response over the noise, test and first sample."""
@@ -79,8 +81,31 @@ def windows_of(
         found.append(sorted(places, reverse=True))
     share = max(1, most // max(1, sum(bool(places) for places in found)))
     chosen = sorted((i, a) for places in found for _, i, a in _spread(places, share))
-    table = np.array([(i, a, length) for i, a in chosen], np.int64).reshape(-1, 3)
-    whole = Windows(table, (np.arange(length) >= run_in,) * len(table), from_rest=False)
+    return _with_starts([(i, a, length) for i, a in chosen], run_in)
+
+
+def whole_stretches(data: DataSet, *, held_out: bool, run_in: int = 0) -> Windows:
+    """Return each part of the tests that counts as one window, with a start of its own.
+
+    Parameters
+    ----------
+    data, held_out, run_in
+        As for `windows_of`.
+    """
+    found = [
+        (i, first, last - first)
+        for i, runs in enumerate(data.stretches(held_out=held_out))
+        for first, last in runs
+        if last - first > 2 * (run_in + TAPS)
+    ]
+    return _with_starts(found, run_in)
+
+
+def _with_starts(rows: Sequence[tuple[int, int, int]], run_in: int) -> Windows:
+    """Return windows that begin with a start of their own, told by the run-in of each."""
+    table = np.array(rows, np.int64).reshape(-1, 3)
+    counted = tuple(np.arange(size) >= run_in for _, _, size in rows)
+    whole = Windows(table, counted, from_rest=False)
     if not run_in:
         return whole
     short = table.copy()

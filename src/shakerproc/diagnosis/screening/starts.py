@@ -13,7 +13,7 @@ from shakerproc.diagnosis.screening.regression import Gains
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
-from shakerproc.models.identification import Identification, Values
+from shakerproc.models.identification import Identification, Values, number
 
 _BATCH: Final = 16
 """Laws whose columns are held in memory at once: 50 MB for a chain of three masses [-]."""
@@ -29,16 +29,6 @@ refined further [-]."""
 
 _EXPLAINED: Final = 3.0
 """Mean square left, in units of the noise, at which an effect explains nearly all [-]."""
-
-_WELL_SEEN: Final = 0.5
-"""Share that dry friction explains where the joint slides most of the time [-]."""
-
-_SLIDING: Final = (1.0, 3.0)
-"""Forces of dry friction to start from in such a joint, as multiples of what is seen [-]."""
-
-_STICKING: Final = (3.0, 1.0, 8.0)
-"""The same where it sticks: in nine tuning draws the true force was 1.5 to 8 times as large as
-what the regression saw [-]."""
 
 _REFINED: Final = 8
 """Effects whose best start is refined: what the time allows [-]."""
@@ -165,7 +155,7 @@ def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
 
     found = _marked(found, rough)
     found.sort(key=lambda one: -promise(one))
-    return tuple(start for law, one in found for start in _larger(law, one))
+    return tuple(start for law, one in found for start in _of_every_size(law, one))
 
 
 def _finer(screening: Screening, rough: Sequence[tuple[Law, Start]]) -> list[tuple[Law, Start]]:
@@ -205,10 +195,15 @@ def _marked(
     return marked
 
 
-def _larger(law: Law, start: Start) -> tuple[Start, ...]:
-    """Return a start, and for dry friction the same with larger forces."""
+def _of_every_size(law: Law, start: Start) -> tuple[Start, ...]:
+    """Return a start, and for dry friction the same with every force that it may have.
+
+    Where a joint sticks, a regression sees a force that is many times too small.
+    """
     if not law.slides:
         return (start,)
+    name = law.identification.scaled[0]
+    sizes = sorted({number(values, name) for values in law.identification.starts})
     at = replace(law, values=start.values)
-    shares = _SLIDING if start.explained > _WELL_SEEN else _STICKING
-    return tuple(replace(start, values=at.scaled(share)) for share in shares)
+    now = number(start.values, name)
+    return (start, *(replace(start, values=at.scaled(size / now)) for size in sizes))
