@@ -15,7 +15,14 @@ from shakerproc.report.analysis_figures import draw_analyses, drawings
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
 from shakerproc.testlog import Processing, Profile, ResponseFunction, Test
-from shakerproc.testlog.analyses import Distribution, Fatigue, Integration, Octaves, Shock
+from shakerproc.testlog.analyses import (
+    Distribution,
+    Fatigue,
+    Integration,
+    Octaves,
+    Shock,
+    Waterfall,
+)
 
 ASKED = {
     "shock": "{from: 5 Hz, to: 200 Hz, per_octave: 3}",
@@ -24,6 +31,7 @@ ASKED = {
     "response_functions": "[{input: ch3, output: ch4}, {input: controls, output: ch3}]",
     "octaves": "{from: 8 Hz, to: 630 Hz}",
     "distribution": "{bins: 60}",
+    "waterfall": "{spectra: 12}",
     "orders": "{tachometer: ch3, track: [0.5, 1, 1.5]}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
@@ -59,6 +67,7 @@ MISTAKEN = {
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
+    "waterfall: {spectra: 1}": "waterfall.spectra",
     "orders: {track: []}": "orders.track",
     "orders: {track: [0]}": "orders.track",
     "orders: {pulses: 2}": 'unknown key "pulses"',
@@ -208,6 +217,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
             octaves=Octaves(),
             integration=Integration(),
             distribution=Distribution(),
+            waterfall=Waterfall(),
             fatigue=Fatigue(),
             response_functions=(ResponseFunction("force", "ch3"),),
         ),

@@ -9,7 +9,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.spectra.orders import rotation
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Orders
+from shakerproc.testlog.analyses import Orders, Waterfall
 
 RATE = 4096.0
 TIME = np.arange(int(20.0 * RATE)) / RATE
@@ -24,20 +24,21 @@ def tachometer(pulses=1, *, noise=0.0):
     return square + noise * np.random.default_rng(4).standard_normal(TIME.size)
 
 
-def orders_of(response, pulses=1, **how):
+def analysis_of(response, asked, kind, pulses=1):
     channels = (
         Channel("tachometer", "V", "tachometer", "V", "response"),
         Channel("bearing", "m/s^2", "bearing", "m/s^2", "response"),
     )
-    asked = Orders(pulses_per_revolution=pulses, **how)
-    test = Test(
-        1, excitation="random", from_hz=5.0, to_hz=900.0,
-        processing=Processing(crop=None, orders=asked),
-    )  # fmt: skip
+    test = Test(1, excitation="random", from_hz=5.0, to_hz=900.0, processing=asked)
     rows = np.array([tachometer(pulses), response])
     recording = recording_of_arrays("run", channels, rows, RATE)
     found = process_recording(recording, test).analyses
-    return next(one for one in found if one.kind == "orders")
+    return next(one for one in found if one.kind == kind)
+
+
+def orders_of(response, pulses=1, **how):
+    asked = Orders(pulses_per_revolution=pulses, **how)
+    return analysis_of(response, Processing(crop=None, orders=asked), "orders", pulses)
 
 
 def test_pulses_give_the_speed_of_the_run_up():
@@ -83,3 +84,19 @@ def test_a_fixed_tone_is_an_order_only_where_it_crosses_it():
 def test_a_tachometer_that_rests_is_refused():
     with pytest.raises(SpectrumError, match="0 pulses between 5 and 5"):
         rotation(np.full(1000, 5.0), RATE, 1)
+
+
+def test_a_waterfall_shows_a_fixed_tone_everywhere_and_an_order_on_a_line_over_speed():
+    response = 5.0 * np.cos(2.0 * np.pi * 400.0 * TIME) + np.cos(2.0 * np.pi * 3.0 * ANGLE)
+    asked = Processing(crop=None, orders=Orders(), waterfall=Waterfall(spectra=20))
+    found = analysis_of(response, asked, "waterfall").columns
+    speed = found["speed_rev_per_min"].reshape(20, -1)
+    frequency = found["frequency_hz"].reshape(20, -1)
+    amplitude = found["amplitude_bearing_g"].reshape(20, -1) * 9.80665
+    assert_allclose(amplitude[frequency == 400.0], 5.0, rtol=0.01)
+    assert_allclose(
+        speed[:, 0], np.interp(found["time_s"].reshape(20, -1)[:, 0], TIME, SPEED), rtol=0.01
+    )
+    low = frequency[0] < 300.0
+    ridge = frequency[0][low][np.argmax(amplitude[:, low], axis=1)]
+    assert_allclose(ridge, 3.0 * speed[:, 0] / 60.0, atol=8.0)  # half a step of speed and a bin

@@ -116,6 +116,11 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "J. R. Blough, Development and analysis of time variant discrete Fourier transform "
         "order tracking, Mechanical Systems and Signal Processing 17, 1185-1199, 2003.",
     ),
+    "waterfall": (
+        "A waterfall is of spectra with a Hann window in stretches of equal time, scaled so "
+        "that a sine reads its amplitude.",
+        "",
+    ),
     "fatigue": (
         "A vibration response spectrum is the root mean square of oscillators on the place of "
         "a sensor; a fatigue damage spectrum adds up the amplitudes of their pseudo-velocity, "

@@ -103,6 +103,20 @@ class Orders:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Waterfall:
+    """Spectra one after the other.
+
+    Attributes
+    ----------
+    spectra : int
+        How many of them at most.
+    """
+
+    spectra: int = 30
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Fatigue:
     """Vibration response and fatigue damage spectra.
 

@@ -67,6 +67,12 @@ class OrdersSection(Section):
     revolutions: Annotated[float, Field(ge=1.0, le=1000.0, strict=False)] | None = None
 
 
+class WaterfallSection(Section):
+    """Spectra one after the other."""
+
+    spectra: Annotated[int, Field(ge=2, le=200)] | None = None
+
+
 class FatigueSection(Section):
     """Vibration response and fatigue damage spectra."""
 

@@ -16,6 +16,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    Waterfall,
 )
 from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.paths import is_inside
@@ -194,6 +195,8 @@ class Processing:
         Probability density and exceedance of every channel.
     orders : Orders, optional
         Orders against the speed that a tachometer shows.
+    waterfall : Waterfall, optional
+        Spectra one after the other.
     integration : Integration, optional
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
@@ -221,6 +224,7 @@ class Processing:
     integration: Integration | None = None
     distribution: Distribution | None = None
     orders: Orders | None = None
+    waterfall: Waterfall | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
     hammer: Hammer = field(default_factory=Hammer)

@@ -16,6 +16,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    Waterfall,
 )
 from shakerproc.testlog.log import (
     Crop,
@@ -129,6 +130,7 @@ def merged_processing(
             base.distribution, section.distribution, Distribution(), "distribution"
         ),
         orders=_asked(base.orders, section.orders, Orders(), "orders"),
+        waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),

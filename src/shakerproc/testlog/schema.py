@@ -20,6 +20,7 @@ from shakerproc.testlog.analysis_sections import (
     OrdersSection,
     ResponseFunctionSection,
     ShockSection,
+    WaterfallSection,
 )
 from shakerproc.testlog.hammer import HammerSection
 from shakerproc.testlog.log import Excitation
@@ -243,6 +244,7 @@ class ProcessingSection(Section):
     integration: IntegrationSection | None = None
     distribution: DistributionSection | None = None
     orders: OrdersSection | None = None
+    waterfall: WaterfallSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
     hammer: HammerSection = HammerSection()

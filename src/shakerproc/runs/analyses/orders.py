@@ -45,8 +45,7 @@ class OrderAnalysis(AbstractAnalysis):
         if wanted is None:
             return None
         _check_distance(wanted)
-        tachometer = _row_of(result, wanted.tachometer)
-        shaft = _shaft(recording, result, wanted, tachometer)
+        tachometer, shaft = shaft_of(recording, result, wanted)
         rows = [i for i in range(len(result.channels)) if i != tachometer]
         found = _tracked(recording.select(rows), result, wanted, shaft)
         labels = [f"order {order:g}" for order in wanted.track]
@@ -105,14 +104,15 @@ def _row_of(result: RunResult, name: str) -> int:
     )
 
 
-def _shaft(recording: Recording, result: RunResult, wanted: Orders, row: int) -> Rotation:
-    """Return the rotation, times from the start of the run.
+def shaft_of(recording: Recording, result: RunResult, wanted: Orders) -> tuple[int, Rotation]:
+    """Return the row of the tachometer, and the rotation, times from the start of the run.
 
     Raises
     ------
     SpectrumError
-        If the tachometer shows no pulses, or too few revolutions.
+        If there is no such channel, or it shows no pulses or too few revolutions.
     """
+    row = _row_of(result, wanted.tachometer)
     samples = recording.select([row]).samples(result.crop.start, result.crop.stop)[0]
     try:
         found = rotation(samples, result.sample_rate, wanted.pulses_per_revolution)
@@ -126,7 +126,7 @@ def _shaft(recording: Recording, result: RunResult, wanted: Orders, row: int) ->
             f"orders: tachometer {wanted.tachometer}: {found.revolutions:g} revolutions in "
             f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
         )
-    return found
+    return row, found
 
 
 def _tracked(
