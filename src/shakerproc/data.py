@@ -18,7 +18,9 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of free fall [m/s²] (ISO 80000-3)."""
 
-Role: TypeAlias = Literal["control", "response", "force", "displacement", "velocity", "ignore"]
+Role: TypeAlias = Literal[
+    "control", "response", "force", "displacement", "velocity", "tachometer", "ignore"
+]
 
 Measurement: TypeAlias = int | Literal["all"]
 """Which of the measurements that follow each other in a file, from 1, or all as one."""

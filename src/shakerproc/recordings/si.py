@@ -24,6 +24,7 @@ ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
     "force": "N",
     "displacement": "m",
     "velocity": "m/s",
+    "tachometer": "V",
 })
 
 _QUANTITIES: Final = {
@@ -34,7 +35,7 @@ _QUANTITIES: Final = {
     "V": "a voltage",
     "1": "a ratio",
 }
-_EXAMPLES: Final = {"m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s"}
+_EXAMPLES: Final = {"m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s", "V": "V"}
 _SENSITIVITIES: Final = {"m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)"}
 
 _NO_UNIT: Final = frozenset({
