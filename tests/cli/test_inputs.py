@@ -88,3 +88,16 @@ def test_a_diagnosis_of_other_recordings_elsewhere_is_refused(files, monkeypatch
         judging.judged(
             known, read_testlog(log), usable, Machines(scheduler="x"), seed=0, progress=print
         )
+
+
+def test_batch_and_compare_refuse_a_log_without_tests_in_the_same_words(files, capsys):
+    log, model = files
+    head, _, _ = log.read_text(encoding="utf-8").partition("tests:")
+    log.write_text(head + "tests: []\n", encoding="utf-8")
+    told = []
+    for words in (("batch", log), ("compare", model, log)):
+        assert run(*words, "--out", log.parent / "out") == 1
+        told.append(capsys.readouterr().err.splitlines()[-1])
+    assert told[0] == told[1]
+    assert "testlog.yaml: no test has a recording that may be used. Give a test" in told[0]
+    assert not (log.parent / "out").exists()

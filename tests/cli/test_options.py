@@ -164,9 +164,10 @@ def test_other_commands_refuse_what_they_do_not_know(files, capsys, command, wor
     assert told in refused(capsys, command, *files[command], *words)
 
 
-def test_an_unknown_effect_is_refused_with_the_one_that_was_meant(files, capsys):
-    words = ("add", "gapp", *files["add"][1:])
-    assert "no effect 'gapp'; did you mean gap?" in refused(capsys, *words)
+@pytest.mark.parametrize("typed", ["gapp", "gpa", "Gap"])
+def test_an_unknown_effect_is_refused_with_the_one_that_was_meant(files, capsys, typed):
+    words = ("add", typed, *files["add"][1:])
+    assert f"no effect '{typed}'; did you mean gap?" in refused(capsys, *words)
 
 
 @pytest.mark.parametrize("command", ["compare", "diagnose", "add", "simulate"])

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from tests.compare.small_campaigns import ONE_MASS, campaign, drive, written
 
-from shakerproc.errors import DiagnosisError, ModelError, SimulationError
+from shakerproc.errors import DiagnosisError, LogError, ModelError, SimulationError
 from shakerproc.model_files import read_model
 from shakerproc.models import Element
 from shakerproc.models.effects import EFFECTS
@@ -106,7 +106,7 @@ def test_a_force_where_there_is_none(place):
 
 def test_a_log_without_recordings(place):
     edited(place, "testlog.yaml", lambda log: log["tests"][0].update(discarded=True))
-    with pytest.raises(DiagnosisError, match="no test has a recording"):
+    with pytest.raises(LogError, match="no test has a recording"):
         run(place, log="edited-testlog.yaml")
 
 
@@ -146,3 +146,25 @@ def test_a_model_that_runs_away_names_the_run(place):
     unstable = replace(model, elements=(*model.elements, soft))
     with pytest.raises(SimulationError, match=r"test 1 \(Acceleration.tdms\): .*runs away"):
         compare.compare(unstable, read_testlog(place / "testlog.yaml"))
+
+
+def test_a_place_that_the_model_lacks_is_told_with_what_was_meant(place):
+    edited(place, "testlog.yaml", lambda log: log["channels"]["response 1"].update(at="cupon"))
+    tests = run(place, log="edited-testlog.yaml").tests
+    for test in tests:
+        (line,) = [text for text in test.measured.remarks if "at:" in text]
+        assert line == (
+            'channel ch3: the log says at: "cupon", the model "coupon" (its places: base, '
+            'coupon); did you mean "coupon"?'
+        )
+
+
+def test_a_place_of_the_model_that_is_another_than_that_of_the_sensor_is_told(place):
+    edited(place, "testlog.yaml", lambda log: log["channels"]["response 1"].update(at="base"))
+    (line, *_) = run(place, log="edited-testlog.yaml").tests[0].measured.remarks
+    assert line.endswith('at: "base", the model "coupon" (its places: base, coupon)')
+
+
+def test_places_on_which_log_and_model_agree_are_not_remarked_upon(place):
+    edited(place, "testlog.yaml", lambda log: log["channels"]["response 1"].update(at="coupon"))
+    assert not run(place, log="edited-testlog.yaml").tests[0].measured.places

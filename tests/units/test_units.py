@@ -219,6 +219,7 @@ def test_units_are_compared_by_what_they_measure():
 def test_near_misses_prefer_what_differs_by_case_or_spaces():
     assert near_miss("Sine_Sweep", ("sine", "sine sweep")) == "sine sweep"
     assert near_miss("levl", ("level", "rate")) == "level"
+    assert near_miss("gpa", ("damper", "gap", "spring")) == "gap"
     assert near_miss("xyz", ("level", "rate")) is None
 
 

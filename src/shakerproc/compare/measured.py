@@ -18,11 +18,12 @@ from shakerproc.data import (
     recording_of_arrays,
 )
 from shakerproc.errors import DiagnosisError, ModelError, SpectrumError
-from shakerproc.models import Model, Sensor
+from shakerproc.models import BASE, Model, Sensor
 from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.remarks import unused_lines
 from shakerproc.testlog import Test, TestLog
+from shakerproc.units import near_miss, quoted
 
 UNIT_OF: Final = {
     "acceleration": "m/s^2",
@@ -119,6 +120,8 @@ class Measured:
         What the reader of the recording had to decide.
     unused : tuple of UnusedChannel
         Channels of the file that neither drive the model nor are a sensor of it.
+    places : tuple of str
+        Where the log and the model disagree on the place of a channel, a sentence each.
     sha256 : str
         Of the bytes of the recording that these are from.
     """
@@ -140,12 +143,13 @@ class Measured:
     rate_doubt: float = 0.0
     read: tuple[str, ...] = ()
     unused: tuple[UnusedChannel, ...] = ()
+    places: tuple[str, ...] = ()
     sha256: str = ""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines for people: what the reader decided, and which channels are not used."""
-        return (*self.read, *unused_lines(self.unused))
+        """Lines for people: what the reader decided, places in doubt, channels not used."""
+        return (*self.read, *self.places, *unused_lines(self.unused))
 
     @property
     def name(self) -> str:
@@ -210,17 +214,14 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
 
     Raises
     ------
+    LogError
+        If no test has a recording that may be used.
     DiagnosisError
         If no test remains, or a recording and the model do not fit together.
     ShakerprocError
         If a recording cannot be used.
     """
-    tests = [t for t in log.tests if t.recording is not None and not t.discarded]
-    if not tests:
-        raise DiagnosisError(
-            f"{log.path.name}: no test has a recording that may be used, so there is nothing "
-            f"to hold the model against. Give a test its recording, or take back discarded."
-        )
+    tests = log.recorded()
     share = longest(len(tests), len(model.masses))
     found, left_out = [], []
     for test in tests:
@@ -319,6 +320,7 @@ def measure(
             rate_doubt=recording.rate_doubt,
             read=recording.notes,
             unused=_unused(recording, {*inputs, *rows}),
+            places=_places(recording, model, inputs, rows),
             sha256=recording.sha256(),
         )
 
@@ -388,6 +390,29 @@ def _unused(recording: Recording, used: Collection[int]) -> tuple[UnusedChannel,
     """Return the channels that the model does not need, and those that nobody uses."""
     spare = (c.name for i, c in enumerate(recording.channels) if i not in used)
     return (*(UnusedChannel(name, NO_SENSOR) for name in spare), *recording.unused)
+
+
+def _places(
+    recording: Recording, model: Model, inputs: Sequence[int], rows: Sequence[int]
+) -> tuple[str, ...]:
+    """Return where the log puts channels that the model has elsewhere, a sentence each."""
+    wanted = dict.fromkeys(inputs, model.excitation.on or BASE)
+    wanted |= {row: sensor.at for row, sensor in zip(rows, model.sensors.values(), strict=True)}
+    return tuple(
+        _elsewhere(recording.channels[row], place, model.places)
+        for row, place in wanted.items()
+        if recording.channels[row].at not in {None, "", place}
+    )
+
+
+def _elsewhere(channel: Channel, place: str, places: tuple[str, ...]) -> str:
+    found = channel.at or ""
+    meant = None if found in places else near_miss(found, places)
+    question = f'; did you mean "{meant}"?' if meant else ""
+    return (
+        f"channel {channel.name}: the log says at: {quoted(found)}, the model {quoted(place)} "
+        f"(its places: {', '.join(places)}){question}"
+    )
 
 
 def _measured(

@@ -543,6 +543,22 @@ class TestLog:
         """Tests that are not discarded."""
         return tuple(test for test in self.tests if not test.discarded)
 
+    def recorded(self) -> tuple[Test, ...]:
+        """Return the tests that have a recording and are not discarded.
+
+        Raises
+        ------
+        LogError
+            If there is none.
+        """
+        found = tuple(test for test in self.active if test.recording is not None)
+        if not found:
+            raise LogError(
+                f"{self.path.name}: no test has a recording that may be used. Give a test its "
+                "recording, or take back discarded."
+            )
+        return found
+
     def find(self, identity: str | int) -> Test:
         """Return the test of this id; ``1`` and ``"1"`` are the same.
 

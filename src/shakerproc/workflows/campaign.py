@@ -143,11 +143,13 @@ def batch(
     ArgumentError
         If an argument cannot be used.
     LogError
-        If a trend is asked for of a column that the log does not have.
+        If no test has a recording that may be used, or a trend is asked for of a column that
+        the log does not have.
     LockedError
         If another shakerproc works in the folder.
     """
     known = log_of(log)
+    known.recorded()
     for name, given in (("trend", trend), ("by", by)):
         if isinstance(given, str):
             raise ArgumentError(name, f"expected a list of columns, got {given!r}")

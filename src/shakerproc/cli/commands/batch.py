@@ -101,6 +101,7 @@ def batch(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
     )
     log = read_testlog(testlog)
+    log.recorded()
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
     averaging = {

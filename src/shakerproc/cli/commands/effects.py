@@ -70,10 +70,10 @@ def effects(
 
 
 def _unknown(kind: str, known: list[str]) -> str:
-    import difflib
+    from shakerproc.units import near_miss
 
-    meant = difflib.get_close_matches(kind.lower(), known, n=1, cutoff=0.5)
-    question = f"; did you mean {meant[0]}?" if meant else "."
+    meant = near_miss(kind, known)
+    question = f"; did you mean {meant}?" if meant else "."
     return f"no effect {kind!r}{question} There are {', '.join(known)}."
 
 
