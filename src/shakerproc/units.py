@@ -254,17 +254,14 @@ def example(unit: str) -> str:
     return _EXAMPLES.get(unit, f"1.5 {unit}")
 
 
-_NEAR: Final = 0.66
-"""Least share of letters that two words have in common in order [-]: two of three letters."""
-
-
 def near_miss(word: str, known: tuple[str, ...] | list[str]) -> str | None:
     """Return the known word that was most likely meant, if one is near."""
     by_folded = {_folded(name): name for name in reversed(known)}
     folded = _folded(word)
     if folded in by_folded:
         return by_folded[folded]
-    matches = difflib.get_close_matches(folded, by_folded, n=1, cutoff=_NEAR)
+    exchanged = [name for name in by_folded if sorted(name) == sorted(folded)]
+    matches = [*difflib.get_close_matches(folded, by_folded, n=1, cutoff=0.7), *exchanged]
     return by_folded[matches[0]] if matches else None
 
 

@@ -220,6 +220,7 @@ def test_near_misses_prefer_what_differs_by_case_or_spaces():
     assert near_miss("Sine_Sweep", ("sine", "sine sweep")) == "sine sweep"
     assert near_miss("levl", ("level", "rate")) == "level"
     assert near_miss("gpa", ("damper", "gap", "spring")) == "gap"
+    assert near_miss("ch9", ("ch3", "ch4")) is None
     assert near_miss("xyz", ("level", "rate")) is None
 
 
