@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.diagnosis.component import component, rod
-from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
+from tests.diagnosis.one_mass import DAMPING, JOINT, arrays_of, one_mass
 
 from shakerproc.diagnosis import diagnose_arrays
 from shakerproc.errors import DiagnosisError
@@ -39,6 +39,36 @@ def test_where_nothing_is_missing_no_effect_is_named():
     assert found.effects == ()
     assert found.linear["stiffness base-mass"].value == pytest.approx(1e5, rel=5e-3)
     assert found.errors.held_out.after < 3.0 * found.errors.noise_floor
+
+
+@pytest.mark.slow
+def test_a_number_of_the_file_that_is_another_by_far_is_told_and_no_verdict():
+    file = one_mass(damping=DAMPING / 40.0)
+    found = diagnose_arrays(file, arrays_of(one_mass(), levels=(4.0,), seconds=1.5))
+    assert found.verdict == "cannot tell"
+    assert "damping base-mass 4" in found.sentence  # some 40 times
+    assert "Check the units" in found.sentence
+    assert found.linear["damping base-mass"].value == pytest.approx(DAMPING, rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_joint_that_held_is_said_to_hold_and_nothing_is_named():
+    rng = np.random.default_rng(0)
+    tests = [
+        replace(
+            test,
+            responses=test.controls
+            + 0.005 * np.std(test.controls) * rng.standard_normal(test.controls.shape),
+        )
+        for test in arrays_of(one_mass())
+    ]
+    found = diagnose_arrays(one_mass(), tests)
+    assert found.verdict == "cannot tell"
+    assert "never slipped and holds at least" in found.sentence
+    assert found.effects == ()
+    (locked,) = found.locked
+    largest = max(np.max(np.abs(test.controls)) for test in tests)
+    assert locked.holds == pytest.approx(1.0 * largest, rel=0.1)  # 1 kg
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from shakerproc.compare.noise import Refuted
 from shakerproc.diagnosis.joint_outcomes import Locked
-from shakerproc.diagnosis.result import Errors, Finding
+from shakerproc.diagnosis.result import Errors, Estimate, Finding
 
 
 def outside_sentence(errors: Errors) -> str:
@@ -59,6 +59,19 @@ def locked_sentence(locked: Sequence[Locked]) -> str:
         for joint in locked
     )
     return f"These tests cannot tell one law of friction from another: {joints}."
+
+
+def far_sentence(far: Mapping[str, tuple[float, Estimate]]) -> str:
+    """Return the verdict that numbers of the model explain the tests which are not its own."""
+    numbers = " and ".join(
+        f"{name} {ratio:.3g} times the model's ({value.value:.3g} {value.unit})"
+        for name, (ratio, value) in far.items()
+    )
+    return (
+        f"The model explains these tests only with {numbers}. Check the units in the model "
+        "file; a joint that dry friction holds most of the time looks like this, too: then "
+        "test at a higher level."
+    )
 
 
 def unexercised_sentence(clearance: float, reach: float) -> str:

@@ -30,7 +30,7 @@ def found():
         bare = hypothesis(linear)
         return SimpleNamespace(
             linear=bare, effects=effects, floor=FLOOR,
-            best=min((bare, *effects), key=lambda s: s.mean),
+            best=min((bare, *effects), key=lambda s: s.mean), rigid=(),
             free=None if free is None else hypothesis(free, "table"),
             left_by=lambda score: score.fit.left,
             is_explained_by=lambda score: score.fit.left <= 1.5 * FLOOR,

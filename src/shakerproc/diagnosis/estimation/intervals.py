@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.normal_equations import UNTOLD
-from shakerproc.diagnosis.hypotheses.hypothesis import Addition
+from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Addition
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
 from shakerproc.diagnosis.result import Estimate
 
@@ -80,6 +80,19 @@ def _unexercised(
         elif x[i] <= low[i] + 1e-6:
             numbers[name] = Estimate(found.value, None, found.high, found.unit)
     return numbers
+
+
+def far_numbers(fit: Fit) -> dict[str, tuple[float, Estimate]]:
+    """Return the own numbers that are not the model's any more: how many times, and the value.
+
+    See `FARTHEST`.
+    """
+    ratios = np.exp(fit.x[: len(fit.hypothesis.own)])
+    return {
+        name: (float(ratio), value)
+        for (name, value), ratio in zip(linear_estimates(fit).items(), ratios, strict=True)
+        if abs(np.log(ratio)) > np.log(FARTHEST)
+    }
 
 
 def linear_estimates(fit: Fit) -> dict[str, Estimate]:

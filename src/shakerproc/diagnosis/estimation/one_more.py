@@ -9,7 +9,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
-from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
+from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, gain
@@ -195,10 +195,9 @@ def _is_near(score: Score | None, best: Score | None) -> bool:
 
 
 def as_in(none: Hypothesis, other: Model) -> FloatArray:
-    """Return the coordinates of the own numbers as another model has them."""
-    return np.array([
-        float(np.log(number.value(other) / number.value(none.model))) for number in none.own
-    ])
+    """Return the coordinates of the own numbers as another model has them, as far as usual."""
+    ratios = [number.value(other) / number.value(none.model) for number in none.own]
+    return np.asarray(np.log(np.clip(ratios, 1.0 / FARTHEST, FARTHEST)))
 
 
 def own_start(none: Hypothesis, start: Start) -> FloatArray:
@@ -214,5 +213,5 @@ def own_start(none: Hypothesis, start: Start) -> FloatArray:
         if number.name in {"stiffness", "damping"} and tuple(element.between) in joints:
             changes = start.stiffness if number.name == "stiffness" else start.damping
             change = changes[joints.index(tuple(element.between))]
-        out.append(float(np.log(np.clip(1.0 + change, 0.05, 20.0))))
+        out.append(float(np.log(np.clip(1.0 + change, 1.0 / FARTHEST, FARTHEST))))
     return np.array(out)

@@ -18,6 +18,10 @@ OWN_SPREAD: Final = 1.0
 """Standard deviation of the logarithm of a number of the model file: known to a factor of e.
 The weakest prior that still holds a number of which the tests say nothing [-]."""
 
+FARTHEST: Final = float(np.exp(3.0 * OWN_SPREAD))
+"""Factor beyond which a number is not that of the model file any more, three standard
+deviations: a unit is wrong, or it imitates something, as damping a joint that holds [-]."""
+
 OWN_REACH: Final = 7.0
 """Largest change of that logarithm: a factor of 1000 [-]."""
 

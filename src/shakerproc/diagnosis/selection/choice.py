@@ -43,8 +43,11 @@ def is_outside(found: Found, chosen: Score) -> bool:
     """Return whether something is missing that no effect of the library explains.
 
     A force without a name predicts better than all effects do; or none explains most of what
-    is missing, which is more than the noise, where that is known.
+    is missing, which is more than the noise, where that is known. Of a joint that held nothing
+    is known, and nothing was tried.
     """
+    if found.rigid:
+        return False
     if found.free is not None and gain(found.free, found.best).t > SURE:
         return True
     if chosen is not found.linear or not np.isfinite(found.floor):

@@ -1,13 +1,13 @@
 """The verdict: which hypothesis stands, which stand beside it, and what is said of the rest."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
-from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
+from shakerproc.diagnosis.estimation.intervals import estimates, far_numbers, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
@@ -71,6 +71,7 @@ def judged(
     effects = _effects(fit)
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
     laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
+    far = {} if found.rigid else far_numbers(fit)
     if is_outside(found, chosen):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
@@ -83,7 +84,7 @@ def judged(
         verdict, sentence = "measurement fault", wording.fault_sentence(faults, errors)
     else:
         unclosed = unexercised(found, clearances)
-        verdict, sentence = _nothing(errors, unclosed)
+        verdict, sentence = _nothing(errors, unclosed, far)
     more = further(found, chosen) if effects else None
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -101,7 +102,11 @@ def judged(
         linear=linear_estimates(fit),
         modes=_further_modes(found),
         further=tuple(_beside(chosen, more)),
-        notes=(*_notes(found), *(_remaining(found, chosen, more) if effects else ())),
+        notes=(
+            *_notes(found),
+            *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
+            *(_remaining(found, chosen, more) if effects else ()),
+        ),
         scores=_features(found, standing, errors),
         seed=seed,
     )
@@ -146,7 +151,10 @@ def _errors(found: Found, chosen: Score, before_fitted: float, before_held: floa
 
 
 def _faults(found: Found, fit: Fit) -> list[Finding]:
-    """Return gains and delays beyond what is usual, with their intervals."""
+    """Return gains and delays beyond what is usual, with their intervals.
+
+    Not of a fit to a joint that held: it has no gain and delay but what imitate that.
+    """
     n, n_sensors = fit.hypothesis.size, fit.gain.size
     spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
     gains, delays = fit.gain, fit.delay
@@ -156,7 +164,7 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
     if found.late:
         delays = delays + np.array(found.late)
     out = []
-    for i, name in enumerate(fit.hypothesis.model.sensors):
+    for i, name in enumerate(fit.hypothesis.model.sensors if not found.rigid else ()):
         size, delay = abs(float(gains[i])), float(delays[i])
         own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
         out += _in_the_samples(found, i, name)
@@ -223,8 +231,12 @@ def _is_dry(effect: AbstractEffect) -> bool:
     )
 
 
-def _nothing(errors: Errors, unclosed: Unexercised | None) -> tuple[str, str]:
+def _nothing(
+    errors: Errors, unclosed: Unexercised | None, far: Mapping[str, tuple[float, Estimate]]
+) -> tuple[str, str]:
     """Return the verdict where nothing was found: a clearance may never have been closed."""
+    if far:
+        return "cannot tell", wording.far_sentence(far)
     if unclosed is not None:
         sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
         return "cannot tell", sentence
