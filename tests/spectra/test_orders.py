@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.data import Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.spectra.orders import rotation
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Orders, Waterfall
+from shakerproc.testlog.analyses import Distribution, Octaves, Orders, Waterfall
+from shakerproc.testlog.log import ThresholdCrop
 
 RATE = 4096.0
 TIME = np.arange(int(20.0 * RATE)) / RATE
@@ -100,3 +101,51 @@ def test_a_waterfall_shows_a_fixed_tone_everywhere_and_an_order_on_a_line_over_s
     low = frequency[0] < 300.0
     ridge = frequency[0][low][np.argmax(amplitude[:, low], axis=1)]
     assert_allclose(ridge, 3.0 * speed[:, 0] / 60.0, atol=8.0)  # half a step of speed and a bin
+
+
+def with_tachometer(role, asked):
+    channels = (
+        Channel("tacho", "V", "tacho", "V", role),
+        Channel("base", "m/s^2", "base", "m/s^2", "control"),
+        Channel("bearing", "m/s^2", "bearing", "m/s^2", "response"),
+    )
+    uses = tuple(ChannelUse(c.name, c.role) for c in channels)
+    test = Test(
+        1, excitation="random", from_hz=5.0, to_hz=900.0, processing=asked, channels=uses
+    )
+    base = np.random.default_rng(5).standard_normal(TIME.size)
+    rows = np.array([tachometer(), base, 0.1 * base])  # 5 V of pulses beside 0.1 m/s^2
+    return process_recording(recording_of_arrays("run", channels, rows, RATE), test)
+
+
+def test_a_tachometer_is_no_response():
+    asked = Processing(
+        crop=None,
+        orders=Orders(tachometer="tacho"),
+        octaves=Octaves(),
+        distribution=Distribution(),
+    )
+    found = with_tachometer("tachometer", asked)
+    assert [c.name for c in found.channels] == ["base", "bearing"]
+    assert found.channels[found.loudest].name == "bearing"
+    assert len(found.psd) == len(found.bounds.low) == found.statistics.rms.size == 2
+    assert not found.unused
+    for one in found.analyses:
+        assert {row["channel"] for row in one.summary} == {"base", "bearing"}
+    orders = next(one for one in found.analyses if one.kind == "orders")
+    expected = orders_of(np.zeros(TIME.size))
+    assert_allclose(
+        orders.columns["speed_rev_per_min"], expected.columns["speed_rev_per_min"], rtol=1e-6
+    )
+
+
+def test_a_tachometer_of_which_nothing_is_asked_is_named_as_unused():
+    found = with_tachometer("tachometer", Processing(crop=None))
+    assert [(c.name, c.why) for c in found.unused] == [
+        ("tacho", "a tachometer, of which no orders are asked for")
+    ]
+
+
+def test_a_crop_may_look_at_the_row_behind_a_tachometer():
+    found = with_tachometer("tachometer", Processing(crop=ThresholdCrop("bearing", 0.01)))
+    assert found.channels[found.crop_channel].name == "bearing"

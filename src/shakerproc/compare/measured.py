@@ -509,7 +509,11 @@ def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int)
     """
     if test.excitation not in PASSING:
         return start
-    rows = [i for i, c in enumerate(recording.channels) if c.role not in {"control", "force"}]
+    rows = [
+        i
+        for i, c in enumerate(recording.channels)
+        if c.role not in {"control", "force", "tachometer"}
+    ]
     step = max(1, size // PARTS)
     blocks = recording.select(rows).blocks(start, stop, step)
     power = np.array([float(np.sum(np.square(np.nan_to_num(block)))) for block in blocks])

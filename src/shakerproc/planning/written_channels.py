@@ -18,6 +18,7 @@ _UNITS: Final[dict[Role, tuple[str, str]]] = {
     "force": ("N", "N"),
     "displacement": ("m", "m"),
     "velocity": ("m/s", "m/s"),
+    "tachometer": ("V", "V"),
     "ignore": ("V", "V"),
 }
 _MEASURED: Final = {
@@ -103,7 +104,7 @@ def _places(uses: Sequence[ChannelUse]) -> list[tuple[str, ChannelUse | None]]:
 
 
 def _written(test: Test, model: Model, name: str, use: ChannelUse | None) -> WrittenChannel:
-    if use is None or use.role == "ignore":
+    if use is None or use.role in {"ignore", "tachometer"}:
         return WrittenChannel(Channel(name, "V", name, "V"), "V", None, "nothing")
     quantity, usual = _UNITS[use.role]
     holds, source = _held(test, model, use, quantity)

@@ -8,11 +8,12 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc import spectra
-from shakerproc.data import ArraySource, Channel, FloatArray, Recording
+from shakerproc.data import ArraySource, Channel, FloatArray, Recording, UnusedChannel
 from shakerproc.errors import LogError, SpectrumError
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import analyses_of
+from shakerproc.runs.analyses.orders import shaft_of
 from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.envelope import envelope
 from shakerproc.runs.opening import open_test
@@ -25,6 +26,7 @@ from shakerproc.runs.result import (
     lone_force,
     shown_unit,
 )
+from shakerproc.runs.roles import without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Line, Peak, masks
 from shakerproc.spectra.blows import Blows
@@ -116,11 +118,11 @@ def held(recording: Recording) -> Recording:
     return replace(recording, source=ArraySource(recording.samples()), rows=rows)
 
 
-def _process(recording: Recording, test: Test) -> RunResult:
+def _process(whole: Recording, test: Test) -> RunResult:
+    crop, recording = find_crop(whole, test), without_tachometers(whole)
     channels = recording.channels
     controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
     responses = tuple(i for i, c in enumerate(channels) if c.role != "control")
-    crop = find_crop(recording, test)
     cross, blows = _averaged(recording, crop, test)
     band = excited_band(test, cross)
     still = test.excitation in STILL
@@ -147,9 +149,9 @@ def _process(recording: Recording, test: Test) -> RunResult:
             *_why_not(test, channels, controls, blows),
             *([told(lines)] if lines else []),
         ),
-        unused=recording.unused,
+        unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
-        crop_channel=_crop_channel(recording, test),
+        crop_channel=_crop_channel(whole, test),
         band=band,
         spectra=cross,
         psd=density,
@@ -170,9 +172,21 @@ def _process(recording: Recording, test: Test) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
+        shaft=shaft_of(whole, crop, test.processing.orders),
     )
     result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))
+
+
+def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]:
+    """Return the tachometers from which no speed is taken."""
+    asked = test.processing.orders
+    return [
+        UnusedChannel(channel.name, "a tachometer, of which no orders are asked for")
+        for channel in recording.channels
+        if channel.role == "tachometer"
+        and (asked is None or asked.tachometer not in {channel.name, channel.source_name})
+    ]
 
 
 def _why_not(
@@ -258,11 +272,16 @@ def find_crop(recording: Recording, test: Test) -> Crop:
 
 
 def _crop_channel(recording: Recording, test: Test) -> int | None:
-    """Return the row that a threshold is held against, None where there is none."""
+    """Return the row that a threshold is held against, None where there is none.
+
+    Of the channels without the tachometers.
+    """
     crop = test.processing.crop
     if crop is None or isinstance(crop, TimeCrop) or test.excitation == STRUCK:
         return None
-    return crop_row(recording, test, crop.channel)
+    channel = recording.channels[crop_row(recording, test, crop.channel)]
+    kept = without_tachometers(recording).channels
+    return next((i for i, one in enumerate(kept) if one is channel), None)
 
 
 def _first(recording: Recording) -> Iterator[FloatArray]:

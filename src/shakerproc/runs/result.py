@@ -24,6 +24,7 @@ from shakerproc.spectra import (
     Statistics,
 )
 from shakerproc.spectra.blows import Blows
+from shakerproc.spectra.orders import Rotation
 from shakerproc.testlog import Test
 
 BoolArray = NDArray[np.bool_]
@@ -204,6 +205,8 @@ class RunResult:
         What else the log asks for.
     blows : Blows, optional
         Of a hammer test: the segments that the spectra are averages of.
+    shaft : Rotation, optional
+        From the tachometer, times from the start of the crop; None where no orders are asked.
     """
 
     run: str
@@ -240,6 +243,7 @@ class RunResult:
     swept: tuple[SweptReading, ...] = ()
     analyses: tuple[Analysis, ...] = ()
     blows: Blows | None = None
+    shaft: Rotation | None = None
 
     @property
     def incomplete(self) -> bool:

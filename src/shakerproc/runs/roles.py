@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 from shakerproc.data import ChannelUse, Recording, Role
-from shakerproc.errors import LogError
+from shakerproc.errors import LogError, SpectrumError
 from shakerproc.recordings.choosing import with_numbers
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawGroup
@@ -40,8 +40,25 @@ class UnitOption:
 
 def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     """Return what the log says of each channel of a recording; empty where it names none."""
-    used = [use for use in test.channels if use.role != "ignore"]
+    roles = {channel.role for channel in recording.channels}
+    used = [use for use in test.channels if use.role in roles]
     return used if len(used) == len(recording.channels) else []
+
+
+def without_tachometers(recording: Recording) -> Recording:
+    """Return a recording without its tachometers, whose pulses are no vibration.
+
+    Raises
+    ------
+    SpectrumError
+        If nothing is left.
+    """
+    rows = [i for i, c in enumerate(recording.channels) if c.role != "tachometer"]
+    if not rows:
+        raise SpectrumError(
+            "every channel is a tachometer; give the role response to what measures vibration"
+        )
+    return recording.select(rows) if len(rows) < len(recording.channels) else recording
 
 
 def usual_roles(

@@ -8,6 +8,7 @@ from shakerproc import files
 from shakerproc.data import STANDARD_GRAVITY, Channel, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import RunResult
+from shakerproc.runs.roles import without_tachometers
 from shakerproc.spectra import ThesisSettings, ThesisTables, thesis_tables
 from shakerproc.testlog import ThresholdCrop
 
@@ -50,7 +51,7 @@ def thesis_tables_of(result: RunResult, recording: Recording) -> ThesisTables:
     )
     try:
         return thesis_tables(
-            recording.select(rows).samples(),
+            without_tachometers(recording).select(rows).samples(),
             result.sample_rate,
             crop=result.crop,
             n_controls=len(result.controls),

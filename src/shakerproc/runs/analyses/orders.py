@@ -12,6 +12,7 @@ from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
+from shakerproc.spectra import Crop
 from shakerproc.spectra.orders import Rotation, order_amplitudes, rotation
 from shakerproc.testlog.analyses import Orders
 
@@ -42,11 +43,15 @@ class OrderAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the orders of every channel but the tachometer."""
         wanted = result.test.processing.orders
-        if wanted is None:
+        shaft = result.shaft
+        if wanted is None or shaft is None:
             return None
         _check_distance(wanted)
-        tachometer, shaft = shaft_of(recording, result, wanted)
-        rows = [i for i in range(len(result.channels)) if i != tachometer]
+        rows = [
+            i
+            for i, channel in enumerate(result.channels)
+            if wanted.tachometer not in {channel.name, channel.source_name}
+        ]
         found = _tracked(recording.select(rows), result, wanted, shaft)
         labels = [f"order {order:g}" for order in wanted.track]
         slowest, fastest = found.speed.min(), found.speed.max()
@@ -87,7 +92,7 @@ def _check_distance(wanted: Orders) -> None:
         )
 
 
-def _row_of(result: RunResult, name: str) -> int:
+def _row_of(recording: Recording, name: str) -> int:
     """Return the row of the tachometer.
 
     Raises
@@ -95,27 +100,29 @@ def _row_of(result: RunResult, name: str) -> int:
     SpectrumError
         If there is no such channel.
     """
-    for i, channel in enumerate(result.channels):
+    for i, channel in enumerate(recording.channels):
         if name in {channel.name, channel.source_name}:
             return i
-    there = ", ".join(channel.name for channel in result.channels)
+    there = ", ".join(channel.name for channel in recording.channels)
     raise SpectrumError(
         f"orders: no channel {name!r}; the run has {there}. Name the tachometer among them"
     )
 
 
-def shaft_of(recording: Recording, result: RunResult, wanted: Orders) -> tuple[int, Rotation]:
-    """Return the row of the tachometer, and the rotation, times from the start of the run.
+def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotation | None:
+    """Return the rotation, times from the start of the run; None where no orders are wanted.
 
     Raises
     ------
     SpectrumError
         If there is no such channel, or it shows no pulses or too few revolutions.
     """
-    row = _row_of(result, wanted.tachometer)
-    samples = recording.select([row]).samples(result.crop.start, result.crop.stop)[0]
+    if wanted is None:
+        return None
+    row = _row_of(recording, wanted.tachometer)
+    samples = recording.select([row]).samples(crop.start, crop.stop)[0]
     try:
-        found = rotation(samples, result.sample_rate, wanted.pulses_per_revolution)
+        found = rotation(samples, recording.sample_rate, wanted.pulses_per_revolution)
     except SpectrumError as error:
         raise SpectrumError(
             f"orders: tachometer {wanted.tachometer}: {error}; check its cable and its range, "
@@ -126,7 +133,7 @@ def shaft_of(recording: Recording, result: RunResult, wanted: Orders) -> tuple[i
             f"orders: tachometer {wanted.tachometer}: {found.revolutions:g} revolutions in "
             f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
         )
-    return row, found
+    return found
 
 
 def _tracked(

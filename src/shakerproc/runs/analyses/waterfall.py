@@ -6,7 +6,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analyses.orders import shaft_of
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
@@ -43,7 +42,7 @@ class WaterfallAnalysis(AbstractAnalysis):
         )  # fmt: skip
         inside = (found.frequency >= result.band[0]) & (found.frequency <= result.band[1])
         amplitude = _amplitudes(found.density[:, inside], result.sample_rate, segment)
-        frequency, speed = found.frequency[inside], _speeds(recording, result, found.time)
+        frequency, speed = found.frequency[inside], _speeds(result, found.time)
         time = found.time + crop.start / result.sample_rate
         columns = {
             "time_s": np.repeat(time, frequency.size),
@@ -76,12 +75,11 @@ def _amplitudes(density: FloatArray, sample_rate: float, segment: int) -> FloatA
     return np.sqrt(2.0 * bandwidth * density)
 
 
-def _speeds(recording: Recording, result: RunResult, time: FloatArray) -> FloatArray | None:
+def _speeds(result: RunResult, time: FloatArray) -> FloatArray | None:
     """Return the mean speed around each spectrum [rev/min]; not a number without pulses."""
-    orders = result.test.processing.orders
-    if orders is None:
+    shaft = result.shaft
+    if shaft is None:
         return None
-    _, shaft = shaft_of(recording, result, orders)
     half = 0.5 * result.spectra.segment / result.sample_rate
     early = np.clip(time - half, shaft.times[0], shaft.times[-1])
     late = np.clip(time + half, shaft.times[0], shaft.times[-1])
