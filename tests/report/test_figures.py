@@ -8,7 +8,7 @@ from tests.runs.test_summary_and_trends import FALLING
 from tests.small_campaign import RATE, samples
 
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
-from shakerproc.report.trend_figures import draw_trend
+from shakerproc.report.trend_figures import draw_trend, trend_figure
 from shakerproc.runs import process_recording, trends
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
@@ -36,6 +36,13 @@ def test_a_trend_is_drawn(tmp_path):
     trend = trends.trend([FALLING[0], cut, FALLING[2]], request, "ch3")
     with Image.open(draw_trend(trend, tmp_path / "t.png")) as image:
         assert image.size == (910, 613)
+
+
+def test_a_trend_spells_the_peak_frequency_out():
+    request = trends.standard_trends(FALLING)[0]
+    figure = trend_figure(trends.trend(FALLING, request, "ch3"))
+    assert figure.axes[0].get_ylabel() == "peak frequency [Hz]"
+    assert "_" not in request.title
 
 
 def test_the_phase_is_broken_where_it_wraps():

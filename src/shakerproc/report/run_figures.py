@@ -159,7 +159,7 @@ def _draw_psd(axis: "Axes", result: RunResult) -> None:
 
 
 def _mark_peak(axis: "Axes", result: RunResult) -> None:
-    """Mark omega_e: the tallest peak of any response."""
+    """Mark the peak frequency: the tallest peak of any response."""
     if result.test.excitation == "sine":
         return
     rows = [i for i in result.responses if result.psd_peaks[i]]
@@ -169,7 +169,7 @@ def _mark_peak(axis: "Axes", result: RunResult) -> None:
     peak = result.psd_peaks[i][0].peak
     height = peak.value * shown_unit(result.channels[i].unit)[1] ** 2
     axis.annotate(
-        f"ω_e {peak.frequency:.1f} Hz",
+        f"peak {peak.frequency:.1f} Hz",
         (peak.frequency, height),
         xytext=(8, -2),
         textcoords="offset points",

@@ -34,7 +34,7 @@ def trend_figure(trend: Trend) -> "Figure":
         if names:
             axis.set_xticks(list(names), list(names.values()))
         axis.set_xlabel(trend.x_label)
-        axis.set_ylabel("ω_e [Hz]")
+        axis.set_ylabel("peak frequency [Hz]")
         note = f"{trend.channel}; bars: width of a bin"
         if any(p.incomplete for points in trend.series.values() for p in points):
             note += "; hollow: incomplete recording"

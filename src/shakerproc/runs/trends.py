@@ -144,7 +144,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
     requests = [
         TrendRequest(
             _file_name("5.45", "clearance_random"),
-            "ω_e against clearance, random excitation.",
+            "Peak frequency against clearance, random excitation.",
             "Look for a fall from zero clearance to the first gap.",
             "clearance_m",
             ("joint", "orientation", "level"),
@@ -156,7 +156,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
         requests += [
             TrendRequest(
                 _file_name(level, f"level_{joint}"),
-                f"ω_e against level, {joint} joint, sweeps.",
+                f"Peak frequency against level, {joint} joint, sweeps.",
                 "A frequency that moves with level is the mark of a nonlinear joint.",
                 "level_g",
                 ("clearance_m", "orientation"),
@@ -164,7 +164,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
             ),
             TrendRequest(
                 _file_name(clearance, f"clearance_{joint}"),
-                f"ω_e against clearance, every {joint} out-of-plane test.",
+                f"Peak frequency against clearance, every {joint} out-of-plane test.",
                 "All levels and kinds of excitation together: look whether they agree.",
                 "clearance_m",
                 ("excitation", "level"),
@@ -174,7 +174,7 @@ def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
     return requests + [
         TrendRequest(
             f"omega_e_against_{x}",
-            f"ω_e against {_word(x)}.",
+            f"Peak frequency against {_word(x)}.",
             "Each point is a test.",
             x,
             by,
@@ -212,7 +212,11 @@ def chosen_trend(runs: Sequence[RunSummary], x: str, by: Sequence[str]) -> Trend
     grouping = f" by {', '.join(by)}" if by else ""
     name = _file_name("", "_".join((columns[0], *(("by", *columns[1:]) if by else ()))))
     return TrendRequest(
-        name, f"ω_e against {x}{grouping}.", "Asked for.", columns[0], tuple(columns[1:])
+        name,
+        f"Peak frequency against {x}{grouping}.",
+        "Asked for.",
+        columns[0],
+        tuple(columns[1:]),
     )
 
 
