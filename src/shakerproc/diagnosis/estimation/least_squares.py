@@ -13,6 +13,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.residual_slopes import (
@@ -20,7 +21,6 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
     Linearisation,
     Point,
     State,
-    correlation_of,
 )
 from shakerproc.diagnosis.estimation.window_starts import with_memory
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
