@@ -149,6 +149,12 @@ def test_one_blow_is_enough_and_says_that_its_coherence_tells_nothing():
         assert row["damping_percent"] == pytest.approx(100.0 * zeta, rel=0.02)
 
 
+def test_no_pretrigger_is_none_and_one_blow_has_room():
+    struck_once = struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005))
+    result = processed(struck_once, Hammer(pretrigger=0.0))
+    assert result.blows.setup.cut.before == 0
+
+
 def test_nothing_that_strikes_is_one_line():
     quiet = struck([], 4.0, noise=(0.05, 0.005))
     with pytest.raises(SpectrumError, match=r"run: no blow found: the largest force"):

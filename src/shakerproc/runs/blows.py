@@ -97,7 +97,7 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
     strikes = find_strikes(force, rate, value if unit == "N" else None, value)
     before = None if wanted.pretrigger is None else round(wanted.pretrigger * rate)
     length = (
-        usual_length(strikes, crop.n_samples, before or PRETRIGGER[1])
+        usual_length(strikes, crop.n_samples, PRETRIGGER[1] if before is None else before)
         if wanted.length is None
         else round(wanted.length * rate)
     )
