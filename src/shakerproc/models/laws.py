@@ -80,16 +80,14 @@ def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | No
         What a change of the state is held against, and its limit [unit of the state]; infinite
         for a loop that hardens.
     """
-    if law is Law.JENKINS:
-        return values[1], values[1]
-    if law is Law.IWAN:
+    if law in (Law.JENKINS, Law.IWAN):
         return values[1], values[1]
     if law is Law.LUGRE:
         deflection = values[0] / max(values[3], _LEAST_LIMIT)
         return deflection, max(values[0], values[1]) / max(values[3], _LEAST_LIMIT)
     if law is Law.SERIES:
-        elastic = values[3] / max(values[0], _LEAST_LIMIT)
-        return max(values[1], values[2]) + elastic, max(values[1], values[2]) + elastic
+        farthest = max(values[1], values[2]) + values[3] / max(values[0], _LEAST_LIMIT)
+        return farthest, farthest
     if law is Law.BOUC_WEN:
         closing = values[3]
         limit = closing ** (-1.0 / values[2]) if closing > 0.0 else math.inf

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
-from shakerproc.simulate.assembly import assemble
+from shakerproc.simulate.assembly import System, assemble
 from shakerproc.simulate.inputs import Input
 from shakerproc.simulate.response import impose
 from shakerproc.simulate.walking import Placed, Walk
@@ -32,7 +32,8 @@ class Runs:
     starts : (n_windows, n_motions) array, optional
         Displacements [m] and velocities [m/s] relative to the base of every mass and attached
         mode, then the states of the laws, at the first sample of each window; None is rest. A
-        mass whose displacement is imposed starts as its input says, whatever stands here.
+        state larger than its law allows is cut to what it allows; a mass whose displacement is
+        imposed starts as its input says, whatever stands here.
     sizes : (n_sensors,) array, optional
         Usual size of what each sensor records [SI], against which the filling of failed
         windows is measured; by default the largest of the windows that did not fail.
@@ -112,6 +113,7 @@ def free_runs(
             starts = np.zeros((members.size, system.n_motions))
             if runs.starts is not None:
                 starts[:] = runs.starts[members]
+                _within_limits(starts, system)
             first, count = runs.windows[members, 1], counts[members]
             impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
@@ -125,6 +127,13 @@ def free_runs(
     _apply_faults(model, runs, outputs)
     _hold_failed(runs, outputs, failed)
     return FreeRuns(outputs, failed)
+
+
+def _within_limits(starts: FloatArray, system: System) -> None:
+    """Let no state of a law begin larger than it can be."""
+    if system.n_states:
+        limit = system.largest_states[:, 1]
+        np.clip(starts[:, -len(limit) :], -limit, limit, out=starts[:, -len(limit) :])
 
 
 def _repeat_last(model: Model, placed: Placed, flat: FloatArray) -> None:

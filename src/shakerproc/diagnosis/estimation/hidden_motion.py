@@ -99,9 +99,11 @@ def _driven(system: System, drive: FloatArray, step: float) -> FloatArray:
     pushed = np.zeros((2 * modes, len(drive)))
     pushed[modes:] = matrix[n_masses:n][:, given]
     poles, shapes = np.linalg.eig(rates)
-    forced = np.linalg.solve(shapes, pushed.astype(complex)) @ drive
-    each = np.array([_first_order(p, row, step) for p, row in zip(poles, forced, strict=True)])
-    return np.asarray((shapes @ each).real)
+    one = poles.imag >= 0.0  # of each pair, whose other is its conjugate
+    times = np.where(poles[one].imag > 0.0, 2.0, 1.0)
+    forced = np.linalg.solve(shapes, pushed.astype(complex))[one] @ drive
+    each = [_first_order(p, row, step) for p, row in zip(poles[one], forced, strict=True)]
+    return np.asarray(((shapes[:, one] * times) @ np.array(each)).real)
 
 
 def _first_order(pole: complex, drive: ComplexArray, step: float) -> ComplexArray:

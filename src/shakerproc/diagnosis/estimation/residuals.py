@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.models import Model
-from shakerproc.simulate import Runs, free_runs, largest_states
+from shakerproc.simulate import Runs, free_runs
 
 TOLERANCE: Final = 1e-6
 """Truncation of a simulation that is compared with a measurement [-]."""
@@ -64,15 +64,6 @@ def predict(
         If the model cannot be assembled.
     """
     inputs = data.inputs if offset is None else data.inputs_with(offset)
-    runs = Runs(inputs, windows.table, _within_limits(model, starts))
+    runs = Runs(inputs, windows.table, starts)
     found = free_runs(model, runs, tolerance=TOLERANCE, means=not data.points)
     return Predicted(found.outputs, found.failed)
-
-
-def _within_limits(model: Model, starts: FloatArray | None) -> FloatArray | None:
-    """Return starts whose states of the laws are no larger than these can be."""
-    limit = largest_states(model)[:, 1]
-    if starts is None or not limit.size:
-        return starts
-    moving, states = np.split(starts, [starts.shape[1] - limit.size], axis=1)
-    return np.hstack([moving, np.clip(states, -limit, limit)])
