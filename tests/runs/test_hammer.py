@@ -12,6 +12,7 @@ from tests.struck import MODES, RATE, accelerance, half_sine, struck
 from shakerproc.data import Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
+from shakerproc.spectra.driving_point import power_share
 from shakerproc.testlog import Hammer, Peaks, Processing, Test, TimeCrop
 from shakerproc.testlog.hammer import Amount
 
@@ -153,6 +154,51 @@ def test_no_pretrigger_is_none_and_one_blow_has_room():
     struck_once = struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005))
     result = processed(struck_once, Hammer(pretrigger=0.0))
     assert result.blows.setup.cut.before == 0
+    told = found(result, "blows").problems[-1]
+    assert told.startswith(
+        "0 samples in the quiet half of the pretrigger do not tell the noise"
+    )
+    assert "pretrigger: 7.9 ms" in told  # 16 samples at 2048 Hz
+    rows = found(result, "resonances").summary
+    assert [row["function"] for row in rows] == ["near / hammer", "far / hammer"]  # one each
+
+
+@pytest.mark.parametrize("force_window", [None, 0.004, 0.05])
+@pytest.mark.parametrize("exponential", [None, Amount(0.3, "s")])
+def test_the_noise_of_one_blow_is_that_before_it_whatever_the_windows(
+    force_window, exponential
+):
+    rows = struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005))
+    hammer = Hammer(pretrigger=0.3, force_window=force_window, exponential=exponential)
+    result = processed(rows, hammer)
+    assert_allclose(result.blows.noise, [0.05, 0.005, 0.005], rtol=0.15)
+    cut = result.blows.setup.cut
+    only_noise = 0.05 * np.random.default_rng(2).standard_normal((400, cut.length)) * cut.window
+    if force_window is not None:
+        only_noise[:, : round((0.3 - force_window) * RATE)] = 0.0
+        only_noise[:, round((0.3 + force_window) * RATE) :] = 0.0
+    power = np.mean(np.abs(np.fft.rfft(only_noise)) ** 2)
+    wanted = 2.0 * power / (RATE * np.sum(cut.window**2))
+    assert result.blows.noise_density[0] == pytest.approx(wanted, rel=0.3)
+
+
+def test_a_trigger_within_the_noise_is_one_line(good):
+    with pytest.raises(
+        SpectrumError, match=r"0\.2 N lies within the noise .*trigger: 0\.4\d? N"
+    ):
+        processed(good, Hammer(trigger=Amount(0.2, "N")))
+
+
+def test_a_share_of_a_weak_blow_stays_above_the_noise():
+    rows = struck(GOOD[:2], 4.5, noise=(2.0, 0.005))
+    one = found(processed(rows, Hammer(length=1.5)), "blows")
+    assert one.title == "Blows: 2 of 2 averaged"
+
+
+def test_blows_have_neither_peaks_nor_bounds_of_their_density(good):
+    result = processed(good, Hammer(length=1.9))
+    assert result.psd_peaks == ((), (), ())
+    assert result.bounds is None
 
 
 def test_nothing_that_strikes_is_one_line():
@@ -223,6 +269,23 @@ def test_a_sensor_the_wrong_way_round_is_named_at_the_driving_point(
     assert abs(one.summary[0]["power_in_percent"]) > 99.0
     assert bool(one.problems) == wrong
     assert all("moves against hammer" in text for text in one.problems)
+
+
+def test_the_exponential_window_leaves_the_driving_point_passive(good):
+    """Above its modes it is a mass m: Re Y(s) = Re 1/(m s) at s = sigma + j omega."""
+    sigma, hammer = 200.0, Hammer(length=1.0, exponential=Amount(0.005, "s"))
+    result = processed(good, hammer, uses=at_the_hammer())
+    assert found(result, "driving_point").summary[0]["power_in_percent"] > 99.9
+    assert power_share(result.spectra, 0, 1, "m/s^2", (200.0, 350.0)) > 0.999
+    two_seconds = processed(good, Hammer(length=1.9)).spectra
+    lossless = replace(
+        two_seconds,
+        matrix=np.array([
+            [np.ones(two_seconds.frequency.size), np.full(two_seconds.frequency.size, 0.5)]
+        ]),
+        decay_rate=sigma,
+    )  # F = 1 and A = F / m
+    assert power_share(lossless, 0, 1, "m/s^2", (20.0, 350.0)) == pytest.approx(1.0)
 
 
 def test_a_late_sensor_is_no_driving_point(good):

@@ -7,7 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.blows import Cut, Setup, impulse_share, incomplete, judge, windowed
+from shakerproc.spectra.blow_checks import impulse_share, incomplete, judge
+from shakerproc.spectra.blows import Cut, Setup, windowed
 from shakerproc.spectra.range_ends import range_ends
 from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
 

@@ -12,7 +12,7 @@ from shakerproc.spectra import cross_spectra, psd
 from shakerproc.spectra.bounds import gain_random_error, psd_bounds, response_bounds
 from shakerproc.spectra.description import statistics
 from shakerproc.spectra.levels import control_imbalance, cumulative_rms, rms_in_band
-from shakerproc.spectra.masks import excited, has_input, masked
+from shakerproc.spectra.masks import driven, excited, masked
 
 RATE = 1000.0
 
@@ -117,7 +117,13 @@ def test_masks_keep_the_excited_band_without_notches():
     assert set(frequency[~keep]) == {0, 5, 10, 15, *range(35, 70, 5), *range(405, 505, 5)}
     values = masked(np.ones((2, 101)), keep)
     assert np.isnan(values).sum() == 2 * np.sum(~keep)
-    assert has_input(np.array([1.0, 1e-7, 2e-6])).tolist() == [True, False, True]
+
+
+def test_only_what_the_input_reaches_within_the_band_is_driven():
+    frequency, density = np.arange(6.0), np.array([9e9, 1.0, 0.9e-4, 2e-4, 0.0, 9e9])
+    found = driven(frequency, density, (1.0, 4.0))
+    assert found.tolist() == [False, True, False, True, False, False]
+    assert not driven(frequency, 0.0 * density, (1.0, 4.0)).any()
 
 
 @given(cuts=st.lists(st.integers(0, 5000), max_size=6), shift=st.floats(-100, 100))

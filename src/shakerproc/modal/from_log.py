@@ -24,7 +24,7 @@ from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
-from shakerproc.runs import STRUCK, find_crop, open_test
+from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.roles import uses_of
 from shakerproc.testlog import Modal, Test, TestLog
 
@@ -134,7 +134,7 @@ def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
     settings = Settings(band, wish.modes, wish.order, wish.keep)
     sensors = tuple(recording.channels[row] for row in rows)
     functions: Functions | None
-    if groups and test.excitation == STRUCK:
+    if groups and test.struck:
         modes, cross, functions = identify_blows(recording, test, rows, settings)
     else:
         inputs, responses = _inputs(samples, groups), samples[rows]

@@ -139,7 +139,7 @@ def _draw_psd(axis: "Axes", result: RunResult) -> None:
         factor = shown_unit(channel.unit)[1] ** 2
         density = _positive(result.psd[i, shown] * factor)
         axis.plot(x, density, label=channel.name, **style.line(chosen[i]))
-        if i in result.responses:
+        if i in result.responses and result.bounds is not None:
             low, high = (
                 _positive(b[i, shown] * factor) for b in (result.bounds.low, result.bounds.high)
             )

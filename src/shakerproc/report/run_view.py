@@ -138,12 +138,16 @@ def _spectrum_note(run: RunSummary) -> str:
     s = run.spectrum
     if s is None:
         return ""
+    bounds = (
+        f": 95 % bounds of a PSD value × {s.low_factor:.2f} to × {s.high_factor:.2f}"
+        if s.low_factor is not None and s.high_factor is not None
+        else ""
+    )
     return (
         f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, "
         f"{s.n_segments} segments, "
         f"bins {s.bin_width_hz:.4g} Hz apart (noise bandwidth {s.resolution_hz:.4g} Hz), "
-        f"{s.degrees_of_freedom:.0f} degrees of freedom: 95 % bounds of a PSD value "
-        f"× {s.low_factor:.2f} to × {s.high_factor:.2f}. "
+        f"{s.degrees_of_freedom:.0f} degrees of freedom{bounds}. "
         f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_finer_note(run)}"
     )
 

@@ -3,7 +3,6 @@
 from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.opening import open_path, open_test
 from shakerproc.runs.processing import (
-    STRUCK,
     find_crop,
     process_recording,
     process_test,
@@ -15,7 +14,6 @@ from shakerproc.runs.summary import RunSummary, read_summary, write_summary
 from shakerproc.runs.summing_up import summary_of
 
 __all__ = [
-    "STRUCK",
     "Flag",
     "ResonancePeak",
     "Responses",

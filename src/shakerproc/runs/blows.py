@@ -12,16 +12,8 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import lone_force
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.blows import (
-    Blow,
-    Blows,
-    Cut,
-    Setup,
-    impulse_share,
-    incomplete,
-    judge,
-    windowed,
-)
+from shakerproc.spectra.blow_checks import impulse_share, incomplete, judge
+from shakerproc.spectra.blows import Blow, Blows, Cut, Setup, noise_before, windowed
 from shakerproc.spectra.range_ends import range_ends
 from shakerproc.spectra.strikes import find_strikes, usual_length
 from shakerproc.testlog import Hammer, Test
@@ -65,11 +57,11 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
     kept = [blow.sample for blow in found if blow.kept]
     if not kept:
         raise SpectrumError(_none_left(recording, crop, setup, found))
-    blocks = (windowed(_block(recording, crop, sample, cut), setup) for sample in kept)
+    blocks = (_block(recording, crop, sample, cut) for sample in kept)
     pulses: list[FloatArray] = []
     quiet: list[FloatArray] = []
     cross = spectra.cross_spectra(
-        _noted(blocks, setup, pulses, quiet),
+        _windowed(blocks, setup, pulses, quiet),
         recording.sample_rate,
         segment=cut.length,
         overlap=0,
@@ -78,7 +70,7 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
     absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
     return (
         replace(cross, window_name="blows", decay_rate=cut.decay_rate),
-        Blows(setup, absolute, np.array(pulses), np.sqrt(np.mean(quiet, axis=0))),
+        Blows(setup, absolute, np.array(pulses), noise_before(quiet)),
     )
 
 
@@ -154,17 +146,17 @@ def _block(recording: Recording, crop: Crop, sample: int, cut: Cut) -> FloatArra
     return recording.samples(start, start + cut.length)
 
 
-def _noted(
+def _windowed(
     blocks: Iterator[FloatArray],
     setup: Setup,
     pulses: list[FloatArray],
     quiet: list[FloatArray],
 ) -> Iterator[FloatArray]:
-    """Yield blocks; note the force around the trigger of each, and the power before it."""
-    before = max(setup.cut.before // 2, 1)
+    """Yield blocks windowed; note what lies before each blow, and its force as it is used."""
     around = 3 * setup.cut.before + PULSE
-    for block in blocks:
-        quiet.append(block[:, :before].var(axis=1))
+    for raw in blocks:
+        quiet.append(raw[:, : setup.cut.quiet].copy())
+        block = windowed(raw, setup)
         pulses.append(block[setup.force, :around].copy())
         yield block
 

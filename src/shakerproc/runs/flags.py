@@ -180,7 +180,7 @@ def chance(result: RunResult, row: int) -> float:
     """Return how far chance alone may carry a density, 95 % of the time [dB]."""
     middle = result.spectra.frequency.size // 2
     density = result.psd[row, middle]
-    if not density > 0.0:
+    if result.bounds is None or not density > 0.0:
         return 0.0
     high = result.bounds.high[row, middle]
     return float(10.0 * np.log10(high / density))

@@ -26,12 +26,12 @@ from shakerproc.runs.result import (
     lone_force,
     shown_unit,
 )
-from shakerproc.runs.roles import without_tachometers
+from shakerproc.runs.roles import is_called, row_named, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop, CrossSpectra, Damping, Line, Peak, masks
 from shakerproc.spectra.blows import Blows
 from shakerproc.spectra.lines import told
-from shakerproc.testlog import Test, TestLog, TimeCrop
+from shakerproc.testlog import Test, TestLog, ThresholdCrop, TimeCrop
 
 IN_MEMORY: Final = 3.2e7
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
@@ -39,17 +39,11 @@ IN_MEMORY: Final = 3.2e7
 FILTERED: Final = 2**20
 """Samples of each channel that a notch is cut into at most, from the middle."""
 
-STRUCK: Final = "hammer"
-"""Kind of excitation of which each segment is a blow."""
-
 SINGLE_FREQUENCY: Final = ("sine",)
 """Kinds of excitation that reach one frequency only."""
 
 STILL: Final = (None, "random")
 """Kinds of excitation, or none said, in which a steady tone of the control is odd."""
-
-AUDIBLE: Final = 1e-4
-"""Share of the largest control density in the band below which a bin is not excited [-]."""
 
 FINER: Final = 16
 """How many times longer the segments may be where damping is not resolved otherwise."""
@@ -155,11 +149,13 @@ def _process(whole: Recording, test: Test) -> RunResult:
         band=band,
         spectra=cross,
         psd=density,
-        bounds=spectra.psd_bounds(cross),
+        bounds=None if blows else spectra.psd_bounds(cross),
         band_rms=spectra.rms_in_band(cross, band),
         statistics=described,
         against=against,
-        psd_peaks=_psd_peaks(search, density, against, responses),
+        psd_peaks=((),) * len(channels)
+        if blows
+        else _psd_peaks(search, density, against, responses),
         response_peaks=_response_peaks(search, against, controls, responses),
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
         measured_level=levels.measured(test, cross, channels, band),
@@ -185,7 +181,7 @@ def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]
         UnusedChannel(channel.name, "a tachometer, of which no orders are asked for")
         for channel in recording.channels
         if channel.role == "tachometer"
-        and (asked is None or asked.tachometer not in {channel.name, channel.source_name})
+        and (asked is None or not is_called(channel, asked.tachometer))
     ]
 
 
@@ -228,7 +224,7 @@ def _averaged(
     recording: Recording, crop: Crop, test: Test
 ) -> tuple[CrossSpectra, Blows | None]:
     """Return the spectra of a run; the segments of a hammer test are its blows."""
-    if test.excitation == STRUCK:
+    if test.struck:
         return averaged_blows(recording, crop, test)
     return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
 
@@ -247,10 +243,16 @@ def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> Cross
     )
 
 
+def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
+    """Return how the log crops a test: blows are found by their trigger, not by a threshold."""
+    crop = test.processing.crop
+    return None if test.struck and isinstance(crop, ThresholdCrop) else crop
+
+
 def find_crop(recording: Recording, test: Test) -> Crop:
     """Return the part of a recording that is the run."""
-    crop = test.processing.crop
-    if crop is None or (test.excitation == STRUCK and not isinstance(crop, TimeCrop)):
+    crop = _wanted_crop(test)
+    if crop is None:
         return Crop(0, recording.n_samples)
     if isinstance(crop, TimeCrop):
         return spectra.crop_by_time(
@@ -276,8 +278,8 @@ def _crop_channel(recording: Recording, test: Test) -> int | None:
 
     Of the channels without the tachometers.
     """
-    crop = test.processing.crop
-    if crop is None or isinstance(crop, TimeCrop) or test.excitation == STRUCK:
+    crop = _wanted_crop(test)
+    if crop is None or isinstance(crop, TimeCrop):
         return None
     channel = recording.channels[crop_row(recording, test, crop.channel)]
     kept = without_tachometers(recording).channels
@@ -308,9 +310,9 @@ def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
     used = [use.key for use in test.channels if use.role != "ignore"]
     if wanted in used:
         return used.index(wanted)
-    for i, channel in enumerate(recording.channels):
-        if wanted in {channel.name, channel.source_name}:
-            return i
+    row = row_named(recording.channels, wanted)
+    if row is not None:
+        return row
     controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
     word, _, number = str(wanted).partition(" ")
     if word == "control" and controls:
@@ -362,11 +364,9 @@ class _Search:
 
     def valid(self, control: FloatArray) -> BoolArray:
         """Return which frequencies are excited, given the density of the mean control."""
-        frequency, (low, high) = self.spectra.frequency, self.judged
-        inside: BoolArray = (frequency >= low) & (frequency <= high)
-        if not (control[inside] > 0.0).any():
-            return inside
-        return np.array(inside & (control > AUDIBLE * control[inside].max()))
+        frequency = self.spectra.frequency
+        there = masks.driven(frequency, control, self.judged)
+        return there if there.any() else masks.excited(frequency, self.judged)
 
     @property
     def judged(self) -> tuple[float, float]:
@@ -410,12 +410,11 @@ def _psd_peaks(
     search: _Search, density: FloatArray, against: Responses | None, responses: Sequence[int]
 ) -> tuple[tuple[ResonancePeak, ...], ...]:
     """Return the peaks of the density of every channel; damping only without an input."""
-    struck = search.test.excitation == STRUCK
     row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
     found = []
     for i, values in enumerate(density):
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
-        elsewhere = against is not None or struck or search.one_frequency
+        elsewhere = against is not None or search.one_frequency
         read = None if elsewhere else _reader_of_density(search, i)
         chance = np.full(values.shape, search.spectra.effective_averages**-0.5)
         if search.lines and i in responses:

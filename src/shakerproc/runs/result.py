@@ -171,8 +171,8 @@ class RunResult:
         Of the crop.
     psd : (n_channels, n_frequencies) array
         Densities [unit²/Hz].
-    bounds : Bounds
-        Their 95 % limits.
+    bounds : Bounds, optional
+        Their 95 % limits; None of blows, which are no random signal.
     band_rms : (n_channels,) array
         Rms within the band [unit].
     statistics : Statistics
@@ -180,7 +180,8 @@ class RunResult:
     against : Responses, optional
         Responses against controls; None without a control.
     psd_peaks, response_peaks : tuple of tuple of ResonancePeak
-        For each channel, tallest first; of the density and of |H1|.
+        For each channel, tallest first; of the density and of |H1|. Of the density there are
+        none in a hammer test: it is that of the blows as much as of the structure.
     imbalance : Imbalance, optional
         How far the controls differ.
     measured_level : Level, optional
@@ -225,7 +226,7 @@ class RunResult:
     band: tuple[float, float]
     spectra: CrossSpectra
     psd: FloatArray
-    bounds: Bounds
+    bounds: Bounds | None
     band_rms: FloatArray
     statistics: Statistics
     against: Responses | None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final, final
 
-from shakerproc.data import ChannelUse, Recording, Role
+from shakerproc.data import Channel, ChannelUse, Recording, Role
 from shakerproc.errors import LogError, SpectrumError
 from shakerproc.recordings.choosing import with_numbers
 from shakerproc.recordings.guard import shown
@@ -43,6 +43,16 @@ def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     roles = {channel.role for channel in recording.channels}
     used = [use for use in test.channels if use.role in roles]
     return used if len(used) == len(recording.channels) else []
+
+
+def is_called(channel: Channel, name: str | int) -> bool:
+    """Return whether a name of the log means a channel: its own, or that in the recording."""
+    return name in {channel.name, channel.source_name}
+
+
+def row_named(channels: Sequence[Channel], name: str | int) -> int | None:
+    """Return the first row of a channel of some name; None where there is none."""
+    return next((i for i, channel in enumerate(channels) if is_called(channel, name)), None)
 
 
 def without_tachometers(recording: Recording) -> Recording:

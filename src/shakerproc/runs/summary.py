@@ -191,8 +191,8 @@ class SpectrumSummary:
         Distance of the bins and their noise bandwidth [Hz].
     degrees_of_freedom : float
         Of each PSD value.
-    low_factor, high_factor : float
-        The 95 % bounds of a PSD value, as multiples of it.
+    low_factor, high_factor : float, optional
+        The 95 % bounds of a PSD value, as multiples of it; None of blows.
     band_hz : tuple of float
         Excited band [Hz].
     """
@@ -205,8 +205,8 @@ class SpectrumSummary:
     bin_width_hz: float
     resolution_hz: float
     degrees_of_freedom: float
-    low_factor: float
-    high_factor: float
+    low_factor: float | None
+    high_factor: float | None
     band_hz: tuple[float, float]
 
 

@@ -111,8 +111,10 @@ def _spectrum(result: RunResult) -> SpectrumSummary:
     cross = result.spectra
     middle = len(cross.frequency) // 2
     density = result.psd[0, middle]
-    low, high = result.bounds.low[0, middle], result.bounds.high[0, middle]
-    factors = (low / density, high / density) if density > 0.0 else (math.nan, math.nan)
+    factors = (math.nan, math.nan)
+    if result.bounds is not None and density > 0.0:
+        low, high = result.bounds.low[0, middle], result.bounds.high[0, middle]
+        factors = (low / density, high / density)
     return SpectrumSummary(
         segment=cross.segment,
         overlap=cross.overlap,
@@ -122,8 +124,8 @@ def _spectrum(result: RunResult) -> SpectrumSummary:
         bin_width_hz=cross.bin_width,
         resolution_hz=cross.resolution,
         degrees_of_freedom=cross.degrees_of_freedom,
-        low_factor=float(factors[0]),
-        high_factor=float(factors[1]),
+        low_factor=finite(factors[0]),
+        high_factor=finite(factors[1]),
         band_hz=result.band,
     )
 

@@ -33,8 +33,9 @@ def spectra_columns(result: RunResult) -> Columns:
         unit, factor = shown_unit(channel.unit)
         ending = spelled(unit, power=2)
         columns[f"psd_{channel.name}{ending}"] = result.psd[i] * factor**2
-        columns[f"psd_low_{channel.name}{ending}"] = result.bounds.low[i] * factor**2
-        columns[f"psd_high_{channel.name}{ending}"] = result.bounds.high[i] * factor**2
+        if result.bounds is not None:
+            columns[f"psd_low_{channel.name}{ending}"] = result.bounds.low[i] * factor**2
+            columns[f"psd_high_{channel.name}{ending}"] = result.bounds.high[i] * factor**2
         columns[f"cumulative_rms_{channel.name}{spelled(unit)}"] = running[i] * factor
     if result.against is not None:
         columns |= _response_columns(result)

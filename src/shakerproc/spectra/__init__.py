@@ -30,7 +30,7 @@ from shakerproc.spectra.levels import (
     rms_in_band,
 )
 from shakerproc.spectra.lines import Line, beside_lines, steady_lines
-from shakerproc.spectra.masks import excited, has_input, masked
+from shakerproc.spectra.masks import driven, excited, masked
 from shakerproc.spectra.notch_filters import Notched, notch, thesis_notch
 from shakerproc.spectra.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.peaks import Peak, effective_frequencies, find_peaks
@@ -87,6 +87,7 @@ __all__ = [
     "cumulative_rms",
     "damping_of_density",
     "damping_of_response",
+    "driven",
     "effective_averages",
     "effective_frequencies",
     "excited",
@@ -97,7 +98,6 @@ __all__ = [
     "h1_of_inputs",
     "h2",
     "half_power_ratio",
-    "has_input",
     "hv",
     "is_resolved",
     "masked",

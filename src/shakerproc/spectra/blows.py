@@ -1,4 +1,4 @@
-"""Blows of a hammer: which of them can be used, and how their blocks are windowed.
+"""Blows of a hammer: how their blocks are cut and windowed, and what is known of each.
 
 The blocks of all blows that are kept are the segments of which the spectra are averages. An
 exponential window multiplies force and responses alike, which is exact: it moves every pole
@@ -6,25 +6,18 @@ to the left, so that the response functions are those of the structure with more
 known and taken away again where damping is read.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.strikes import LOUD, SAME_BLOW, Strikes
+from shakerproc.spectra.strikes import Strikes
 
-RISE: Final = 6.0
-"""Standard deviations of the motion before a blow above which a channel responds [-]."""
-
-SECOND: Final = 0.05
-"""Share of the largest force of a blow from which on a second pulse is a double hit [-]."""
-
-SOON: Final = 0.25
-"""Share of a block after a blow in which a channel responds, if it does [-]."""
-
-LAST: Final = 0.05
-"""Share of a block at its end in which is read how far the response has decayed [-]."""
+LEAST_QUIET: Final = 8
+"""Samples before a blow from which on their standard deviation is taken for the noise [-]: that
+of eight is known to a quarter, 1/sqrt(2 (n - 1)), the one of two to nothing."""
 
 
 @final
@@ -49,6 +42,18 @@ class Cut:
     force_window: int | None
     decay_rate: float
     sample_rate: float
+
+    @property
+    def quiet(self) -> int:
+        """Samples at the start of a block that the pulse, begun before the trigger, spares."""
+        return self.before // 2
+
+    @property
+    def force_part(self) -> slice:
+        """Samples of a block in which the force is kept."""
+        if self.force_window is None:
+            return slice(0, self.length)
+        return slice(max(self.before - self.force_window, 0), self.before + self.force_window)
 
     @property
     def window(self) -> FloatArray:
@@ -132,7 +137,8 @@ class Blows:
     pulses : (n_kept, n) array
         Force of the blows that are kept, around the trigger [N].
     noise : (n_channels,) array
-        Rms before these blows, the mean taken away [unit of the channel].
+        Rms before these blows, the mean taken away, as it was before any window [unit of the
+        channel]; not a number where fewer than `LEAST_QUIET` samples lie there.
     """
 
     setup: Setup
@@ -145,53 +151,13 @@ class Blows:
         """Those that are averaged."""
         return [blow for blow in self.blows if blow.kept]
 
-
-def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
-    """Return what a blow is, and why it cannot be used.
-
-    Parameters
-    ----------
-    block : (n_channels, length) array
-        Samples of the block [unit of the channel].
-    sample : int
-        Where the blow reaches the trigger in the recording.
-    setup : Setup
-        What is known of the whole test.
-    """
-    strikes, rate = setup.strikes, setup.cut.sample_rate
-    force = strikes.sign * (block[setup.force] - strikes.offset)
-    pulse = _pulse(force, setup)
-    peak = float(force[pulse].max())
-    answers = {
-        name: _left(row, pulse.start)
-        for i, (name, row) in enumerate(zip(setup.names, block, strict=True))
-        if i != setup.force
-    }
-    heard = [left for left in answers.values() if left is not None]
-    reasons = (
-        _double(force, pulse, setup),
-        _overload(block, setup),
-        "" if heard else "no response: no channel rises above its motion before",
-    )
-    return Blow(
-        sample=sample,
-        force=strikes.sign * peak,
-        width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
-        reason="; ".join(reason for reason in reasons if reason),
-        left=max(heard, default=0.0),
-        silent=tuple(name for name, left in answers.items() if left is None),
-    )
-
-
-def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
-    """Return why the recording does not hold the block of a blow; empty where it does."""
-    if sample < cut.before:
-        there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate
-        return f"the recording begins {there:.3g} s before it, pretrigger is {wanted:.3g} s"
-    if n_samples - sample < cut.length - cut.before:
-        lasts = (n_samples - sample) / cut.sample_rate
-        return f"the recording ends {lasts:.3g} s after it, within the block"
-    return ""
+    @property
+    def noise_density(self) -> FloatArray:
+        """Density of white noise in the windowed blocks, (n_channels,) array [unit²/Hz]."""
+        cut, power = self.setup.cut, self.setup.cut.window**2
+        density = 2.0 / cut.sample_rate * self.noise**2
+        density[self.setup.force] *= power[cut.force_part].sum() / power.sum()
+        return np.asarray(density)
 
 
 def windowed(block: FloatArray, setup: Setup) -> FloatArray:
@@ -207,81 +173,34 @@ def windowed(block: FloatArray, setup: Setup) -> FloatArray:
     Returns
     -------
     (n_channels, length) array
-        The mean of the first half of what lies before the trigger taken away from every
-        channel, if there is nothing from the force alone; the force 0 outside its window.
+        The mean of the quiet part before the trigger taken away from every channel, where there
+        is none the rest from the force alone; the force 0 outside its window.
     """
     cut, force = setup.cut, setup.force
     result = np.array(block, dtype=np.float64)
-    if cut.before > 1:
-        result -= block[:, : cut.before // 2].mean(axis=1, keepdims=True)
+    if cut.quiet:
+        result -= block[:, : cut.quiet].mean(axis=1, keepdims=True)
     else:
         result[force] -= setup.strikes.offset
-    if cut.force_window is not None:
-        result[force, : max(cut.before - cut.force_window, 0)] = 0.0
-        result[force, cut.before + cut.force_window :] = 0.0
+    result[force, : cut.force_part.start] = 0.0
+    result[force, cut.force_part.stop :] = 0.0
     return result
 
 
-def impulse_share(row: FloatArray) -> float:
-    """Return the share of a block's energy within a fiftieth of it around its largest value.
+def noise_before(blocks: Sequence[FloatArray]) -> FloatArray:
+    """Return the rms of every channel before blows, the mean of each taken away.
 
-    Near 1 of a blow, less of what rings.
+    Parameters
+    ----------
+    blocks : sequence of (n_channels, n_quiet) arrays
+        The quiet part before each blow [unit of the channel].
+
+    Returns
+    -------
+    (n_channels,) array
+        Not a number where these are fewer than `LEAST_QUIET` samples each.
     """
-    rest = row - np.median(row)
-    top, half = int(np.argmax(np.abs(rest))), max(row.size // 100, 1)
-    total = float(rest @ rest)
-    near = rest[max(top - half, 0) : top + half + 1]
-    return float(near @ near) / total if total > 0.0 else 0.0
-
-
-def _pulse(force: FloatArray, setup: Setup) -> slice:
-    """Return where the pulse of a blow lies in its block.
-
-    It lasts while the force is above `SECOND` of its largest value and above the noise.
-    """
-    trigger = setup.cut.before
-    under = np.flatnonzero(force[trigger:] < 0.5 * setup.strikes.level)
-    end = trigger + int(under[0]) if under.size else force.size
-    top = trigger + int(np.argmax(force[trigger:end]))
-    below = np.flatnonzero(force <= max(SECOND * float(force[top]), LOUD * setup.strikes.noise))
-    place = int(np.searchsorted(below, top))
-    first = int(below[place - 1]) + 1 if place else 0
-    return slice(first, int(below[place]) if place < below.size else force.size)
-
-
-def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
-    """Return what strikes beside the blow within its block; empty where nothing does."""
-    peak = float(force[pulse].max())
-    low = max(SECOND * peak, LOUD * setup.strikes.noise)
-    for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
-        if part.size and part.max() > low:
-            at = start + int(np.argmax(part))
-            apart = (at - setup.cut.before) / setup.cut.sample_rate
-            kind = "double hit" if abs(apart) < SAME_BLOW else "another blow in the block"
-            side = "after" if apart > 0.0 else "before"
-            share = float(part.max()) / peak
-            return f"{kind}: {share:.0%} of its force {_time(abs(apart))} {side} it"
-    return ""
-
-
-def _time(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
-
-
-def _overload(block: FloatArray, setup: Setup) -> str:
-    """Return which channels stand at the end of their range; empty where none does."""
-    at_ends = (block == setup.ends[:, :, np.newaxis]).any(axis=(0, 2))
-    hit = [name for name, at in zip(setup.names, at_ends, strict=True) if at]
-    return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
-
-
-def _left(row: FloatArray, begins: int) -> float | None:
-    """Return what is left of a response at the end; None where it does not respond."""
-    quiet = row[: max(begins - 1, 1)]
-    rest, noise = row - quiet.mean(), float(quiet.std())
-    soon = begins + max(int(SOON * row.size), 1)
-    if float(np.abs(rest[begins:soon]).max()) <= RISE * noise:
-        return None
-    end = rest[-max(int(LAST * row.size), 1) :]
-    power = float(np.mean(end**2)) - noise**2
-    return float(np.sqrt(max(power, 0.0))) / float(np.abs(rest[begins:]).max())
+    quiet = np.asarray(blocks)
+    if quiet.shape[-1] < LEAST_QUIET:
+        return np.full(quiet.shape[1], np.nan)
+    return np.asarray(np.sqrt(quiet.var(axis=-1, ddof=1).mean(axis=0)))

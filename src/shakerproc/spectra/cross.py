@@ -79,6 +79,10 @@ class CrossSpectra:
             / float(np.sum(self.window)) ** 2
         )
 
+    def added_damping(self, frequency: float) -> float:
+        """Return what the window adds to the damping ratio of a decay of that frequency [-]."""
+        return (self.decay_rate or 0.0) / (2.0 * np.pi * frequency)
+
     @property
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of each PSD value, twice the effective averages."""

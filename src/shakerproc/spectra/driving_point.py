@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
 from shakerproc.spectra.cross import CrossSpectra
+from shakerproc.spectra.masks import excited
 
 INTEGRATIONS: Final = {"m/s^2": 1, "m/s": 0, "m": -1}
 """How often a motion of a unit is integrated to a velocity."""
@@ -19,7 +19,9 @@ def power_share(
     .. math:: \frac{\sum_f \Re S_{Fv}(f)}{\sum_f |\Re S_{Fv}(f)|}
 
     A passive structure takes power in at every frequency where the velocity :math:`v` is that
-    of the point of the force, along it.
+    of the point of the force, along it. Where an exponential window of the decay rate
+    :math:`\sigma` multiplied both, this holds at :math:`s = \sigma + j\omega`, so that an
+    acceleration is divided by that.
 
     Parameters
     ----------
@@ -42,10 +44,9 @@ def power_share(
     ----------
     .. [1] D. J. Ewins, "Modal Testing", 2nd ed., Research Studies Press, 2000, ch. 2 and 3.
     """
-    inside = (spectra.frequency >= band[0]) & (spectra.frequency <= band[1])
-    inside &= spectra.frequency > 0.0
-    omega: FloatArray = 2.0 * np.pi * spectra.frequency[inside]
+    inside = excited(spectra.frequency, band) & (spectra.frequency > 0.0)
+    s = (spectra.decay_rate or 0.0) + 2j * np.pi * spectra.frequency[inside]
     cross = spectra.matrix[force, response, inside]
-    power = (cross * (1j * omega) ** -INTEGRATIONS[unit]).real
+    power = (cross * s ** -INTEGRATIONS[unit]).real
     gross = float(np.abs(power).sum())
     return float(power.sum()) / gross if gross > 0.0 else 0.0

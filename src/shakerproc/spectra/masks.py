@@ -11,8 +11,9 @@ from shakerproc.data import FloatArray
 NOTCH_BINS: Final = 3.0
 """Bins to both sides of a notch that the window smears it over."""
 
-WEAK: Final = 1e-6
-"""Share of its largest value below which a control density is no excitation [-]."""
+AUDIBLE: Final = 1e-4
+"""Share of the largest density of the input in the band below which a bin is not excited [-]:
+40 dB below, where the side lobes of a Hamming window (-43 dB) carry what leaks."""
 
 
 def excited(
@@ -47,22 +48,29 @@ def excited(
     return keep
 
 
-def has_input(control: FloatArray, share: float = WEAK) -> NDArray[np.bool_]:
-    """Return where a control density exceeds a share of its largest value (trap 48).
+def driven(
+    frequency: FloatArray, density: FloatArray, band: tuple[float, float]
+) -> NDArray[np.bool_]:
+    """Return which frequencies of the excited band have an input to divide by.
 
     Parameters
     ----------
-    control : (n_frequencies,) array
-        Density of the (mean) control [unit²/Hz].
-    share : float
-        Share below which a response function divides by leakage and noise [-].
+    frequency : (n_frequencies,) array
+        Equally spaced frequencies [Hz].
+    density : (n_frequencies,) array
+        Of the input, such as that of the mean control [unit²/Hz].
+    band : (float, float)
+        Lower and upper limit of the excitation [Hz].
 
     Returns
     -------
     (n_frequencies,) array of bool
-        True where there is an input to divide by.
+        True where the density exceeds `AUDIBLE` of its largest value in the band; nowhere
+        where there is none.
     """
-    return np.array(control > share * np.max(control))
+    inside = excited(frequency, band)
+    largest = density[inside].max(initial=0.0)
+    return np.array(inside & (density > AUDIBLE * largest))
 
 
 def masked(values: FloatArray, keep: NDArray[np.bool_]) -> FloatArray:

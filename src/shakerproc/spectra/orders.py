@@ -13,8 +13,9 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 
 HYSTERESIS: Final = 0.1
-"""How far beside its trigger level a tachometer must be before the next pulse counts, over the
-range of its samples [-]: noise on an edge is less."""
+"""How far beside its trigger level, the middle of its range, a tachometer must be before the
+next pulse counts, over that range [-]: noise of an rms up to 2.5 % of the range (four standard
+deviations) makes no pulse of its own, and a pulse of 60 % of the range still counts."""
 
 LEAST_PULSES: Final = 4
 """Fewest pulses that a cubic spline of the angle takes [-]."""
@@ -72,8 +73,8 @@ def rotation(
     rising = np.flatnonzero((state[told[:-1]] < 0) & (state[told[1:]] > 0))
     if rising.size < LEAST_PULSES:
         raise SpectrumError(
-            f"{rising.size} pulses between {low:g} and {high:g}, where {LEAST_PULSES} or more "
-            "are needed"
+            f"{rising.size} pulse{'s' * (rising.size != 1)} between {low:g} and {high:g}, "
+            f"where {LEAST_PULSES} or more are needed"
         )
     below = tachometer <= middle
     before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[told[rising + 1]]

@@ -16,6 +16,9 @@ SAME_BLOW: Final = 0.2
 """Time after a blow in which a second pulse is a rebound of the hammer, not the next blow;
 nobody strikes five times a second by hand [s]."""
 
+ROUNDING: Final = 1e-9
+"""By how much the last digit of a number may be too large by arithmetic [-]."""
+
 NORMAL: Final = 1.4826
 """Standard deviation of a normal law over its median absolute deviation [-]."""
 
@@ -60,7 +63,8 @@ def find_strikes(
     trigger : float, optional
         Force at which a blow begins [N].
     share : float
-        Of the largest force, which is the trigger where none is given [-].
+        Of the largest force, which is the trigger where none is given [-]; not less than
+        `LOUD` times the noise.
 
     Returns
     -------
@@ -70,7 +74,8 @@ def find_strikes(
     Raises
     ------
     SpectrumError
-        If the force does not reach the trigger, or does not stand out of its noise.
+        If the force does not reach the trigger or does not stand out of its noise, or if a
+        trigger that is given does not.
     """
     offset = float(np.median(force))
     rest = force - offset
@@ -83,7 +88,14 @@ def find_strikes(
             f"no blow found: the largest force, {largest:.4g} N, does not stand out of its "
             f"noise of {noise:.3g} N rms; is the role force at the hammer, and its unit right?"
         )
-    level = share * largest if trigger is None else trigger
+    level = max(share * largest, LOUD * noise) if trigger is None else trigger
+    if level < LOUD * noise:
+        raise SpectrumError(
+            f"the trigger of {level:.4g} N lies within the noise of the force, {noise:.3g} N "
+            "rms, and would list noise as blows; give processing: {hammer: {trigger: "
+            f"{rounded_up(LOUD * noise)} N}}}} or more, or leave it out for a tenth of the "
+            "largest force"
+        )
     above = struck >= level
     if not above.any():
         raise SpectrumError(
@@ -97,6 +109,12 @@ def find_strikes(
         if not kept or at - kept[-1] >= SAME_BLOW * sample_rate:
             kept.append(int(at))
     return Strikes(tuple(kept), sign, level, noise, offset)
+
+
+def rounded_up(value: float) -> str:
+    """Return a number above 0 with two digits, not below it."""
+    step = 10.0 ** (np.floor(np.log10(value)) - 1.0)
+    return f"{np.ceil(value / step - ROUNDING) * step:.3g}"
 
 
 def usual_length(strikes: Strikes, n_samples: int, before: int) -> int:

@@ -479,6 +479,11 @@ class Test:
             return None
         return min(self.from_hz, self.to_hz), max(self.from_hz, self.to_hz)
 
+    @property
+    def struck(self) -> bool:
+        """Whether it is a hammer test, of which each segment of a spectrum is a blow."""
+        return self.excitation == "hammer"
+
     def require_recording(self) -> Path:
         """Return the path of the recording.
 

@@ -9,17 +9,20 @@ from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.blows import Blow, Blows
+from shakerproc.spectra import masks
+from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows
+from shakerproc.spectra.strikes import rounded_up
 
 LEFT: Final = 0.05
-"""Share of a response at the end of its block from which on leakage is told: it is about the
-error of a response function at its peaks [-]."""
+"""Share of a response at the end of its block from which on leakage is told [-]: what is cut
+off over what is there is about the error of a response function at its peaks, here 5 %."""
 
 FALLEN: Final = 0.01
 """Share of the largest density of the force, 20 dB below it [-]."""
 
 SOME: Final = 0.5
-"""Share of the blows that a channel may miss and still be expected to respond [-]."""
+"""Share of the blows that a channel may miss and still be expected to respond [-]: one that is
+silent more often than not sits where nothing moves, which is no fault of a cable."""
 
 AROUND: Final = (2, 8)
 """Widths of a pulse that are drawn before and after the trigger [-]."""
@@ -47,7 +50,10 @@ class BlowAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in rows[0]},
             summary=rows,
             panels=(_pulses(found),),
-            told=(*_told(found), *_reach(result, found)),
+            told=(
+                *_told(found, 100.0 * result.spectra.added_damping(1.0)),
+                *_reach(result, found),
+            ),
             problems=tuple(_problems(found)),
         )
 
@@ -64,7 +70,8 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
     }
 
 
-def _told(found: Blows) -> list[str]:
+def _told(found: Blows, added: float) -> list[str]:
+    """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
         f"Trigger at {found.setup.strikes.level:.4g} N; blocks of {cut.length / rate:.4g} s, "
@@ -78,7 +85,7 @@ def _told(found: Blows) -> list[str]:
     if cut.decay_rate:
         told.append(
             f"The exponential window (time constant {1.0 / cut.decay_rate:.4g} s) lowers and "
-            f"widens the peaks that are drawn: it adds {50.0 * cut.decay_rate / np.pi:.4g} % "
+            f"widens the peaks that are drawn: it adds {added:.4g} % "
             "times 1 Hz/f to a damping ratio at f. Natural frequency and damping in the table "
             "of resonances are without it."
         )
@@ -88,7 +95,7 @@ def _told(found: Blows) -> list[str]:
 def _reach(result: RunResult, found: Blows) -> Iterator[str]:
     """Yield where the force has fallen by 20 dB, if it does within the band."""
     frequency, force = result.spectra.frequency, result.psd[found.setup.force]
-    inside = (frequency >= result.band[0]) & (frequency <= result.band[1])
+    inside = masks.excited(frequency, result.band)
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:
         yield (
@@ -119,7 +126,26 @@ def _problems(found: Blows) -> list[str]:
             "one blow is averaged: its coherence is 1 whatever the noise and tells nothing; "
             "strike three times or more"
         )
+    if cut.quiet < LEAST_QUIET:
+        problems.append(_unknown_noise(found))
     return problems
+
+
+def _unknown_noise(found: Blows) -> str:
+    """Return what is not known where too little lies before the blows."""
+    cut = found.setup.cut
+    peaks = (
+        ", and of the peaks of a single blow only the tallest is listed"
+        if len(found.kept) == 1
+        else ""
+    )
+    return (
+        f"{cut.quiet} samples in the quiet half of the pretrigger do not tell the noise: no "
+        "channel is said not to respond, what is left at the end of a block has the noise in "
+        f"it{peaks}. Give processing: {{hammer: {{pretrigger: "
+        f"{rounded_up(1e3 * 2 * LEAST_QUIET / cut.sample_rate)} ms}}}} or more, or record more "
+        "before the blow"
+    )
 
 
 def _silent(found: Blows) -> Iterator[str]:

@@ -13,13 +13,15 @@ from shakerproc.runs.roles import uses_of
 from shakerproc.spectra.driving_point import INTEGRATIONS, power_share
 
 ALONG: Final = 0.9
-"""Cosine of the angle between two directions up to which they are one [-]."""
+"""Least cosine between two directions that are one, about 25 degrees [-]: a sensor turned so
+far still measures nine tenths of the motion along the blow, and logs give round directions."""
 
 NEAR: Final = 1e-3
-"""Distance up to which two positions are one place [m]."""
+"""Distance up to which two positions are one place [m]: logs give them in whole millimetres."""
 
 MUCH: Final = 0.5
-"""Share of the power, net over gross, from which on it flows one way [-]."""
+"""Share of the power, net over gross, from which on it flows one way [-]: the middle between 1,
+all goes in, and 0, where force and motion have nothing to do with each other."""
 
 
 @final

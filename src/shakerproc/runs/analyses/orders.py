@@ -11,6 +11,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.roles import is_called, row_named
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import Crop
 from shakerproc.spectra.orders import Rotation, order_amplitudes, rotation
@@ -50,7 +51,7 @@ class OrderAnalysis(AbstractAnalysis):
         rows = [
             i
             for i, channel in enumerate(result.channels)
-            if wanted.tachometer not in {channel.name, channel.source_name}
+            if not is_called(channel, wanted.tachometer)
         ]
         found = _tracked(recording.select(rows), result, wanted, shaft)
         labels = [f"order {order:g}" for order in wanted.track]
@@ -100,9 +101,9 @@ def _row_of(recording: Recording, name: str) -> int:
     SpectrumError
         If there is no such channel.
     """
-    for i, channel in enumerate(recording.channels):
-        if name in {channel.name, channel.source_name}:
-            return i
+    row = row_named(recording.channels, name)
+    if row is not None:
+        return row
     there = ", ".join(channel.name for channel in recording.channels)
     raise SpectrumError(
         f"orders: no channel {name!r}; the run has {there}. Name the tachometer among them"

@@ -8,8 +8,8 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analyses.response_functions import Pair, functions_of
 from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.pairs import Pair, functions_of
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra import Damping
 
@@ -71,7 +71,8 @@ def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
             "unit": pair.unit,
             "coherence": float(pair.coherence[peak.index]),
             **_of_mode(read),
-            "added_by_window_percent": _added(cross, read.frequency or peak.frequency),
+            "added_by_window_percent": 100.0
+            * cross.added_damping(read.frequency or peak.frequency),
             "withheld": read.reason or "",
         }
 
@@ -79,14 +80,15 @@ def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
 def _errors(result: RunResult, pair: Pair) -> FloatArray | None:
     """Return the random error of each gain [-]; None where nothing tells it.
 
-    One average has no coherence; of one blow it is that of noise as before the blow, white.
+    One average has no coherence; of one blow it is that of noise as before the blow, white,
+    where enough samples lie there to know it.
     """
     cross, blows = result.spectra, result.blows
     if cross.effective_averages <= 1.0:
-        if blows is None or blows.setup.cut.before <= 1:
+        if blows is None or np.isnan(blows.noise).any():
             return None
         chosen = [*pair.inputs, pair.row]
-        noise = 2.0 / cross.sample_rate * blows.noise[chosen, np.newaxis] ** 2
+        noise = blows.noise_density[chosen, np.newaxis]
         shares = np.full((len(chosen), cross.frequency.size), np.inf)
         np.divide(noise, result.psd[chosen], out=shares, where=result.psd[chosen] > 0.0)
         return np.asarray(np.sqrt(0.5 * shares.sum(axis=0)))
@@ -103,8 +105,3 @@ def _of_mode(read: Damping) -> dict[str, Cell]:
         "low_percent": None if low is None else 100.0 * low,
         "high_percent": None if high is None else 100.0 * high,
     }
-
-
-def _added(cross: spectra.CrossSpectra, frequency: float) -> float:
-    """Return what the exponential window adds to a damping ratio [%], taken away here."""
-    return 100.0 * (cross.decay_rate or 0.0) / (2.0 * np.pi * frequency)

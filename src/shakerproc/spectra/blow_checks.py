@@ -1,0 +1,138 @@
+"""Which blows of a hammer can be used, and why others cannot."""
+
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.spectra.blows import LEAST_QUIET, Blow, Cut, Setup
+from shakerproc.spectra.strikes import LOUD, SAME_BLOW
+
+RISE: Final = 6.0
+"""Standard deviations of the motion before a blow above which a channel responds [-]."""
+
+SECOND: Final = 0.05
+"""Share of the largest force of a blow from which on a second pulse is a double hit [-]."""
+
+SOON: Final = 0.25
+"""Share of a block after a blow in which a channel responds, if it does [-]."""
+
+LAST: Final = 0.05
+"""Share of a block at its end in which is read how far the response has decayed [-]."""
+
+
+def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
+    """Return what a blow is, and why it cannot be used.
+
+    Parameters
+    ----------
+    block : (n_channels, length) array
+        Samples of the block [unit of the channel].
+    sample : int
+        Where the blow reaches the trigger in the recording.
+    setup : Setup
+        What is known of the whole test.
+    """
+    strikes, rate = setup.strikes, setup.cut.sample_rate
+    force = strikes.sign * (block[setup.force] - strikes.offset)
+    pulse = _pulse(force, setup)
+    peak = float(force[pulse].max())
+    answers = {
+        name: _left(row, pulse.start, setup.cut.quiet)
+        for i, (name, row) in enumerate(zip(setup.names, block, strict=True))
+        if i != setup.force
+    }
+    heard = [left for left in answers.values() if left is not None]
+    reasons = (
+        _double(force, pulse, setup),
+        _overload(block, setup),
+        "" if heard else "no response: no channel rises above its motion before",
+    )
+    return Blow(
+        sample=sample,
+        force=strikes.sign * peak,
+        width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
+        reason="; ".join(reason for reason in reasons if reason),
+        left=max(heard, default=0.0),
+        silent=tuple(name for name, left in answers.items() if left is None),
+    )
+
+
+def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
+    """Return why the recording does not hold the block of a blow; empty where it does."""
+    if sample < cut.before:
+        there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate
+        return f"the recording begins {there:.3g} s before it, pretrigger is {wanted:.3g} s"
+    if n_samples - sample < cut.length - cut.before:
+        lasts = (n_samples - sample) / cut.sample_rate
+        return f"the recording ends {lasts:.3g} s after it, within the block"
+    return ""
+
+
+def impulse_share(row: FloatArray) -> float:
+    """Return the share of a block's energy within a fiftieth of it around its largest value.
+
+    Near 1 of a blow, less of what rings.
+    """
+    rest = row - np.median(row)
+    top, half = int(np.argmax(np.abs(rest))), max(row.size // 100, 1)
+    total = float(rest @ rest)
+    near = rest[max(top - half, 0) : top + half + 1]
+    return float(near @ near) / total if total > 0.0 else 0.0
+
+
+def _pulse(force: FloatArray, setup: Setup) -> slice:
+    """Return where the pulse of a blow lies in its block.
+
+    It lasts while the force is above `SECOND` of its largest value and above the noise.
+    """
+    trigger = setup.cut.before
+    under = np.flatnonzero(force[trigger:] < 0.5 * setup.strikes.level)
+    end = trigger + int(under[0]) if under.size else force.size
+    top = trigger + int(np.argmax(force[trigger:end]))
+    below = np.flatnonzero(force <= max(SECOND * float(force[top]), LOUD * setup.strikes.noise))
+    place = int(np.searchsorted(below, top))
+    first = int(below[place - 1]) + 1 if place else 0
+    return slice(first, int(below[place]) if place < below.size else force.size)
+
+
+def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
+    """Return what strikes beside the blow within its block; empty where nothing does."""
+    peak = float(force[pulse].max())
+    low = max(SECOND * peak, LOUD * setup.strikes.noise)
+    for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
+        if part.size and part.max() > low:
+            at = start + int(np.argmax(part))
+            apart = (at - setup.cut.before) / setup.cut.sample_rate
+            kind = "double hit" if abs(apart) < SAME_BLOW else "another blow in the block"
+            side = "after" if apart > 0.0 else "before"
+            share = float(part.max()) / peak
+            return f"{kind}: {share:.0%} of its force {_time(abs(apart))} {side} it"
+    return ""
+
+
+def _time(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _overload(block: FloatArray, setup: Setup) -> str:
+    """Return which channels stand at the end of their range; empty where none does."""
+    at_ends = (block == setup.ends[:, :, np.newaxis]).any(axis=(0, 2))
+    hit = [name for name, at in zip(setup.names, at_ends, strict=True) if at]
+    return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
+
+
+def _left(row: FloatArray, begins: int, quiet: int) -> float | None:
+    """Return what is left of a response at the end; None where it does not respond.
+
+    Where too little lies before the blow to tell its noise, it responds, and what is left has
+    the noise in it.
+    """
+    rest = row - row[: max(quiet, 1)].mean()
+    noise = float(row[:quiet].std(ddof=1)) if quiet >= LEAST_QUIET else 0.0
+    soon = begins + max(int(SOON * row.size), 1)
+    if float(np.abs(rest[begins:soon]).max()) <= RISE * noise:
+        return None
+    end = rest[-max(int(LAST * row.size), 1) :]
+    power = float(np.mean(end**2)) - noise**2
+    return float(np.sqrt(max(power, 0.0))) / float(np.abs(rest[begins:]).max())
