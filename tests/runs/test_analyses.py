@@ -11,6 +11,7 @@ from tests.in_process import run
 from tests.small_campaign import write_campaign
 
 from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.recordings import open_recording, write_tdms
 from shakerproc.report.analysis_figures import draw_analyses, drawings
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
@@ -32,7 +33,7 @@ ASKED = {
     "octaves": "{from: 8 Hz, to: 630 Hz}",
     "distribution": "{bins: 60}",
     "waterfall": "{spectra: 12}",
-    "orders": "{tachometer: ch3, track: [0.5, 1, 1.5]}",
+    "orders": "{tachometer: tacho, track: [0.5, 1, 1.5]}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
@@ -46,9 +47,9 @@ REFUSED = {
     "shock: {to: 300 Hz}": "above a tenth of the sample rate",
     "shock: {from: 210 Hz}": "does not lie below to",
     "orders: {}": "no channel 'tachometer'; the run has",
-    "orders: {tachometer: ch3, track: [1, 4]}": "above half the sample rate of 2048 Hz",
-    "orders: {tachometer: ch3, track: [1, 1.1]}": "not separable within 10 revolutions",
-    "orders: {tachometer: ch3, pulses_per_revolution: 5000}": "revolutions in the run, where",
+    "orders: {tachometer: tacho, track: [1, 4]}": "above half the sample rate of 2048 Hz",
+    "orders: {tachometer: tacho, track: [1, 1.1]}": "not separable within 10 revolutions",
+    "orders: {tachometer: tacho, pulses_per_revolution: 5000}": "revolutions in the run, where",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
 """What a recording of 2048 Hz does not allow."""
@@ -84,8 +85,19 @@ def campaign(folder, asked):
     log = write_campaign(folder, 1, seconds=4.0)
     mark = "  welch: {segment: 512, overlap: 256}\n"
     assert mark in log.read_text()
-    log.write_text(log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked)))
+    text = log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked))
+    log.write_text(text.replace("processing:", "  tacho: {role: tachometer}\nprocessing:"))
+    with_tachometer(folder / "recordings" / "test_1.tdms")
     return log
+
+
+def with_tachometer(path):
+    """Add a shaft of 300 revolutions per second to a recording."""
+    with open_recording(path) as recording:
+        rows, rate = recording.samples(), recording.sample_rate
+        channels = (*recording.channels, Channel("tacho", "V", "tacho", "V"))
+    pulses = 5.0 * ((300.0 * np.arange(rows.shape[1]) / rate) % 1.0 < 0.5)
+    write_tdms(path, recording_of_arrays(path.stem, channels, np.array([*rows, pulses]), rate))
 
 
 @pytest.fixture(scope="module")

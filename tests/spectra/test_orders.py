@@ -44,9 +44,13 @@ def orders_of(response, pulses=1, **how):
 
 def test_pulses_give_the_speed_of_the_run_up():
     found = rotation(tachometer(noise=0.1), RATE, 1)
-    expected = np.sqrt(START**2 + 2.0 * SLOPE * np.arange(found.times.size + 1)) - START
-    offset = 0 if found.times[0] < 0.05 else 1  # the first edge is the first sample's
-    assert_allclose(found.times, expected[offset:][: found.times.size] / SLOPE, atol=1.0 / RATE)
+    expected = np.sqrt(START**2 + 2.0 * SLOPE * np.arange(found.pulses.times.size + 1)) - START
+    offset = 0 if found.pulses.times[0] < 0.05 else 1  # the first edge is the first sample's
+    assert_allclose(
+        found.pulses.times,
+        expected[offset:][: found.pulses.times.size] / SLOPE,
+        atol=1.0 / RATE,
+    )
     assert found.revolutions == pytest.approx(ANGLE[-1], abs=2.0)
 
 
@@ -85,6 +89,93 @@ def test_a_fixed_tone_is_an_order_only_where_it_crosses_it():
 def test_a_tachometer_that_rests_is_refused():
     with pytest.raises(SpectrumError, match="0 pulses between 5 and 5"):
         rotation(np.full(1000, 5.0), RATE, 1)
+
+
+def shaft_with(edges):
+    """Pulses of 5 V and 20 samples from each of some times on."""
+    samples = np.zeros(TIME.size)
+    for edge in edges:
+        samples[int(edge * RATE) : int(edge * RATE) + 20] = 5.0
+    return samples
+
+
+EDGES = (np.sqrt(START**2 + 2.0 * SLOPE * np.arange(1, 590)) - START) / SLOPE
+
+
+@pytest.mark.parametrize(
+    ("edges", "missing", "extra"),
+    [
+        (np.delete(EDGES, 100), [EDGES[99]], []),
+        (np.delete(EDGES, [100, 101, 300]), [EDGES[99], EDGES[299]], []),
+        (np.sort([*EDGES, 10.01]), [], [10.01]),
+        (np.sort([*np.delete(EDGES, 100), 10.01]), [EDGES[99]], [10.01]),
+    ],
+)
+def test_missing_and_extra_pulses_are_found_and_turn_the_shaft_no_further(
+    edges, missing, extra
+):
+    whole, found = rotation(shaft_with(EDGES), RATE, 1), rotation(shaft_with(edges), RATE, 1)
+    assert_allclose(found.pulses.missing, missing, atol=2.0 / RATE)
+    assert_allclose(found.pulses.extra, extra, atol=2.0 / RATE)
+    assert found.revolutions == whole.revolutions == EDGES.size - 1
+    assert_allclose(found.angle(TIME[2000:-2000]), whole.angle(TIME[2000:-2000]), atol=0.01)
+
+
+def test_irregular_pulses_are_told_with_channel_and_time_and_half_of_them_refused():
+    channels = (
+        Channel("tacho", "V", "tacho", "V", "tachometer"),
+        Channel("bearing", "m/s^2", "bearing", "m/s^2", "response"),
+    )
+    asked = Processing(crop=None, orders=Orders("tacho"))
+    test = Test(1, excitation="random", from_hz=5.0, to_hz=900.0, processing=asked)
+    noise = np.random.default_rng(5).standard_normal(TIME.size)
+
+    def orders_told(samples):
+        recording = recording_of_arrays("run", channels, np.array([samples, noise]), RATE)
+        return process_recording(recording, test).analyses[0].told
+
+    edges = np.sort([*np.delete(EDGES, 100), 10.01])
+    told = " ".join(orders_told(shaft_with(edges)))
+    assert f"Tachometer tacho: pulses missing at {EDGES[99]:.3f}"[:-1] in told
+    assert "Tachometer tacho: extra pulses at 10.0" in told
+    assert "missing" not in " ".join(orders_told(shaft_with(EDGES)))
+    gone = np.delete(EDGES, np.arange(5, 580, 5))
+    with pytest.raises(SpectrumError, match="tachometer tacho: 115 gaps and 0 extra among"):
+        orders_told(shaft_with(gone))
+
+
+def test_one_spike_does_not_move_the_trigger_level():
+    samples = tachometer()
+    samples[5000] = 400.0
+    assert_allclose(
+        rotation(samples, RATE, 1).pulses.times,
+        rotation(tachometer(), RATE, 1).pulses.times,
+        atol=1e-12,
+    )
+
+
+def test_a_run_of_more_stretches_than_are_fitted_says_so_and_covers_the_whole_run():
+    found = orders_of(np.zeros(TIME.size), pulses=4, revolutions=2.0)
+    assert not any("stretches" in line for line in found.told)
+    samples = np.where(np.arange(40000) % 8 < 4, 5.0, 0.0)  # 5000 revolutions
+    rate = 1000.0
+    channels = (
+        Channel("tachometer", "V", "t", "V", "tachometer"),
+        Channel("b", "m/s^2", "b", "m/s^2", "response"),
+    )
+    rows = np.array([samples, np.random.default_rng(5).standard_normal(40000)])
+    test = Test(
+        1, excitation="random", from_hz=5.0, to_hz=400.0,
+        processing=Processing(crop=None, orders=Orders(revolutions=4.0)),
+    )  # fmt: skip
+    found = process_recording(recording_of_arrays("run", channels, rows, rate), test)
+    orders = found.analyses[0]
+    assert "2000 of 2498 stretches of 4 revolutions" in " ".join(orders.told)
+    time = orders.columns["time_s"]
+    assert time.size == 2000
+    assert time[0] < 0.05
+    assert time[-1] > 39.9
+    assert_allclose(np.diff(time), np.diff(time)[0], rtol=1e-3)
 
 
 def test_a_waterfall_shows_a_fixed_tone_everywhere_and_an_order_on_a_line_over_speed():

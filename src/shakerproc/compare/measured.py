@@ -22,6 +22,7 @@ from shakerproc.models import BASE, Model, Sensor
 from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.remarks import unused_lines
+from shakerproc.runs.roles import moving
 from shakerproc.testlog import Test, TestLog
 from shakerproc.units import near_miss, quoted
 
@@ -509,13 +510,8 @@ def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int)
     """
     if test.excitation not in PASSING:
         return start
-    rows = [
-        i
-        for i, c in enumerate(recording.channels)
-        if c.role not in {"control", "force", "tachometer"}
-    ]
     step = max(1, size // PARTS)
-    blocks = recording.select(rows).blocks(start, stop, step)
+    blocks = moving(recording).blocks(start, stop, step)
     power = np.array([float(np.sum(np.square(np.nan_to_num(block)))) for block in blocks])
     kept = max(1, min(PARTS, power.size - 1))
     return start + step * int(np.argmax(np.convolve(power[:-1], np.ones(kept), "valid")))

@@ -38,6 +38,10 @@ class UnitOption:
     override: bool = False
 
 
+_TACHOMETER: Final[Role] = "tachometer"
+_NOT_MOVING: Final[frozenset[Role]] = frozenset({"control", "force", _TACHOMETER})
+
+
 def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     """Return what the log says of each channel of a recording; empty where it names none."""
     roles = {channel.role for channel in recording.channels}
@@ -63,12 +67,18 @@ def without_tachometers(recording: Recording) -> Recording:
     SpectrumError
         If nothing is left.
     """
-    rows = [i for i, c in enumerate(recording.channels) if c.role != "tachometer"]
+    rows = [i for i, c in enumerate(recording.channels) if c.role != _TACHOMETER]
     if not rows:
         raise SpectrumError(
             "every channel is a tachometer; give the role response to what measures vibration"
         )
     return recording.select(rows) if len(rows) < len(recording.channels) else recording
+
+
+def moving(recording: Recording) -> Recording:
+    """Return what is measured on the structure: neither what drives it nor tachometers."""
+    rows = [i for i, c in enumerate(recording.channels) if c.role not in _NOT_MOVING]
+    return recording.select(rows)
 
 
 def usual_roles(

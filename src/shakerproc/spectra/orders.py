@@ -11,11 +11,7 @@ import scipy  # its parts load when they are first used
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-
-HYSTERESIS: Final = 0.1
-"""How far beside its trigger level, the middle of its range, a tachometer must be before the
-next pulse counts, over that range [-]: noise of an rms up to 2.5 % of the range (four standard
-deviations) makes no pulse of its own, and a pulse of 60 % of the range still counts."""
+from shakerproc.spectra.tachometer import Pulses, numbered, rising_edges
 
 LEAST_PULSES: Final = 4
 """Fewest pulses that a cubic spline of the angle takes [-]."""
@@ -28,15 +24,15 @@ class Rotation:
 
     Attributes
     ----------
-    times : (n_pulses,) array
-        When each pulse begins [s].
+    pulses : Pulses
+        Those of the tachometer.
     revolutions : float
         From the first pulse to the last [-].
     angle, time : callable
         Revolutions since the first pulse at some times, and the inverse.
     """
 
-    times: FloatArray
+    pulses: Pulses
     revolutions: float
     angle: Callable[[FloatArray], FloatArray]
     time: Callable[[FloatArray], FloatArray]
@@ -47,8 +43,7 @@ def rotation(
 ) -> Rotation:
     """Return the angle of a shaft from the rising edges of its tachometer.
 
-    An edge is where a straight line between two samples crosses the middle between the least
-    and the largest sample.
+    A pulse that is missing or extra, by the intervals beside it, is allowed for and told.
 
     Parameters
     ----------
@@ -62,39 +57,30 @@ def rotation(
     Raises
     ------
     SpectrumError
-        If there are fewer than four pulses.
+        If there are fewer than four pulses, or too many of them are missing or extra.
     """
     checks.positive("sample_rate", sample_rate, "Hz")
-    low, high = float(tachometer.min()), float(tachometer.max())
-    middle, margin = 0.5 * (low + high), HYSTERESIS * (high - low)
-    state = np.where(tachometer > middle + margin, 1, 0)
-    state[tachometer < middle - margin] = -1
-    told = np.flatnonzero(state)  # samples that are clearly above or below
-    rising = np.flatnonzero((state[told[:-1]] < 0) & (state[told[1:]] > 0))
-    if rising.size < LEAST_PULSES:
+    times, where = rising_edges(tachometer, sample_rate)
+    if times.size < LEAST_PULSES:
         raise SpectrumError(
-            f"{rising.size} pulse{'s' * (rising.size != 1)} between {low:g} and {high:g}, "
+            f"{times.size} pulse{'s' * (times.size != 1)} {where}, "
             f"where {LEAST_PULSES} or more are needed"
         )
-    below = tachometer <= middle
-    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[told[rising + 1]]
-    a, b = tachometer[before], tachometer[before + 1]
-    times = (before + (middle - a) / (b - a)) / sample_rate
-    return _smoothed(times, sample_rate, pulses_per_revolution)
+    return _smoothed(numbered(times), sample_rate, pulses_per_revolution)
 
 
-def _smoothed(times: FloatArray, sample_rate: float, pulses_per_revolution: int) -> Rotation:
+def _smoothed(pulses: Pulses, sample_rate: float, pulses_per_revolution: int) -> Rotation:
     """Return cubic splines that pass the edges as closely as sampling places them.
 
     An edge between two samples lies anywhere between them: its standard deviation is that of a
     uniform law, and the splines are the smoothest whose residuals are as large (Reinsch).
     """
-    turned = np.arange(times.size) / pulses_per_revolution
+    times, turned = pulses.times, pulses.numbers / pulses_per_revolution
     weight = np.full(times.size, np.sqrt(12.0) * sample_rate)  # one over the deviation
     speed = np.gradient(turned, times)
     spline = partial(scipy.interpolate.UnivariateSpline, s=times.size)
     return Rotation(
-        times=times,
+        pulses=pulses,
         revolutions=float(turned[-1]),
         angle=spline(times, turned, w=weight / speed),
         time=spline(turned, times, w=weight),

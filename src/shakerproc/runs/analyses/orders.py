@@ -18,7 +18,11 @@ from shakerproc.spectra.orders import Rotation, order_amplitudes, rotation
 from shakerproc.testlog.analyses import Orders
 
 MOST_ROWS: Final = 2000
-"""Most stretches of a run that are fitted: as fine as a figure shows [-]."""
+"""Most stretches that are fitted, spread evenly over a longer run, which is told: finer than a
+figure shows [-]."""
+
+MOST_TOLD: Final = 5
+"""Most pulses whose times are told one by one [-]."""
 
 RESOLVED: Final = 2.0
 """Least distance between orders, over one in the revolutions of a stretch: half the main lobe
@@ -69,8 +73,46 @@ class OrderAnalysis(AbstractAnalysis):
             told=(
                 f"Speed {slowest:.5g} to {fastest:.5g} rev/min, "
                 f"{shaft.revolutions:.5g} revolutions.",
+                *_thinned(shaft, wanted),
+                *_irregular(shaft, wanted, result),
             ),
         )
+
+
+def _stretches(shaft: Rotation, wanted: Orders) -> int:
+    """Return how many stretches there are, each over half of the one before."""
+    return int(2.0 * (shaft.revolutions - wanted.revolutions) / wanted.revolutions) + 1
+
+
+def _thinned(shaft: Rotation, wanted: Orders) -> list[str]:
+    """Return a sentence where not all stretches of a run are fitted."""
+    there = _stretches(shaft, wanted)
+    if there <= MOST_ROWS:
+        return []
+    all_of_it = np.ceil(2.0 * shaft.revolutions / MOST_ROWS)
+    return [
+        f"{MOST_ROWS} of {there} stretches of {wanted.revolutions:g} revolutions, spread "
+        f"evenly over the run; revolutions: {all_of_it:g} would use all of it."
+    ]
+
+
+def _irregular(shaft: Rotation, wanted: Orders, result: RunResult) -> list[str]:
+    """Return sentences that say which pulses are missing and which are one too many."""
+    start = result.crop.start / result.sample_rate
+    pulses = shaft.pulses
+    return [
+        f"Tachometer {wanted.tachometer}: {how} at {_listed(times + start)}; {done}."
+        for times, how, done in (
+            (pulses.missing, "pulses missing", "their angle is allowed for"),
+            (pulses.extra, "extra pulses", "they were left out"),
+        )
+        if times.size
+    ]
+
+
+def _listed(times: FloatArray) -> str:
+    more = f" and {times.size - MOST_TOLD} more" if times.size > MOST_TOLD else ""
+    return ", ".join(f"{time:.6g} s" for time in sorted(times)[:MOST_TOLD]) + more
 
 
 def _check_distance(wanted: Orders) -> None:
@@ -140,7 +182,7 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
 def _tracked(
     recording: Recording, result: RunResult, wanted: Orders, shaft: Rotation
 ) -> _Tracked:
-    """Return orders in stretches of equal angle, each over half of the one before.
+    """Return orders in stretches of equal angle, spread evenly over the run.
 
     Raises
     ------
@@ -148,8 +190,8 @@ def _tracked(
         If an order lies above half the sample rate.
     """
     half = 0.5 * wanted.revolutions
-    n = int(min((shaft.revolutions - 2.0 * half) / half + 1.0, MOST_ROWS))
-    middles = np.linspace(half, shaft.revolutions - half, max(n, 1))
+    n = min(_stretches(shaft, wanted), MOST_ROWS)
+    middles = np.linspace(half, shaft.revolutions - half, n)
     ends = np.array([shaft.time(middles - half), shaft.time(middles + half)])
     speed = wanted.revolutions / (ends[1] - ends[0])  # of each stretch, revolutions per second
     highest, rate = max(wanted.track), result.sample_rate

@@ -81,8 +81,8 @@ def _speeds(result: RunResult, time: FloatArray) -> FloatArray | None:
     if shaft is None:
         return None
     half = 0.5 * result.spectra.segment / result.sample_rate
-    early = np.clip(time - half, shaft.times[0], shaft.times[-1])
-    late = np.clip(time + half, shaft.times[0], shaft.times[-1])
+    early = np.clip(time - half, shaft.pulses.times[0], shaft.pulses.times[-1])
+    late = np.clip(time + half, shaft.pulses.times[0], shaft.pulses.times[-1])
     seen = late > early
     width = np.where(seen, late - early, 1.0)
     return np.where(seen, 60.0 * (shaft.angle(late) - shaft.angle(early)) / width, np.nan)
