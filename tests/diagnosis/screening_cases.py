@@ -67,7 +67,7 @@ def scales(model: Model, tests: Sequence[Test], joint: tuple[str, str]) -> Joint
     displacement = max(float(np.max(np.abs(m.displacement))) for m in moved)
     velocity = max(float(np.max(np.abs(m.velocity))) for m in moved)
     mass = 1.0 if joint[0] == "base" else 0.5
-    return JointScales(displacement, velocity, 1e5 * displacement, 1e5, mass, SECONDS)
+    return JointScales(displacement, velocity, 1e5 * displacement, 1e5, mass, SECONDS, 2000.0)
 
 
 def identifications(model: Model, tests: Sequence[Test], kinds: Sequence[str]):

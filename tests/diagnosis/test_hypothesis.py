@@ -10,7 +10,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.models.identification import JointScales
 
-AT = JointScales(1e-3, 0.3, 100.0, 1e5, 1.0, 4.0)
+AT = JointScales(1e-3, 0.3, 100.0, 1e5, 1.0, 4.0, 500.0)
 KNOWN = identifications(AT)
 STARTS = [
     pytest.param(kind, start, id=f"{kind} {i}")

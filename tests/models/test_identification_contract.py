@@ -167,9 +167,9 @@ def test_an_exchange_of_places_mirrors_the_motion(kind, joint):
 
 
 SCALES = {
-    "moves": JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0),
-    "no spring": JointScales(1e-4, 0.05, 10.0, 0.0, 0.0286, 20.0),
-    "locked": JointScales(1e-9, 1e-6, 10.0, 1.2e5, 0.0286, 20.0),
+    "moves": JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0, 5000.0),
+    "no spring": JointScales(1e-4, 0.05, 10.0, 0.0, 0.0286, 20.0, 5000.0),
+    "locked": JointScales(1e-9, 1e-6, 10.0, 1.2e5, 0.0286, 20.0, 5000.0),
 }
 
 

@@ -64,4 +64,4 @@ def _as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
     """Return the linear model of tests whose chain of measurement is taken as it is."""
     sensors, controls = len(model.sensors), len(tests[0].arrays.controls)
     chain = Chain(np.ones(sensors), np.zeros(sensors), np.full(controls, 1.0 / controls))
-    return LinearModel(model, chain, (), {}, (), ())
+    return LinearModel(model, chain, (), (), {}, (), ())

@@ -14,7 +14,7 @@ from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.diagnosis.selection.scores import Score, scored
 
 EXCESS: Final = 1.5
 """Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
@@ -111,6 +111,11 @@ class Found:
     def is_explained_by(self, score: Score) -> bool:
         """Return whether a hypothesis leaves no more than noise and what it becomes."""
         return is_within(self.left_by(score), self.floor_under(score))
+
+    @cached_property
+    def as_it_is(self) -> Score | None:
+        """The model as it is in its file, scored; None where it runs away."""
+        return scored(self.data, self.before, self.form.held_out)
 
     @cached_property
     def _left(self) -> dict[Score, float]:

@@ -6,7 +6,7 @@ is a multiple of a scale of the measured motion, `JointScales`.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
@@ -16,6 +16,11 @@ import numpy as np
 
 Values: TypeAlias = Mapping[str, float | str]
 """Coordinates and fixed words or numbers, by name [SI]."""
+
+
+BEYOND = 2.0
+"""Resonance over the highest frequency of the band from which on a contact passes for rigid: at
+the very end of the band it then moves a third more than far below [-]."""
 
 
 @final
@@ -36,6 +41,9 @@ class JointScales:
         Reduced mass of its two places [kg].
     duration : float
         Length of the longest test [s].
+    band : float
+        Highest frequency at which the tests are judged; infinite where a motion is imposed,
+        which no resonance limits [Hz].
     """
 
     displacement: float
@@ -44,6 +52,15 @@ class JointScales:
     stiffness: float
     mass: float
     duration: float
+    band: float
+
+    @property
+    def rigid(self) -> float:
+        """Stiffness beside the joint's own that moves next to nothing in the band [N/m].
+
+        The joint then resonates beyond `BEYOND` times the band.
+        """
+        return self.stiffness + self.mass * (2.0 * math.pi * BEYOND * self.band) ** 2
 
     @property
     def steepness(self) -> float:
@@ -229,9 +246,20 @@ def contact(at: JointScales) -> Free:
     return positive(at.steepness)
 
 
+def held(at: JointScales) -> Free:
+    """Return the stiffness of a contact that sticks, as a coordinate: none beyond rigid."""
+    size = min(at.steepness, at.rigid)
+    return Free(1e-4 * size, min(at.rigid, 1e4 * size), "logarithm", size)
+
+
 def contacts(at: JointScales) -> tuple[float, ...]:
     """Return stiffnesses of a contact to start from [N/m]."""
     return tuple(share * at.steepness for share in CONTACT_SHARES)
+
+
+DRY_SHARES = tuple(map(float, np.geomspace(FRICTION_SHARES[0], FRICTION_SHARES[-1], 48)))
+"""The same of friction without a spring, which nothing simpler leads to: 1.13 from one to the
+next, as a joint that mostly sticks always does where its force is missed by a tenth [-]."""
 
 
 def friction(at: JointScales) -> Free:
@@ -239,6 +267,6 @@ def friction(at: JointScales) -> Free:
     return positive(0.1 * at.force, 1e-4, 1e3)
 
 
-def frictions(at: JointScales) -> tuple[float, ...]:
+def frictions(at: JointScales, shares: Sequence[float] = FRICTION_SHARES) -> tuple[float, ...]:
     """Return friction forces to start from [N]."""
-    return tuple(share * at.force for share in FRICTION_SHARES)
+    return tuple(share * at.force for share in shares)

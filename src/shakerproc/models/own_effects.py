@@ -14,7 +14,7 @@ from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEff
 from shakerproc.models.faults import FAULTS
 from shakerproc.models.identification import JointScales
 
-TYPICAL: Final = JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0)
+TYPICAL: Final = JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0, 5000.0)
 """A small bolted joint on a shaker, for which effects without an example get their numbers."""
 
 FAR: Final = 1e-2

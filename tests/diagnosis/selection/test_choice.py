@@ -12,23 +12,27 @@ JOINT = ("base", "mass")
 FLOOR = 0.01
 
 
-def hypothesis(left, *kinds):
-    """Return a hypothesis that leaves this error in each of twenty blocks."""
+def hypothesis(left, *kinds, is_far=False):
+    """Return a hypothesis that leaves this error in each of twenty blocks.
+
+    `is_far` says that its model's own numbers are not the file's any more.
+    """
     added = tuple(SimpleNamespace(kind=kind, between=JOINT) for kind in kinds)
     names = frozenset((kind, JOINT) for kind in kinds)
     of = SimpleNamespace(added=added, kinds=kinds, names=names, size=2 + len(kinds))
     logs = np.log1p((left / FLOOR) ** 2) * np.ones(20)
-    return Score(SimpleNamespace(hypothesis=of, left=left), logs)
+    return Score(SimpleNamespace(hypothesis=of, left=left, is_far=is_far), logs)
 
 
 @pytest.fixture
 def found():
     """Return what a search found: the errors of hypotheses, by kinds."""
 
-    def of(linear, errors, free=None):
+    def of(linear, errors, free=None, as_it_is=None):
         effects = tuple(hypothesis(left, *kinds) for kinds, left in errors.items())
-        bare = hypothesis(linear)
+        bare = hypothesis(linear, is_far=as_it_is is not None)
         return SimpleNamespace(
+            as_it_is=None if as_it_is is None else hypothesis(as_it_is),
             linear=bare, effects=effects, floor=FLOOR,
             best=min((bare, *effects), key=lambda s: s.mean), rigid=(),
             free=None if free is None else hypothesis(free, "table"),
@@ -76,3 +80,16 @@ def test_the_noise_takes_no_part_in_what_is_left(found):
 def test_a_force_without_a_name_that_predicts_better_is_outside_the_library(found):
     of = found(0.5, {("stop",): 0.1}, free=0.03)
     assert choice.is_outside(of, choice.standing_of(of)[0])
+
+
+def test_an_effect_stands_beside_numbers_that_are_not_the_models_any_more(found):
+    """Damping a thousand times the file's predicts a stuck joint as well as friction does."""
+    friction = {("coulomb_friction",): 0.0100}
+    assert named(found(0.0101, friction)) == ()
+    searched = found(0.0101, friction, as_it_is=4.0)
+    assert named(searched) == ("coulomb_friction",)
+
+
+def test_no_effect_stands_that_predicts_worse_than_such_numbers(found):
+    searched = found(0.0100, {("coulomb_friction",): 0.02}, as_it_is=4.0)
+    assert named(searched) == ()

@@ -12,6 +12,7 @@ from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
+from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
 from shakerproc.simulate import Runs, free_runs, prepare
 
 
@@ -33,8 +34,12 @@ def is_unusual(linear: LinearModel) -> bool:
 
 
 def explains(linear: LinearModel) -> bool:
-    """Return whether the linear model leaves little of every test, whatever it may be."""
-    return max(linear.left.values()) < LINEAR_ENOUGH
+    """Return whether the linear model leaves little of every test, whatever it may be.
+
+    It is that of the file, with stiffness and damping that may still be meant.
+    """
+    meant = all(abs(number.value) <= np.log(FARTHEST) for number in linear.own)
+    return meant and max(linear.left.values()) < LINEAR_ENOUGH
 
 
 def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:

@@ -182,10 +182,13 @@ def _is_mode(
     extra: FloatArray,
     limits: tuple[float, float],
 ) -> bool:
-    """Return whether what was fitted lies where it may, and explains what is left there."""
+    """Return whether what was fitted lies where it may, and explains what is left there.
+
+    A peak wider than where it was sought is none: physics that is missing looks like that.
+    """
     parameters, solution = after
     mode = parameters.model_at(solution.values).modes[-1]
-    if limits[0] <= mode.frequency <= limits[1]:
+    if limits[0] <= mode.frequency <= limits[1] or mode.damping_ratio > _NEAR:
         return False
     near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
     left = [

@@ -11,7 +11,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.residual_slopes import Channels
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.estimation.windows import windows_of
+from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 
 LENGTHS: Final = (2.0, 5.0, 15.0)
@@ -31,16 +31,28 @@ ROUNDS: Final = (6, 4, 4)
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Stages:
-    """Windows of growing length, and the steps of the search in each."""
+    """Windows of growing length.
+
+    Attributes
+    ----------
+    windows : tuple of Windows
+        The shorter ones first.
+    rounds : tuple of int
+        Steps of the search in each.
+    whole : Windows, optional
+        Whole tests, where all begin at rest: nothing is to be known of their starts.
+    """
 
     windows: tuple[Windows, ...]
     rounds: tuple[int, ...] = ROUNDS
+    whole: Windows | None = None
 
 
 def stages_of(data: DataSet) -> Stages:
     """Return the windows of a search."""
     rate = data.tests[0].sample_rate
     least = LEAST_RESIDUALS * 2 * (len(data.model.masses) + 1) / data.n_sensors
+    at_rest = all(test.at_rest for test in data.tests)
     return Stages(
         tuple(
             windows_of(
@@ -48,7 +60,8 @@ def stages_of(data: DataSet) -> Stages:
                 held_out=False, most=most,
             )
             for n, most in zip(LENGTHS, WINDOWS, strict=True)
-        )
+        ),
+        whole=whole_tests(data, held_out=False) if at_rest else None,
     )  # fmt: skip
 
 

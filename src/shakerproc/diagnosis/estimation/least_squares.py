@@ -23,7 +23,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
     State,
 )
 from shakerproc.diagnosis.estimation.window_starts import with_memory
-from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
+from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
 
 SETTLED: Final = 0.1
@@ -95,6 +95,12 @@ class Fit:
         return self.gain, self.delay, self.offset
 
     @property
+    def is_far(self) -> bool:
+        """Whether a number of the model is not its own any more (see `FARTHEST`)."""
+        own = self.x[: len(self.hypothesis.own)]
+        return bool(np.any(np.abs(own) > np.log(FARTHEST)))
+
+    @property
     def covariance(self) -> FloatArray:
         """Covariance of x, gains, delays and offsets, (n, n) array.
 
@@ -154,11 +160,9 @@ def fit(
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     """
-    n = data.n_sensors
-    known = channels or (np.ones(n), np.zeros(n), np.zeros(data.n_offsets))
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        here = linearisation.point(x, known)
+        here = linearisation.point(x, channels or perfect(data))
     except ModelError:
         return None
     if starts is not None:
@@ -209,12 +213,18 @@ def _expected(offset: FloatArray, windows: Windows) -> FloatArray:
     return np.where(fitted, offset, np.mean(offset[fitted]))
 
 
+def perfect(data: DataSet) -> Channels:
+    """Return what sensors do that record what they should, and inputs without a constant."""
+    n = data.n_sensors
+    return np.ones(n), np.zeros(n), np.zeros(data.n_offsets)
+
+
 def level_at(
     data: DataSet,
     hypothesis: Hypothesis,
     x: FloatArray,
     windows: Windows,
-    channels: Channels,
+    channels: Channels | None = None,
 ) -> float:
     """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
 
@@ -225,7 +235,7 @@ def level_at(
     """
     linearisation = Linearisation(data, hypothesis, windows)
     try:
-        here = linearisation.point(x, channels)
+        here = linearisation.point(x, channels or perfect(data))
         state = linearisation.residual(here)
     except ModelError:
         return float("inf")

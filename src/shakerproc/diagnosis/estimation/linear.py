@@ -78,6 +78,8 @@ class LinearModel:
         With fitted stiffness and damping, and further modes.
     chain : Chain
         Gains, delays, weights of the controls.
+    own : tuple of LinearNumber
+        Stiffness and damping of the model's elements, with their intervals.
     numbers : tuple of LinearNumber
         Every unknown of the fit with its interval.
     left : mapping of str to float
@@ -90,6 +92,7 @@ class LinearModel:
 
     model: Model
     chain: Chain
+    own: tuple[LinearNumber, ...]
     numbers: tuple[LinearNumber, ...]
     left: dict[str, float]
     unusual: tuple[LinearNumber, ...]
@@ -259,6 +262,7 @@ def _result(
     return LinearModel(
         model=model,
         chain=parameters.chain_at(solution.values),
+        own=numbers[:first],
         numbers=numbers,
         left={
             test.name: _share_left(

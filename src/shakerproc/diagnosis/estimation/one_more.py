@@ -6,9 +6,10 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
+from shakerproc.diagnosis.estimation.residual_slopes import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
 from shakerproc.diagnosis.screening import Start
@@ -17,11 +18,11 @@ from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.models import Model
 from shakerproc.models.identification import Contained
 
-STARTS: Final = 8
-"""Starts from which each effect in each joint is fitted to the shortest windows [-]."""
+STARTS: Final = 64
+"""Starts of each effect in each joint that are tried in the shortest windows [-]."""
 
 FIRST_ROUNDS: Final = 2
-"""Steps of each of these fits: what they are worth shows by then [-]."""
+"""Steps of a fit from the best of these: what they are worth shows by then [-]."""
 
 KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
@@ -32,6 +33,9 @@ two steps tell little of a curved law [-]."""
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 """Kind, joint, and the words of the variant."""
+
+_Tried: TypeAlias = tuple[Hypothesis, FloatArray, Channels | None]
+"""A hypothesis, its coordinates, and what the sensors do to its motion; None if nothing."""
 
 
 def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
@@ -137,56 +141,63 @@ class OneMore:
         """Return the best fit to the shortest windows from all starts."""
         kind, joint, _ = group
         identification = self.known[joint][kind]
-        tried: list[tuple[Hypothesis, FloatArray]] = []
+        tried: list[_Tried] = []
         none = self.on.hypothesis
         for start in starts[:STARTS]:
             one = addition(kind, joint, identification, start.values)
             screened = self._screened(start)
             n = len(none.own)
+            as_told = np.concatenate([np.zeros(n), screened[n:]])
+            tried.append((none.with_added(one), as_told, None))
             tried += [
-                (none.with_added(one), np.concatenate([own, screened[n:]]))
-                for own in (screened[:n], np.zeros(n), self.linear)
+                (none.with_added(one), np.concatenate([own, screened[n:]]), self.on.channels)
+                for own in (screened[:n], self.linear)
             ]
         for contained in identification.contains:
             for (other, place, _words), fitted in simpler.items():
                 if other == contained.kind and place == joint:
                     tried += self._extended(group, contained, fitted)
-        channels, windows = self.on.channels, self.stages.windows[0]
-        levels = [level_at(self.data, h, x, windows, channels) for h, x in tried]
         fits = [
-            fit(self.data, *tried[i], windows, rounds=FIRST_ROUNDS, channels=channels)
-            for i in self._best_of_both(tried, levels)
-        ]
+            fit(
+                self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS, channels=channels
+            )
+            for h, x, channels in self._best(tried, simplest=not identification.contains)
+        ]  # fmt: skip
         good = [one for one in fits if one is not None]
         return min(good, key=lambda one: one.level) if good else None
 
-    def _best_of_both(
-        self, tried: Sequence[tuple[Hypothesis, FloatArray]], levels: Sequence[float]
-    ) -> list[int]:
-        """Return the best start whose own numbers are the model's, and the best of the others.
+    def _best(self, tried: Sequence[_Tried], *, simplest: bool) -> list[_Tried]:
+        """Return the best start with numbers and sensors as told, and the best of the others.
 
-        Numbers that imitate the effect without it explain more at first and lead away from it.
+        Numbers and gains that imitate the effect without it explain more at first and lead
+        away from it. What is rare shows in whole tests alone: there the best start of what
+        nothing simpler leads to is sought, too.
         """
-        n = len(self.on.hypothesis.own)
-        best: dict[bool, int] = {}
-        for i in np.argsort(levels):
-            if np.isfinite(levels[i]):
-                best.setdefault(not np.any(tried[i][1][:n]), int(i))
-        return list(best.values())
+        told = [one for one in tried if one[2] is None]
+        others = [one for one in tried if one[2] is not None]
+        first, whole = self.stages.windows[0], self.stages.whole
+        found = [self._least(told, first), self._least(others, first)]
+        if whole is not None and simplest:
+            found.append(self._least(told, whole))
+        return list({id(one): one for one in found if one is not None}.values())
 
-    def _extended(
-        self, group: Group, contained: Contained, fitted: Fit
-    ) -> list[tuple[Hypothesis, FloatArray]]:
+    def _least(self, tried: Sequence[_Tried], windows: Windows) -> _Tried | None:
+        """Return what leaves least of windows as it is; None where all run away."""
+        levels = [level_at(self.data, h, x, windows, channels) for h, x, channels in tried]
+        best = int(np.argmin(levels)) if levels else 0
+        return tried[best] if levels and np.isfinite(levels[best]) else None
+
+    def _extended(self, group: Group, contained: Contained, fitted: Fit) -> list[_Tried]:
         """Return where a richer effect may start from where one that it contains ended."""
         kind, joint, words = group
         last = fitted.hypothesis.added[-1]
         *before, own = fitted.hypothesis.parts(fitted.x)
-        out = []
+        out: list[_Tried] = []
         for values in contained.extend({**last.fixed, **last.values(own)}):
             if tuple(v for v in values.values() if isinstance(v, str)) == words:
                 one = addition(kind, joint, self.known[joint][kind], values)
                 x = np.concatenate([*before, one.transformed(values)])
-                out.append((self.on.hypothesis.with_added(one), x))
+                out.append((self.on.hypothesis.with_added(one), x, fitted.channels))
         return out[:STARTS]
 
 

@@ -1,5 +1,6 @@
 """The joints of a model, how they move, and what each effect says of its own identification."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
@@ -44,6 +45,7 @@ def scales_of(
         stiffness=stiffness,
         mass=mass,
         duration=max(test.n_samples / test.sample_rate for test in tests),
+        band=math.inf if model.excitation.imposed else max(test.band[1] for test in tests),
     )
 
 

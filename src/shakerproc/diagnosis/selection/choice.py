@@ -55,10 +55,25 @@ def is_outside(found: Found, chosen: Score) -> bool:
     return found.left_by(chosen) > NEGLIGIBLE and not found.is_explained_by(chosen)
 
 
+def without_any(found: Found, score: Score) -> Score:
+    """Return the model without an effect that a hypothesis is held against.
+
+    With its own numbers fitted; as it is in its file where they are not its own any more then,
+    though those of the hypothesis are: damping a hundred times the model's is no model.
+    """
+    if found.linear.fit.is_far and not score.fit.is_far:
+        return found.as_it_is or found.linear
+    return found.linear
+
+
 def _better(found: Found) -> list[Score]:
     """Return the hypotheses that predict better than the model without any effect."""
-    over = [(s, gain(s, found.linear)) for s in found.effects]
-    return [s for s, own in over if own.t > SURE and own.mean > LEAST]
+    over = [(s, gain(s, without_any(found, s))) for s in found.effects]
+    return [
+        s
+        for s, own in over
+        if own.t > SURE and own.mean > LEAST and gain(s, found.linear).mean > 0.0
+    ]
 
 
 def _explains_most(found: Found, score: Score) -> bool:
@@ -72,7 +87,7 @@ def _without_one(found: Found, score: Score) -> Sequence[Score]:
     """Return the hypotheses with all but one of the effects, as far as they were scored."""
     names = score.fit.hypothesis.names
     if len(names) == 1:
-        return [found.linear]
+        return [without_any(found, score)]
     others = [(s, s.fit.hypothesis.names) for s in found.effects]
     return [s for s, own in others if len(own) == len(names) - 1 and own < names]
 

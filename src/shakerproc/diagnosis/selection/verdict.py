@@ -19,7 +19,7 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
 )
-from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of
+from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of, without_any
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
@@ -280,7 +280,7 @@ def _remaining(found: Found, chosen: Score, more: Score | None) -> list[str]:
 
 def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[str, float]:
     """Return the numbers that the probability is made of."""
-    best = found.best
+    best, bare = found.best, without_any(found, found.best)
     rest = [s for s in found.effects if s not in standing]
     nearest = min([gain(best, s).t for s in rest], default=LIMIT)
     nameless = gain(found.free, best) if found.free is not None else None
@@ -289,8 +289,8 @@ def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[s
         max(float(np.nan_to_num(errors.noise_floor)), 1e-9),
     )
     return {
-        "gain_over_linear": gain(best, found.linear).mean,
-        "t_over_linear": float(np.clip(gain(best, found.linear).t, -LIMIT, LIMIT)),
+        "gain_over_linear": gain(best, bare).mean,
+        "t_over_linear": float(np.clip(gain(best, bare).t, -LIMIT, LIMIT)),
         "t_over_next": float(np.clip(nearest, -LIMIT, LIMIT)),
         "nameless_over_best": nameless.mean if nameless else 0.0,
         "t_nameless": float(np.clip(nameless.t, -LIMIT, LIMIT)) if nameless else -LIMIT,

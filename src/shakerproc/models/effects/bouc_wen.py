@@ -15,8 +15,8 @@ from shakerproc.models.identification import (
     Identification,
     JointScales,
     Values,
-    contact,
     grid,
+    held,
     number,
     positive,
     spread,
@@ -81,7 +81,7 @@ class BoucWen(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": contact(at),
+                "stiffness": held(at),
                 "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e2),
                 "exponent": Free(1.0, _SHARPEST, "logarithm", 2.0),
             },

@@ -15,6 +15,7 @@ from shakerproc.models.effects.base import (
     check_parameters,
 )
 from shakerproc.models.identification import (
+    DRY_SHARES,
     Identification,
     JointScales,
     friction,
@@ -78,7 +79,7 @@ class CoulombFriction(AbstractMemorylessEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={"sliding_force": friction(at)},
-            starts=grid(sliding_force=frictions(at)),
+            starts=grid(sliding_force=frictions(at, DRY_SHARES)),
             scaled=("sliding_force",),
         )
 

@@ -17,8 +17,8 @@ from shakerproc.models.identification import (
     Identification,
     JointScales,
     Values,
-    contact,
     grid,
+    held,
     number,
     positive,
     spread,
@@ -89,7 +89,7 @@ class GeneralBoucWen(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "alpha": contact(at),
+                "alpha": held(at),
                 "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e3),
                 "branch": Free(-0.75 * math.pi, 0.25 * math.pi, "identity", 1.0),
                 "exponent": Free(1.0, 10.0, "logarithm", 2.0),

@@ -12,8 +12,8 @@ from shakerproc.models.identification import (
     Identification,
     JointScales,
     Values,
-    contact,
     grid,
+    held,
     number,
     positive,
     spread,
@@ -77,7 +77,7 @@ class Iwan(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": contact(at),
+                "stiffness": held(at),
                 "slip_displacement": positive(0.3 * at.displacement, 1e-3, 1e2),
             },
             starts=grid(

@@ -12,8 +12,8 @@ from shakerproc.models.identification import (
     Identification,
     JointScales,
     Values,
-    contact,
     friction,
+    held,
     number,
     spread,
 )
@@ -66,7 +66,7 @@ class Jenkins(AbstractEffect):
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
-            free={"stiffness": contact(at), "slip_force": friction(at)},
+            free={"stiffness": held(at), "slip_force": friction(at)},
             starts=tuple(
                 _values(share * at.steepness, slip)
                 for share in (0.1, 0.6)

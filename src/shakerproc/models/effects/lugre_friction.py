@@ -15,6 +15,7 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     friction,
+    held,
     number,
     positive,
 )
@@ -103,7 +104,7 @@ class LuGreFriction(AbstractEffect):
                 "sliding_force": friction(at),
                 "excess": positive(0.3, 1e-3, 30.0),
                 "stribeck_velocity": positive(0.1 * at.velocity, 1e-3, 100.0),
-                "bristle_stiffness": positive(at.steepness, 1e-3, 1e3),
+                "bristle_stiffness": held(at),
                 "bristle_time": positive(_bristle_time(at, at.steepness), 1e-3, 1e2),
             },
             starts=tuple(

@@ -13,8 +13,8 @@ from shakerproc.models.identification import (
     Identification,
     JointScales,
     Values,
-    contact,
     grid,
+    held,
     number,
     positive,
     spread,
@@ -81,7 +81,7 @@ class PowerIwan(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": contact(at),
+                "stiffness": held(at),
                 "slip_displacement": positive(0.3 * at.displacement, 1e-3, 1e2),
                 "spread": Free(0.05, _NARROWEST, "logarithm", 1.0),
             },

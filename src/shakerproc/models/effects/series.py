@@ -18,9 +18,9 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     clearance,
-    contact,
     friction,
     grid,
+    held,
     number,
     spread,
 )
@@ -94,7 +94,7 @@ class Series(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": contact(at),
+                "stiffness": held(at),
                 "clearance": clearance(at),
                 "sliding_force": friction(at),
             },
