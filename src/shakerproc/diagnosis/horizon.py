@@ -94,17 +94,16 @@ def compared(
         effect there; and those that may explain the tests.
     """
     forms = usable_forms(campaign)
-    standing = [linear, *singles]
+    standing, scores = [linear, *singles], list[Score]()
     most, chosen = -np.inf, 0
     best = min(standing, key=lambda one: one.level)
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
-        standing = worth_a_fit(standing, campaign.known)
+        standing = worth_a_fit(scores, campaign.known) if scores else standing
         forms[i] = form.knowing(campaign.data, best)
         if i and not _foretold(campaign, best, forms[i]):
             break
         scores = along(campaign, standing, [forms[i]])
-        standing = [score.fit for score in scores]
         if not scores:
             continue
         best = min(scores, key=lambda score: score.mean).fit

@@ -98,7 +98,8 @@ class OneMore:
                 for group, one in standing.items()
             }
             fits = {group: one for group, one in longer.items() if one is not None}
-            worth = worth_a_fit(list(fits.values()), self.known)
+            scores = [as_fitted(self.data, one) for one in fits.values()]
+            worth = worth_a_fit([s for s in scores if s is not None], self.known)
             standing = {
                 group: one
                 for group, one in fits.items()

@@ -1,6 +1,5 @@
 """Which hypothesis stands: it predicts better than none, and explains most of what is left."""
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -77,17 +76,21 @@ def _better(found: Found) -> list[Score]:
 
 
 def _explains_most(found: Found, score: Score) -> bool:
+    """Return whether a hypothesis leaves much less than any does with fewer effects."""
     left = _beyond_noise(found, score)
-    return all(
-        left <= SHARE * _beyond_noise(found, other) for other in _without_one(found, score)
-    )
+    return all(left <= SHARE * _beyond_noise(found, one) for one in _simpler(found, score))
 
 
-def _without_one(found: Found, score: Score) -> Sequence[Score]:
+def _simpler(found: Found, score: Score) -> list[Score]:
+    """Return the hypotheses with fewer effects, the model without any among them."""
+    count = len(score.fit.hypothesis.names)
+    fewer = [s for s in found.effects if len(s.fit.hypothesis.names) < count]
+    return [without_any(found, score), *fewer]
+
+
+def _without_one(found: Found, score: Score) -> list[Score]:
     """Return the hypotheses with all but one of the effects, as far as they were scored."""
     names = score.fit.hypothesis.names
-    if len(names) == 1:
-        return [without_any(found, score)]
     others = [(s, s.fit.hypothesis.names) for s in found.effects]
     return [s for s, own in others if len(own) == len(names) - 1 and own < names]
 

@@ -4,17 +4,16 @@ from collections.abc import Sequence
 
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.selection.scores import FAR, LEAST, SURE, Score, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import FAR, LEAST, SURE, Score, gain
 
 
-def worth_a_fit(standing: Sequence[Fit], known: Known) -> list[Fit]:
-    """Return the fits that may be the best where the windows are longer.
+def worth_a_fit(scores: Sequence[Score], known: Known) -> list[Fit]:
+    """Return the fits that may be the best where the windows are longer, by their scores.
 
     A law that contains another one that it does not outdo is left out: the simpler stands in;
     where it does, the simpler may just not have arrived, and stays unless it is far behind.
     The model without any is contained in all; beside it the best effect always stays.
     """
-    scores = [s for one in standing if (s := as_fitted(one.data, one)) is not None]
     bare = [score for score in scores if not score.fit.hypothesis.added]
     effects = [score for score in scores if score.fit.hypothesis.added]
     best = min(effects, key=lambda score: score.mean, default=None)
