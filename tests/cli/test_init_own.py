@@ -80,7 +80,7 @@ def test_recordings_with_other_channels_have_them_in_their_own_line(folder, caps
     }
     assert roles["1"] == roles["2"]
     assert roles["10"] == roles["1"] | {
-        "control 1": "ignore", "response 2": "ignore", "table": "control", "force": "ignore"
+        "control 1": "ignore", "response 2": "ignore", "table": "control", "force": "force"
     }  # fmt: skip
     options = ["--no-figures", "--workers", 1, "--out", folder / "results"]
     assert run("batch", folder / "testlog.yaml", *options) == 0
@@ -134,6 +134,43 @@ def test_accelerations_come_before_volts_and_units_are_read_as_in_a_file(tmp_pat
     assert test.processing.crop is not None
     assert list(read_model(tmp_path / "model.yaml").sensors) == ["Block accel"]
     assert run("batch", tmp_path / "testlog.yaml", "--no-figures", "--workers", 1) == 0
+
+
+def test_a_force_without_a_table_drives_the_test(tmp_path):
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i / 100},{i % 5},{i % 7}\n" for i in range(3000))
+    (tmp_path / "r" / "b.csv").write_text("t,ai0 [N],ai1 [g]\n" + rows, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    test = read_testlog(tmp_path / "testlog.yaml").tests[0]
+    assert [(use.key, use.role) for use in test.channels] == [
+        ("ai0", "force"), ("ai1", "response")
+    ]  # fmt: skip
+    assert test.processing.crop is None
+    model = read_model(tmp_path / "model.yaml")
+    assert list(model.sensors) == ["ai1"]
+    assert "force on: coupon" in (tmp_path / "model.yaml").read_text()
+    assert run("batch", tmp_path / "testlog.yaml", "--no-figures", "--workers", 1) == 0
+
+
+def test_names_say_what_is_measured_where_no_unit_does_and_a_column_of_the_rate_is_none(
+    tmp_path,
+):
+    """As the F-16 benchmark has it: the rate stands once in a column of its own."""
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i % 5},1,{i % 7},{i % 3},,\n" for i in range(1, 3000))
+    head = '"Force","Voltage","Acceleration1","Acceleration2","Fs",\n0,1,0,0,400,\n'
+    (tmp_path / "r" / "b.csv").write_text(head + rows, encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    test = read_testlog(tmp_path / "testlog.yaml").tests[0]
+    assert {str(use.key): use.role for use in test.channels} == {
+        "Force": "force", "Voltage": "ignore", "Acceleration1": "response",
+        "Acceleration2": "response",
+    }  # fmt: skip
+    text = (tmp_path / "testlog.yaml").read_text(encoding="utf-8")
+    assert (
+        "Force: {role: force, at: coupon}   # (guess) ??? no unit in the file: add unit: N"
+        in text
+    )
 
 
 def test_controls_are_found_by_name_else_the_first_is_taken():

@@ -163,11 +163,26 @@ def test_headers_may_be_comments_and_lines_below_them_too(tmp_path):
         assert (recording.n_samples, recording.sample_rate) == (1000, RATE)
 
 
-def test_interval_name_and_unit_in_rows_with_labels_are_refused_with_a_remedy(tmp_path):
-    head = ["Interval,0.001,0.001", "Channel name,ch1,ch2", "Unit,g,g"]
-    message = refusal(written(tmp_path, rows(), head))
-    assert "'Channel name' and 'Unit'" in message
-    assert message.endswith('one line of headers, such as "time [s],ch1 [g]".')
+@pytest.mark.parametrize(
+    ("interval", "first"),
+    [("Interval,0.01,0.01", None), ("Interval [ms],10", None), ("Interval,0.01 s", ""),
+     ("Interval,10 ms", "count"), ("dt,0.01", "none")],
+)  # fmt: skip
+def test_interval_name_and_unit_may_stand_in_rows_with_labels(tmp_path, interval, first):
+    """The first column holds times, nothing, a count, or is not there."""
+    plain = [f"{a:.5f},{b:.5f}" for a, b in zip(WAVE, WAVE[::-1], strict=True)]
+    before = {
+        None: lambda i: f"{i / 100:.2f},", "": lambda _: ",", "count": lambda i: f"{i},",
+        "none": lambda _: "",
+    }[first]  # fmt: skip
+    lines = [before(i) + line for i, line in enumerate(plain)]
+    head = [interval, "Channel name,ch1,ch2", "Unit,g,mm/s^2"]
+    with open_recording(written(tmp_path, lines, head)) as recording:
+        assert [(c.name, c.source_unit) for c in recording.channels] == [
+            ("ch1", "g"), ("ch2", "mm/s^2")
+        ]  # fmt: skip
+        assert recording.sample_rate == 100.0
+        assert recording.samples()[1, 0] == pytest.approx(1e-3 * WAVE[-1], abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -195,12 +210,29 @@ def test_times_are_understood_in_other_units_than_seconds(tmp_path, unit, second
         assert recording.sample_rate == pytest.approx(RATE, rel=1e-9)
 
 
-def test_a_dat_file_is_refused_with_a_remedy_that_works(tmp_path):
-    path = written(tmp_path, rows(), name="run.dat")
-    assert "no reader for .dat" in refusal(path)
-    assert refusal(path).endswith("rename it to .txt where it is a table of text.")
-    with open_recording(path.rename(path.with_suffix(".txt"))) as recording:
+def test_a_dat_file_is_a_table_of_text_or_refused(tmp_path):
+    with open_recording(written(tmp_path, rows(), name="run.dat")) as recording:
         assert recording.n_samples == 1000
+    (tmp_path / "raw.dat").write_bytes(np.arange(9000.0).astype("<f4").tobytes())
+    assert "no table of numbers in the first" in refusal(tmp_path / "raw.dat")
+
+
+@pytest.mark.parametrize("times", [True, False])
+def test_a_column_of_the_sample_rate_is_no_channel(tmp_path, times):
+    lines = [
+        (f"{i / 400:.4f}," if times else "") + f"{WAVE[i]:.6f},{'400' if i < 1 else ''}"
+        for i in range(1000)
+    ]
+    head = ("time [s]," if times else "") + "a [g],Fs"
+    with open_recording(written(tmp_path, lines, [head])) as recording:
+        assert [c.name for c in recording.channels] == ["a"]
+        assert recording.sample_rate == 400.0
+        assert [(c.name, c.why) for c in recording.unused] == [
+            ("Fs", "it says the sample rate, 400 Hz")
+        ]
+    wrong = [lines[0][:-3] + "500", *lines[1:]]
+    if times:
+        assert "the file contradicts itself" in refusal(written(tmp_path, wrong, [head]))
 
 
 def test_too_few_samples_for_a_segment_name_the_segment_that_would_do(tmp_path, capsys):

@@ -410,10 +410,36 @@ def test_vectors_beside_a_rate_are_channels(tmp_path, ending, rate):
 
 
 @pytest.mark.parametrize("ending", [".npz", ".mat"])
-@pytest.mark.parametrize("times", [TIMES, TIMES.round(3) + 5.0, 1e3 * TIMES])
 @pytest.mark.parametrize("upright", [True, False])
-def test_a_time_column_in_an_array_is_never_a_channel(tmp_path, ending, times, upright):
-    data = np.stack([times, LONG[0]])
+def test_the_first_line_of_an_array_is_its_time_where_it_advances_as_one(
+    tmp_path, ending, upright
+):
+    """One channel and its time in each of two arrays, and two channels in a third."""
+    times = TIMES.round(3) + 5.0
+    stacks = {
+        "control": np.stack([times, LONG[0]]),
+        "response": np.stack([times, LONG[1]]),
+        "more": np.stack([times, LONG[0], LONG[1]]),
+    }
+    arrays = {name: data.T if upright else data for name, data in stacks.items()}
+    path = saved(tmp_path / f"run{ending}", arrays)
+    with open_recording(path) as recording:
+        assert [channel.name for channel in recording.channels] == [
+            "control", "response", "more 1", "more 2"
+        ]  # fmt: skip
+        assert recording.sample_rate == 1000.0
+        assert_array_equal(recording.samples(), [LONG[0], LONG[1], LONG[0], LONG[1]])
+        assert recording.notes[0].startswith(
+            "The first line of 'control' is taken for its time"
+        )
+    wrong = {**arrays, "fs": 500.0}
+    refused(saved(tmp_path / f"wrong{ending}", wrong), "the file contradicts itself")
+
+
+@pytest.mark.parametrize("ending", [".npz", ".mat"])
+@pytest.mark.parametrize("upright", [True, False])
+def test_a_count_in_an_array_is_never_a_channel_nor_a_time(tmp_path, ending, upright):
+    data = np.stack([1e3 * TIMES, LONG[0]])
     path = saved(tmp_path / f"run{ending}", {"data": data.T if upright else data})
     refused(path, "'data 1' is no channel: it advances evenly by .* a vector of its own")
     with open_recording(path, sample_rate=1000.0) as recording:

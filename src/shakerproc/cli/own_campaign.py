@@ -43,7 +43,7 @@ masses: {{coupon: 1 kg}}           # ??? weigh it
 elements:
   - {{kind: spring, between: [base, coupon], stiffness: 4e5 N/m}}     # ??? 100 Hz for 1 kg
   - {{kind: damper, between: [base, coupon], damping: 25 N s/m}}      # ??? Q of 25 for 1 kg
-excitation: {{base: acceleration}}
+excitation: {{{excitation}}}
 sensors:
 {sensors}"""
 
@@ -209,10 +209,13 @@ def begin(
         for number, (name, unit, n) in enumerate(
             zip(seen[0].names, seen[0].units, seen[0].lengths, strict=True), 1
         )
-        if name not in controls and not _ignored(unit, n, seen[0])
+        if name not in controls
+        and not _ignored(name, unit, n, seen[0])
+        and _measures(name, unit) != _FORCE
     ]
     sensors = "".join(f"  {_quoted(n)}: {_SENSOR}\n" for n in responses)
-    files.write_text(model, MODEL.format(sensors=sensors))
+    excitation = "base: acceleration" if controls else "force on: coupon"
+    files.write_text(model, MODEL.format(sensors=sensors, excitation=excitation))
     return log, model
 
 
@@ -226,23 +229,43 @@ def _described_or_left_out(path: Path, warn: Callable[[str], None]) -> list[Seen
     return [] if found is None else [found]
 
 
-def _ignored(unit: str, length: int, seen: Seen) -> str:
-    """Return why a channel is of no use here; empty where it is."""
+def _measures(name: str, unit: str) -> str:
+    """Return the SI unit of a channel: of its unit, else of what its name says it measures."""
     from shakerproc.recordings.si import quantity_of
 
+    match = _SAYS.match(name)
+    return quantity_of(unit) or (_QUANTITIES[match[0].lower()] if match else "")
+
+
+def _ignored(name: str, unit: str, length: int, seen: Seen) -> str:
+    """Return why a channel is of no use here; empty where it is."""
     usual = max(set(seen.lengths), key=seen.lengths.count)
     if length != usual:
         return f"{length} samples, others have {usual}"
-    quantity = quantity_of(unit)
-    if quantity not in {"", "V", _ACCELERATION}:
-        return f"{unit} is no acceleration"
-    accelerations = sum(quantity_of(other) == _ACCELERATION for other in seen.units)
-    if quantity != _ACCELERATION and accelerations > 1:
-        return f"{unit or 'no unit'}, others are accelerations"
+    quantity = _measures(name, unit)
+    if quantity not in {"", "V", _ACCELERATION, _FORCE}:
+        return f"{unit or 'by its name it'} is no acceleration"
+    pairs = zip(seen.names, seen.units, strict=True)
+    accelerations = sum(_measures(*pair) == _ACCELERATION for pair in pairs)
+    if quantity not in {_ACCELERATION, _FORCE} and accelerations > 1:
+        return f"{unit or quantity or 'no unit'}, others are accelerations"
     return ""
 
 
 _ACCELERATION: Final = "m/s^2"
+_FORCE: Final = "N"
+_QUANTITIES: Final = {
+    "acc": _ACCELERATION,
+    "force": _FORCE,
+    "hammer": _FORCE,
+    "load": _FORCE,
+    "disp": "m",
+    "velocity": "m/s",
+    "volt": "V",
+}
+"""What a name that begins so measures, where the file says no unit."""
+
+_SAYS: Final = re.compile("|".join(_QUANTITIES), re.IGNORECASE)
 _IGNORE: Final = "{role: ignore}"
 _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
@@ -253,10 +276,16 @@ def controls_of(names: Sequence[str]) -> list[str]:
 
 
 def _controls(seen: Seen) -> list[str]:
-    """Return the channels of a recording that sit on the table, of those that are of use."""
+    """Return the channels of a recording that sit on the table, of those that are of use.
+
+    Where a force drives the test, only a name says that there is a table.
+    """
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)
-    useful = [name for name, unit, n in channels if not _ignored(unit, n, seen)]
-    return controls_of(useful or seen.names)
+    useful = [(name, unit) for name, unit, n in channels if not _ignored(name, unit, n, seen)]
+    moving = [name for name, unit in useful if _measures(name, unit) != _FORCE]
+    if len(moving) < len(useful):
+        return [name for name in moving if _ON_THE_TABLE.search(name)]
+    return controls_of(moving or seen.names)
 
 
 def entries(seen: Seen) -> dict[str, tuple[str, str]]:
@@ -269,15 +298,18 @@ def entries(seen: Seen) -> dict[str, tuple[str, str]]:
     controls, found = _controls(seen), {}
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)
     for number, (name, unit, n) in enumerate(channels, 1):
-        role = "control" if name in controls else "response"
+        quantity = _measures(name, unit)
+        role = "control" if name in controls else "force" if quantity == _FORCE else "response"
         at = "" if name in controls else ", at: coupon"
+        volts = "unit: V, sensitivity: " + ("10 mV/N" if role == "force" else "100 mV/g")
         note = "(guess)"
-        if why := _ignored(unit, n, seen):
+        if why := _ignored(name, unit, n, seen):
             role, at, note = "ignore", "", f"(guess) {why}"
         elif not quantity_of(unit):
-            note += " ??? no unit in the file: add unit: g, or unit: V, sensitivity: 100 mV/g"
+            plain = "N" if role == "force" else "g"
+            note += f" ??? no unit in the file: add unit: {plain}, or {volts}"
         elif quantity_of(unit) == "V":
-            note += " ??? volts: add sensitivity: 100 mV/g"
+            note += f" ??? volts: add {volts.removeprefix('unit: V, ')}"
         key, own = _quoted(name), ""
         if seen.names.count(name) > 1:
             key, own = str(number), f", name: {_quoted(f'{name} {number}')}"
@@ -297,7 +329,7 @@ def _own(
         return ""
     told = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
     if crop.startswith("{") and controls[0] not in seen.names:
-        name = _quoted(_controls(seen)[0])
+        name = _quoted((_controls(seen) or controls_of(seen.names))[0])
         told += f", processing: {{crop: {{channel: {name}}}}}"
     return told
 
@@ -308,6 +340,8 @@ def _crop(seen: Sequence[Seen], controls: Sequence[str]) -> str:
     from shakerproc.recordings.si import quantity_of
 
     first = seen[0]
+    if not controls:
+        return "none                    # a force drives it; or {from: 2 s, to: 40 s}"
     at = first.names.index(controls[0])
     if not first.rms or quantity_of(first.units[at]) != _ACCELERATION:
         return "none                    # ??? or {channel: NAME, threshold: 0.3 g}"

@@ -10,23 +10,18 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import is_time, like_time, rate_of_times
+from shakerproc.recordings.columns import FEWEST, is_time, like_time, rate_of_times
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
+from shakerproc.recordings.rates import RATE_NAME, STEP_NAME, agreed_rate
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
 
 LARGEST: Final = 1 << 31
 """Bytes of arrays that are held in memory at most."""
 
-CONTRADICTION: Final = 1e-3
-"""How far two statements of a rate may part before they contradict each other, relative."""
+LONGEST_STEP: Final = 0.05
+"""Between the times of a line without a name, for it to be one of seconds [s]."""
 
-_RATE: Final = re.compile(
-    r"(?:.*_)?(?:fs|sr|f_?sample|samp(?:le|ling)_?(?:rate|freq(?:uency)?)|(?:scan|data)_?rate)"
-    r"(?:_hz)?",
-    re.IGNORECASE,
-)
-_STEP: Final = re.compile(r"(?:.*_)?(?:dt|delta_?[tx]|t_?s|ts_?s|increment|time_?step)", re.I)
 _NAMES: Final = re.compile(r"(?:channel_?)?(?:names|labels)", re.IGNORECASE)
 _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
 
@@ -129,12 +124,16 @@ def file_of_arrays(
     """
     long = {name: array for name, array in arrays.items() if max(array.shape, default=0) > 1}
     axes = {name: axis for name, array in long.items() if (axis := _axis(name, array))}
-    length = _length({n: a for n, a in long.items() if n not in axes}, axes, run)
-    rate, problem = _rate(arrays, axes, length)
+    within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
+    length = _length({n: a for n, a in long.items() if n not in axes}, axes | within, run)
+    rate, problem = _rate(arrays, axes | within, length)
     channels: list[RawChannel] = []
     lines: list[_Row] = []
     odd = [*left_out, *(n for n, axis in axes.items() if axis.times.size != length)]
-    notes = []
+    notes = [
+        f"The first line of {shown(name)} is taken for its time in seconds: it advances evenly."
+        for name in within
+    ]
     for name, array in long.items():
         if name in axes:
             continue
@@ -146,6 +145,8 @@ def file_of_arrays(
                 f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
                 "of a converter they lack their scale."
             )
+        if name in within:
+            found = found[1:]
         headers = _headers(name, len(found), texts)
         for line, (header, unit) in zip(found, headers, strict=True):
             plain, in_header = (header, unit) if unit else split_header(header)
@@ -221,6 +222,24 @@ def _axis(name: str, array: ArrayLike) -> _Axis | None:
     return _Axis(times, problem) if seconds or rate_of_times(times)[0] else None
 
 
+def _own_axis(name: str, array: ArrayLike) -> _Axis | None:
+    """Return the time vector [s] that is the first of a few lines, or None where it is none.
+
+    Nothing that is measured advances evenly to the last digit; but longer steps may be counts,
+    or milliseconds.
+    """
+    if len(array.shape) != 2 or min(array.shape) < 2 or not _is_slender(array.shape):
+        return None
+    if array.dtype.kind not in "f" or max(array.shape) > LARGEST // 8:
+        return None
+    line = _Row(array, 0, upright=array.shape[0] > array.shape[1])
+    times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
+    if times.size < FEWEST or not like_time(name, "", times):
+        return None
+    rate = rate_of_times(times)[0]
+    return _Axis(times, "") if rate is not None and rate * LONGEST_STEP > 1.0 else None
+
+
 def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, _Axis], run: str) -> int:
     if axes:
         return max(axis.times.size for axis in axes.values())
@@ -254,32 +273,11 @@ def _rate(
             continue
         value = float(_flat(array)[0])
         short = name.rsplit(".", 1)[-1]
-        if _RATE.fullmatch(short):
+        if RATE_NAME.fullmatch(short):
             said[name] = value
-        elif _STEP.fullmatch(short):
+        elif STEP_NAME.fullmatch(short):
             said[name] = 1.0 / value if value else 0.0
     return agreed_rate(said)
-
-
-def agreed_rate(said: Mapping[str, float]) -> tuple[float | None, str]:
-    """Return the sample rate [Hz] that a file gives, or what is wrong with its statements.
-
-    Parameters
-    ----------
-    said : mapping
-        Rates [Hz] by where they stand.
-    """
-    if not said:
-        return None, SILENT
-    for name, rate in said.items():
-        if not (np.isfinite(rate) and rate > 0.0):
-            return None, f"{name} gives a rate of {rate:g} Hz, which is none"
-    low, high = min(said.values()), max(said.values())
-    if high / low - 1.0 > CONTRADICTION:
-        rates = ", ".join(f"{rate:.6g} Hz ({name})" for name, rate in said.items())
-        return None, f"the file contradicts itself: {rates}"
-    whole = [rate for rate in said.values() if rate == round(rate)]
-    return (whole or list(said.values()))[0], ""
 
 
 def _lines(array: ArrayLike, length: int) -> list[_Row]:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.rates import RATE_NAME, agreed_rate
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import parse_unit, split_header
 
@@ -227,6 +228,9 @@ def file_of_columns(
     """
     units = list(table.units) or [""] * len(table.headers)
     lengths = lengths or [length_of(row) for row in table.values]
+    stated = _stated_rates(table, lengths)
+    if sample_rate is None and not rate_problem:
+        sample_rate, rate_problem = _rate_beside_times(table, units, lengths, stated)
     is_silent = sample_rate is None and not rate_problem
     axes = [
         _axis(row, table.values[row, : lengths[row]] * seconds, rate=is_silent)
@@ -245,6 +249,8 @@ def file_of_columns(
         values = table.values[row, : lengths[row]]
         problem = like_time(header or name, unit, values) if lengths[row] else NO_NUMBERS
         problem = problem or (late_start(axes[0], axis) if axis else "")
+        if row in stated:
+            problem = f"it says the sample rate, {stated[row]:g} Hz"
         until = max(lengths[axis.row], lengths[row]) if axis and lengths[row] else lengths[row]
         if problem and lengths[row]:
             notes.append(f"{shown(name)} is no channel: {problem}.")
@@ -267,6 +273,37 @@ def file_of_columns(
     return RawFile(
         (RawGroup("", tuple(channels)),), source or ArraySource(table.values), tuple(notes)
     )
+
+
+def _stated_rates(table: Columns, lengths: Sequence[int]) -> dict[int, float]:
+    """Return the columns that hold nothing but the sample rate, each with it [Hz]."""
+    found = {}
+    for row, header in enumerate(table.headers):
+        if RATE_NAME.fullmatch(split_header(header)[0].strip()):
+            values = table.values[row, : lengths[row]]
+            there = values[~np.isnan(values)]
+            if there.size and there[0] > 0.0 and np.all(there == there[0]):
+                found[row] = float(there[0])
+    return found
+
+
+def _rate_beside_times(
+    table: Columns, units: Sequence[str], lengths: Sequence[int], stated: Mapping[int, float]
+) -> tuple[float | None, str]:
+    """Return the rate that columns state, which times beside them must not contradict.
+
+    None, and no problem, where none states any or the times say it themselves.
+    """
+    if not stated:
+        return None, ""
+    said = {shown(table.headers[row]): rate for row, rate in stated.items()}
+    for row, seconds in time_columns(table.headers, units):
+        found, problem = rate_of_times(table.values[row, : lengths[row]] * seconds)
+        if found is None:
+            return None, problem
+        said[shown(table.headers[row])] = found
+    rate, problem = agreed_rate(said)
+    return (None, problem) if problem or len(said) > len(stated) else (rate, "")
 
 
 @final

@@ -25,7 +25,11 @@ def read_csv(path: Path, run: str) -> RawFile:
     axes = time_columns(found.headers, found.units)
     times = table.values[axes[0][0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
-    raw = file_of_columns(Columns(found.headers, values, found.units), cut=table.torn)
+    raw = file_of_columns(
+        Columns(found.headers, values, found.units),
+        sample_rate=None if axes or not found.interval else 1.0 / found.interval,
+        cut=table.torn,
+    )
     notes = raw.notes
     if table.unended:
         notes += ("The file does not end with a line end: its last number may be cut.",)

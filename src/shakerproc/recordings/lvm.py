@@ -10,9 +10,9 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import CONTRADICTION
 from shakerproc.recordings.columns import is_time, length_of, rate_of_times
 from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.rates import CONTRADICTION
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text

@@ -47,6 +47,7 @@ READERS: Final = Readers({
     ".tdms": read_tdms,
     ".csv": read_csv,
     ".txt": read_csv,
+    ".dat": read_csv,
     ".lvm": read_lvm,
     ".mat": read_mat,
     ".npz": read_npz,

@@ -14,6 +14,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import is_number, is_time
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import split_header
+from shakerproc.recordings.text_labels import is_stepped, unlabelled
 from shakerproc.recordings.text_names import (
     COMMENT,
     cells_in_use,
@@ -37,11 +38,6 @@ _WHOLE: Final = re.compile(r"\d{1,6}")
 _WORD: Final = re.compile(r"\S+(?:\s+\[[^\]]*\]|\s+\([^)]*\))?")
 """Between blanks, a unit in brackets belongs to the name before it."""
 
-_LABEL: Final = re.compile(
-    r"(?:channel|signal)?[ _]?(?:names?|labels?)|channels?", re.IGNORECASE
-)
-_UNIT_LABEL: Final = re.compile(r"units?|einheit(?:en)?", re.IGNORECASE)
-
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -60,6 +56,8 @@ class TextFormat:
         What stands over the columns; units are empty where they have no row of their own.
     remark : bool
         Whether a cell of text may follow the numbers of a row.
+    interval : float, optional
+        Between samples, where a row above the table says it [s].
     """
 
     encoding: str
@@ -69,6 +67,7 @@ class TextFormat:
     headers: tuple[str, ...]
     units: tuple[str, ...]
     remark: bool = False
+    interval: float | None = None
 
 
 def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
@@ -154,7 +153,6 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
             f"{shown(lines[middle] if lines else '', 60)}. Columns separated by comma, "
             "semicolon or tab with one line of headers are read, times in seconds."
         )
-    _check_labels(best[1], run)
     _check_names(lines, best[1], run)
     return best[1]
 
@@ -195,11 +193,15 @@ def _try_format(
     if (delimiter != "," and width < 2) or 2 * counts[width] <= sum(map(bool, filled[first:])):
         return None
     used = max(len(cells_in_use(r)) for r, w in zip(rows, widths, strict=True) if w == width)
-    rows[:first] = [fitted(row, used, width) for row in rows[:first]]
+    labelled = unlabelled(rows[:first], used, decimal)
+    plain, interval = labelled or (rows[:first], None)
+    rows[:first] = [fitted(row, used, width) for row in plain]
     titles = title_rows(rows[:first], numbers, width)
     headers, units = column_names(rows, titles, width)
     start = _start(rows[:first], numbers, titles, decimal)
-    found = TextFormat(encoding, delimiter, decimal, start, headers, units)
+    if labelled and not headers[0] and is_stepped(rows[first:], interval, decimal):
+        headers, units = ("time", *headers[1:]), ("s", *units[1:])
+    found = TextFormat(encoding, delimiter, decimal, start, headers, units, interval=interval)
     return counts[width] * width, found
 
 
@@ -228,28 +230,6 @@ def _is_row(row: Sequence[str], numbers: int, decimal: str) -> bool:
     """Return whether a line without headers above it was meant as a row of numbers."""
     broken = any(is_number(cell, decimal) and not _WHOLE.fullmatch(cell) for cell in row)
     return not _is_aside(row) and (broken or numbers > 1)
-
-
-def _check_labels(found: TextFormat, run: str) -> None:
-    """Pass a table whose first column is one of numbers, not of what the lines above say.
-
-    Raises
-    ------
-    RecordingError
-        If names and units have a label of their own in front.
-    """
-    if (
-        len(found.headers) > 1
-        and found.units
-        and _LABEL.fullmatch(found.headers[0])
-        and _UNIT_LABEL.fullmatch(found.units[0])
-    ):
-        raise RecordingError(
-            f"{run}: the lines above line {found.first + 1} begin with the labels "
-            f"{shown(found.headers[0])} and {shown(found.units[0])}, so that what the first "
-            "column holds is not said. Replace them by one line of headers, such as "
-            f'"time [s]{found.delimiter}{found.headers[1]} [{found.units[1] or "g"}]".'
-        )
 
 
 def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:

@@ -92,7 +92,7 @@ def _panels(frequency: FloatArray, pair: Pair, name: str) -> list[Panel]:
         for label, values in (("", pair.low), ("", pair.high))
     ]
     by_frequency, unit = Scale("frequency [Hz]"), "-" if pair.unit == "1" else pair.unit
-    phase = np.degrees(np.angle(h1))
+    phase, known = np.degrees(np.angle(h1)), np.isfinite(h1)
     phase = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 180.0, np.nan, phase)
     return [
         Panel(
@@ -109,7 +109,7 @@ def _panels(frequency: FloatArray, pair: Pair, name: str) -> list[Panel]:
             f"{name}_nyquist", f"Nyquist plot of {title}", "A resonance is a circle.",
             Scale(f"real part [{unit}]", logarithmic=False),
             Scale(f"imaginary part [{unit}]", logarithmic=False),
-            (Line(pair.label, h1.real, h1.imag, channel=pair.output),), equal=True,
+            (Line(pair.label, h1.real[known], h1.imag[known], channel=pair.output),), equal=True,
         ),
     ]  # fmt: skip
 
