@@ -109,7 +109,8 @@ def _panels(frequency: FloatArray, pair: Pair, name: str) -> list[Panel]:
             f"{name}_nyquist", f"Nyquist plot of {title}", "A resonance is a circle.",
             Scale(f"real part [{unit}]", logarithmic=False),
             Scale(f"imaginary part [{unit}]", logarithmic=False),
-            (Line(pair.label, h1.real[known], h1.imag[known], channel=pair.output),), equal=True,
+            (Line(pair.label, h1.real[known], h1.imag[known], channel=pair.output),),
+            equal=True,
         ),
     ]  # fmt: skip
 
