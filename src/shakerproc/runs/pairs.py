@@ -96,7 +96,7 @@ def _against_force(result: RunResult) -> list[_Wanted]:
     functions between two channels, for they may depend on each other.
     """
     force = lone_force(result.channels)
-    if force is None or not _driven(result, (force,)).any():
+    if force is None or _decays_once(result) or not _driven(result, (force,)).any():
         return []
     name = result.channels[force].name
     return [
@@ -104,6 +104,11 @@ def _against_force(result: RunResult) -> list[_Wanted]:
         for i, channel in enumerate(result.channels)
         if i != force
     ]
+
+
+def _decays_once(result: RunResult) -> bool:
+    """Return whether its spectra are averages over one decay, of which no function is had."""
+    return result.test.rings and result.blows is None
 
 
 def _pair(

@@ -140,7 +140,7 @@ def _process(whole: Recording, test: Test) -> RunResult:
         start_time=recording.start_time,
         notes=(
             *recording.notes,
-            *_why_not(test, channels, controls, blows),
+            *_why_not(test, channels, controls),
             *([told(lines)] if lines else []),
         ),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
@@ -149,12 +149,12 @@ def _process(whole: Recording, test: Test) -> RunResult:
         band=band,
         spectra=cross,
         psd=density,
-        bounds=None if blows else spectra.psd_bounds(cross),
+        bounds=None if test.rings else spectra.psd_bounds(cross),
         band_rms=spectra.rms_in_band(cross, band),
         statistics=described,
         against=against,
         psd_peaks=((),) * len(channels)
-        if blows
+        if test.rings
         else _psd_peaks(search, density, against, responses),
         response_peaks=_response_peaks(search, against, controls, responses),
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
@@ -185,11 +185,9 @@ def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]
     ]
 
 
-def _why_not(
-    test: Test, channels: Sequence[Channel], controls: Sequence[int], blows: Blows | None
-) -> list[str]:
+def _why_not(test: Test, channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
     """Return why the level is not checked and why there is no response function, if so."""
-    why = "" if blows else _why_no_response(channels, controls)
+    why = "" if test.rings else _why_no_response(channels, controls)
     told = (levels.unseen(test, channels), why)
     return [sentence for sentence in told if sentence]
 
@@ -244,9 +242,9 @@ def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> Cross
 
 
 def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
-    """Return how the log crops a test: blows are found by their trigger, not by a threshold."""
+    """Return how the log crops a test: what dies away is below any threshold, and whole."""
     crop = test.processing.crop
-    return None if test.struck and isinstance(crop, ThresholdCrop) else crop
+    return None if test.rings and isinstance(crop, ThresholdCrop) else crop
 
 
 def find_crop(recording: Recording, test: Test) -> Crop:

@@ -25,6 +25,7 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
     "sine": ("start", "stop", "rate"),
     "shock": ("frequency", "rate"),
     "hammer": ("frequency", "rate"),
+    "free decay": ("frequency", "rate"),
 }
 """Fields that mean nothing for a kind of excitation."""
 

@@ -23,9 +23,9 @@ from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
 Excitation: TypeAlias = Literal[
-    "sine sweep", "random", "sine", "stepped sine", "shock", "hammer"
+    "sine sweep", "random", "sine", "stepped sine", "shock", "hammer", "free decay"
 ]
-PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer")
+PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 """Kinds of excitation that are over soon, and whose shape no key of the log says."""
 
 LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
@@ -483,6 +483,11 @@ class Test:
     def struck(self) -> bool:
         """Whether it is a hammer test, of which each segment of a spectrum is a blow."""
         return self.excitation == "hammer"
+
+    @property
+    def rings(self) -> bool:
+        """Whether its motion dies away: no threshold crops it, no density has chance limits."""
+        return self.excitation in {"hammer", "free decay"}
 
     def require_recording(self) -> Path:
         """Return the path of the recording.

@@ -7,6 +7,7 @@ from typing import Final
 from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.blows import BlowAnalysis
+from shakerproc.runs.analyses.decays import DecayAnalysis
 from shakerproc.runs.analyses.distribution import DistributionAnalysis
 from shakerproc.runs.analyses.driving_point import DrivingPointAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
@@ -29,6 +30,7 @@ _KINDS: Final = (
     ResponseFunctionAnalysis(),
     ResonanceAnalysis(),
     DrivingPointAnalysis(),
+    DecayAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
     DistributionAnalysis(),

@@ -1,0 +1,95 @@
+"""What the curves of a decay say in words: remarks, and the signature of a law."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from shakerproc.spectra.decays import DecayCurve, DecayLine, Reading, Trend
+
+DISPUTED: Final = 0.1
+"""Share of stretches in which two methods may disagree without a remark [-]: their intervals,
+each of 95 %, miss each other in less than one of a hundred by chance."""
+
+ONE: Final = 0.3
+"""How far an exponent of damping may lie from that of a law and still look like it [-]: closed
+forms bend where another damping adds to it."""
+
+HARMONIC: Final = 0.005
+"""How far from a whole multiple a harmonic lies at most [-]: a mode shifts while it decays."""
+
+HIGHEST: Final = 5
+"""Highest harmonic that is looked for [-]."""
+
+
+def remarks(curve: DecayCurve) -> Iterator[str]:
+    """Yield what is odd about the curves of a mode."""
+    name = f"{curve.line.frequency:.4g} Hz"
+    if curve.problem:
+        yield f"{name}: no curve: {curve.problem}"
+        return
+    disputed = curve.disputed
+    if len(disputed) > DISPUTED * len(curve.fitted):
+        sizes = [curve.fitted[i].amplitude for i in disputed]
+        whole = [one.amplitude for one in curve.fitted]
+        yield (
+            f"{name}: the two methods disagree by more than their intervals in {len(disputed)} "
+            f"of {len(curve.fitted)} stretches, at {min(sizes) / max(whole):.0%} to "
+            f"{max(sizes) / max(whole):.0%} of the largest amplitude: another mode close by, "
+            "or a frequency that shifts within a stretch"
+        )
+    shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
+    if max(shifts) > curve.reach:
+        yield (
+            f"{name}: the frequency shifts by {max(shifts):.3g} Hz, and the filters pass "
+            f"{curve.reach:.3g} Hz to either side: amplitude and damping are too low there"
+        )
+
+
+def harmonic_of(line: DecayLine, lines: Sequence[DecayLine]) -> tuple[int, float] | None:
+    """Return of which lower line a line may be a harmonic, and which one; None if of none."""
+    for lower in lines:
+        times = round(line.frequency / lower.frequency)
+        off = abs(line.frequency / lower.frequency - times)
+        if 2 <= times <= HIGHEST and off < HARMONIC * times:
+            return times, lower.frequency
+    return None
+
+
+def signature(trend: Trend, readings: Sequence[Reading]) -> str:
+    """Return how frequency and damping go with amplitude, and which laws do that."""
+    first, last = readings[0], readings[-1]
+    frequency = (
+        f"frequency {last.frequency:.5g} Hz at the smallest amplitude, "
+        f"{first.frequency:.5g} Hz at the largest"
+        if trend.frequency.sure
+        else "no trend of frequency with amplitude"
+    )
+    damping = (
+        f"damping {100.0 * last.damping:.3g} % there and {100.0 * first.damping:.3g} %, as "
+        f"amplitude to the power {trend.damping.value:.2g}"
+        if trend.damping.sure
+        else "no trend of damping"
+    )
+    law = _law(trend)
+    return f"{frequency}; {damping}.{f' {law}' if law else ''}"
+
+
+def _law(trend: Trend) -> str:
+    """Return which laws would do that; empty where nothing changes."""
+    power = trend.damping.value if trend.damping.sure else 0.0
+    shift = trend.frequency.value if trend.frequency.sure else 0.0
+    found = (
+        (abs(power + 1.0) <= ONE, "Damping as 1/amplitude: dry friction (coulomb_friction)."),
+        (
+            shift < 0.0 < power,
+            "Softer and more damped at larger amplitude: slip in a joint (iwan, jenkins, "
+            "bouc_wen).",
+        ),
+        (abs(power - 1.0) <= ONE, "Damping as amplitude: a quadratic law (quadratic_damping)."),
+        (
+            shift > 0.0,
+            "Stiffer at larger amplitude: a gap or a hardening spring (gap, cubic_stiffness).",
+        ),
+        (shift < 0.0, "Softer at larger amplitude: a softening spring (cubic_stiffness)."),
+        (power != 0.0, "Damping changes with amplitude, and stiffness does not."),
+    )
+    return next((text for holds, text in found if holds), "")
