@@ -37,8 +37,8 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "driving_point", "resonances"}
-"""What nobody asks for: it comes with a force that drives the run."""
+UNASKED = {"blows", "driving_point", "resonances", "decays"}
+"""What nobody asks for: it comes with a force that drives the run, or with a free decay."""
 
 REFUSED = {
     "response_functions: [{input: ch9, output: ch4}]": "no channel 'ch9'; the run has",
@@ -237,6 +237,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
     result = process_recording(recording_of_arrays("run", channels, rows, 2000.0), test)
     assert {one.kind for one in result.analyses} == set(ANALYSES) - {
         "blows",
+        "decays",
         "driving_point",
         "orders",
     }

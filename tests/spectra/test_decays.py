@@ -1,4 +1,4 @@
-"""Frequency and damping against amplitude, against decays whose laws are known in closed form."""
+"""Frequency and damping over amplitude, against decays whose laws are known in closed form."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_a_linear_decay_with_noise_shows_no_trend_and_its_intervals_hold():
                 trend = trend_of(readings)
                 trends += 2
                 sure += trend.frequency.sure + trend.damping.sure
-    assert drawn > 400
+    assert drawn > 300
     assert held.min() / drawn > 0.92
     assert sure <= 0.04 * trends
 
@@ -92,8 +92,8 @@ def test_noise_has_no_modes():
 
 
 def test_a_duffing_oscillator_decays_along_its_backbone():
-    r"""Undamped: f = omega sqrt(1 + e) / (4 K(m)), m = e / (2 (1 + e)), e = alpha (A / omega)^2."""
-    omega, zeta, amplitude = 2.0 * np.pi * 50.0, 0.001, 1.0
+    """f = omega sqrt(1 + e) / (4 K(m)) with m = e / (2 (1 + e)) and e = alpha (A / omega)^2."""
+    omega, zeta, amplitude = 2.0 * np.pi * 50.0, 0.003, 1.0
     alpha = 0.1 * omega**2
     samples = released(
         lambda x, v: -2.0 * zeta * omega * v - omega**2 * x - alpha * x**3, 3.0, amplitude
@@ -101,14 +101,16 @@ def test_a_duffing_oscillator_decays_along_its_backbone():
     curve = only_curve(samples, (20.0, 100.0))
     for readings in (curve.fitted, curve.charted):
         for one in readings:
-            e = 0.1 * (one.amplitude * (1.0 + 0.1 * one.amplitude**2 / 32.0)) ** 2  # with 3 f
+            peak = one.amplitude * (1.0 + 0.1 * one.amplitude**2 / 32.0)  # with 3 f
+            e = 0.1 * peak**2
             backbone = omega * np.sqrt(1.0 + e) / (4.0 * ellipk(0.5 * e / (1.0 + e)))
-            assert one.frequency == pytest.approx(backbone, rel=3e-4)
+            assert abs(one.frequency - backbone) < 1.1 * one.frequency_error
+            assert one.frequency == pytest.approx(backbone, rel=4e-4)
         assert trend_of(readings).frequency.sure
 
 
 def test_dry_friction_damps_as_one_over_amplitude():
-    """In each half cycle the centre is at +-d, so that a peak is 2 d less than the one before."""
+    """In each half cycle the centre is at +-d, so that a peak is 2 d below the last."""
     frequency, d, first = 60.0, 0.004, 1.0
     half_cycles = 2.0 * frequency * np.arange(round(1.05 * RATE)) / RATE
     k = np.floor(half_cycles)

@@ -98,6 +98,13 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "positive.",
         "D. J. Ewins, Modal Testing, 2nd ed., Research Studies Press, 2000.",
     ),
+    "decays": (
+        "After the input rests, each mode is isolated by a filter that looks ahead only, and "
+        "read over stretches in which it falls to 70 %: by least squares of a decaying "
+        "sinusoid on its envelope, and by its peaks and zero crossings.",
+        "M. Jin, W. Chen, M. R. W. Brake and H. Song, Identification of instantaneous "
+        "frequency and damping from transient decay data, J. Vib. Acoust. 142, 051111, 2020.",
+    ),
     "integration": (
         "Velocity and displacement are acceleration over iω and its square, the baseline of "
         "the run taken out, with a high-pass 1/(1 + (f_c/f)⁸) without phase shift; without a "

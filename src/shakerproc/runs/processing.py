@@ -224,7 +224,19 @@ def _averaged(
     """Return the spectra of a run; the segments of a hammer test are its blows."""
     if test.struck:
         return averaged_blows(recording, crop, test)
+    if test.rings:
+        test = _short_segments(test, crop.n_samples)
     return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
+
+
+def _short_segments(test: Test, n_samples: int) -> Test:
+    """Return a test whose segments are no longer than its run: a decay may be over soon."""
+    averaging = test.processing.welch
+    segment = min(averaging.segment, n_samples)
+    if segment == averaging.segment:
+        return test
+    shorter = replace(averaging, segment=segment, overlap=segment // 2, n_fft=None)
+    return replace(test, processing=replace(test.processing, welch=shorter))
 
 
 def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:

@@ -24,7 +24,9 @@ def process(
     ] = None,
     excitation: Annotated[
         str | None,
-        typer.Option(metavar="KIND", help="sine sweep, random, sine, shock or hammer."),
+        typer.Option(
+            metavar="KIND", help="sine sweep, random, sine, shock, hammer or free decay."
+        ),
     ] = None,
     level: Annotated[
         str | None,

@@ -13,6 +13,10 @@ ONE: Final = 0.3
 """How far an exponent of damping may lie from that of a law and still look like it [-]: closed
 forms bend where another damping adds to it."""
 
+BEATS: Final = 1.2
+"""How far an amplitude may rise again, as a factor, before two modes are taken to beat [-]:
+noise of a tenth of the amplitude, at which reading ends, rarely makes as much."""
+
 HARMONIC: Final = 0.005
 """How far from a whole multiple a harmonic lies at most [-]: a mode shifts while it decays."""
 
@@ -35,6 +39,12 @@ def remarks(curve: DecayCurve) -> Iterator[str]:
             f"of {len(curve.fitted)} stretches, at {min(sizes) / max(whole):.0%} to "
             f"{max(sizes) / max(whole):.0%} of the largest amplitude: another mode close by, "
             "or a frequency that shifts within a stretch"
+        )
+    if curve.rises > BEATS:
+        yield (
+            f"{name}: the amplitude comes back to {curve.rises:.3g} times what it was: another "
+            "mode lies close by, and the curves are those of both; a sensor at its node tells "
+            "them apart"
         )
     shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
     if max(shifts) > curve.reach:

@@ -8,14 +8,19 @@ References
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.decays.isolation import Oscillation
-from shakerproc.spectra.decays.reading import Reading, reading_of, weighted_middle
+from shakerproc.spectra.decays.reading import (
+    Reading,
+    reading_of,
+    weighted_middle,
+    within_stretch,
+)
 
 FINE: Final = 32
 """Samples of a period between which a straight line places a crossing to 10^-4 of a period, and
@@ -123,24 +128,38 @@ def read_chart(chart: Chart, start: float, stop: float) -> Reading | None:
         return None
     related = max((time.size - 1) / (time[-1] - time[0]) / chart.independent, 1.0)
     middle = weighted_middle(time, heights**2)
-    decay = _slope(time, np.log(heights), heights**2, middle, related)
+    decay = _parabola(time, np.log(heights), heights**2, middle, related)
     height = np.exp(np.interp(crossed, time, np.log(heights)))
-    turns = _slope(crossed, np.arange(crossed.size, dtype=float), height**2, middle, related)
+    turns = _parabola(crossed, np.arange(crossed.size, dtype=float), height**2, middle, related)
     if decay is None or turns is None:
         return None
-    pole = complex(decay[1], np.pi * turns[1])
+    rate = decay.slope
     return reading_of(
-        pole, (decay[2], np.pi * turns[2]), middle, float(np.exp(decay[0])), decay[3]
+        complex(rate, np.pi * turns.slope),
+        (
+            decay.error + within_stretch(rate, decay.bend),
+            np.pi * (turns.error + within_stretch(rate, turns.bend)),
+        ),
+        middle,
+        float(np.exp(decay.value)),
+        decay.scatter,
     )
 
 
-def _slope(
-    x: FloatArray, y: FloatArray, weights: FloatArray, middle: float, related: float
-) -> tuple[float, float, float, float] | None:
-    """Return a weighted parabola at `middle`: value, slope, half its 95 % interval, rms about it.
+class _Parabola(NamedTuple):
+    """A parabola at the middle: value, slope and half its 95 % interval, square part, rms."""
 
-    One value in `related` is independent; None where these are too few.
-    """
+    value: float
+    slope: float
+    error: float
+    bend: float
+    scatter: float
+
+
+def _parabola(
+    x: FloatArray, y: FloatArray, weights: FloatArray, middle: float, related: float
+) -> _Parabola | None:
+    """Return a weighted parabola; one value in `related` is independent, None if too few."""
     freedom = x.size / related - PARAMETERS
     if freedom < 1.0:
         return None
@@ -153,9 +172,10 @@ def _slope(
     power = float(left @ left) / (x.size - PARAMETERS * related)
     error = np.sqrt(power * related * np.linalg.inv(turned.T @ turned)[1, 1])
     half = float(scipy.special.stdtrit(freedom, 0.975) * error)
-    return (
+    return _Parabola(
         float(found[0]),
         float(found[1]) / half_width,
         half / half_width,
+        float(found[2]),
         float(np.sqrt(power)),
     )

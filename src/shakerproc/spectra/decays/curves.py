@@ -44,6 +44,9 @@ class DecayCurve:
         Why there are none; empty where there are.
     reach : float
         How far the frequency may shift before the filters lower the amplitude [Hz].
+    rises : float
+        Largest amplitude after a smaller one, over that, as far as readings go; 1 of what only
+        decays [-].
     """
 
     line: DecayLine
@@ -51,6 +54,7 @@ class DecayCurve:
     charted: tuple[Reading, ...]
     problem: str
     reach: float
+    rises: float
 
     @property
     def disputed(self) -> list[int]:
@@ -81,7 +85,8 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     chart = chart_of(motion, line.frequency)
     least = max(LEAST * envelope.step, LEAST_INDEPENDENT / motion.bandwidth)
     fitted, charted = [], []
-    for start, stop in _stretches(envelope, least):
+    stretches = list(_stretches(envelope, least))
+    for start, stop in stretches:
         one, other = read_envelope(envelope, start, stop), read_chart(chart, start, stop)
         if one is None or other is None or one.noise > NOISY:
             break
@@ -89,7 +94,19 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
         charted.append(other)
     needed = filter_length(line) + least
     problem = "" if fitted else _why_none(needed, samples.size / sample_rate, line)
-    return DecayCurve(line, tuple(fitted), tuple(charted), problem, envelope.reach)
+    last = stretches[len(fitted) - 1][1] if fitted else 0.0
+    return DecayCurve(
+        line, tuple(fitted), tuple(charted), problem, envelope.reach, _rises(envelope, last)
+    )
+
+
+def _rises(envelope: Envelope, last: float) -> float:
+    """Return the largest amplitude until some time after a smaller one, over that [-]."""
+    amplitude = np.abs(envelope.values[envelope.time <= last])
+    if not amplitude.size:
+        return 1.0
+    from_top = amplitude[int(np.argmax(amplitude)) :]
+    return float(np.max(from_top / np.minimum.accumulate(from_top)))
 
 
 def _stretches(envelope: Envelope, least: float) -> Iterator[tuple[float, float]]:

@@ -52,7 +52,7 @@ def free_start(samples: FloatArray, inputs: FloatArray) -> int:
 
 
 def _at_rest(row: FloatArray) -> int:
-    """Return the sample after the last at which an input drives: the end of what never rests."""
+    """Return the sample after the last at which an input drives, the end if it never rests."""
     size = np.abs(row - np.median(row))
     noise = LOUD * NORMAL * float(np.median(size))
     largest = float(size.max())

@@ -6,7 +6,12 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.spectra.decays.isolation import Envelope
-from shakerproc.spectra.decays.reading import Reading, reading_of, weighted_middle
+from shakerproc.spectra.decays.reading import (
+    Reading,
+    reading_of,
+    weighted_middle,
+    within_stretch,
+)
 
 LEAST: Final = 8
 """Independent values of an envelope in a stretch at least [-]: six parameters of sixteen."""
@@ -60,10 +65,14 @@ def read_envelope(envelope: Envelope, start: float, stop: float) -> Reading | No
     power = float(np.sum(np.abs(values - wave) ** 2)) / freedom
     covariance = power * np.linalg.inv((slopes.conj().T @ slopes).real)
     half = float(scipy.special.stdtrit(2 * freedom, 0.975) * np.sqrt(0.5 * covariance[1, 1]))
-    amplitude = float(np.exp(found[0].real))
+    amplitude, pole, bend = float(np.exp(found[0].real)), found[1] / half_width, found[2]
+    half /= half_width
     return reading_of(
-        complex(found[1]) / half_width + 2j * np.pi * envelope.frequency,
-        (half / half_width, half / half_width),
+        complex(pole) + 2j * np.pi * envelope.frequency,
+        (
+            half + within_stretch(pole.real, bend.real),
+            half + within_stretch(pole.real, bend.imag),
+        ),
         middle,
         amplitude,
         float(np.sqrt(power)) / amplitude,

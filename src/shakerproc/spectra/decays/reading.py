@@ -65,6 +65,24 @@ def reading_of(
     )
 
 
+def within_stretch(rate: float, bend: float) -> float:
+    r"""Return what a change within a stretch may add to a slope at its middle [rad/s].
+
+    A parabola leaves the cubic part :math:`a_3 t^3`, which adds :math:`3/5\, a_3 T^2` to the
+    slope of a stretch from -T to T. Where the slope changes as amplitude to the power n, and
+    amplitude as :math:`e^{-\sigma t}`, that is :math:`n/5\, \sigma q T^2` with the square part
+    q; n is taken for 2, which is that of a cubic spring.
+
+    Parameters
+    ----------
+    rate : float
+        Of the decay, :math:`\sigma` [1/s].
+    bend : float
+        Logarithm or phase that the square part makes at an end, :math:`q T^2` [rad].
+    """
+    return 0.4 * abs(rate * bend)
+
+
 def weighted_middle(time: FloatArray, weights: FloatArray) -> float:
     """Return the mean of times with weights [s]."""
     return float(weights @ time / weights.sum())

@@ -18,22 +18,28 @@ SHARED: Final = 2.0
 before [-]: as if every other reading were left out."""
 
 SURE: Final = 0.99
-"""Probability of an interval of a slope [-]: of a hundred decays of a linear structure one
-shows a trend."""
+"""Probability of an interval of a slope, and that chance shows no trend [-]: of a hundred
+decays of a linear structure one does."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """Slope of a straight line, and half the width of its interval of probability `SURE`."""
+    """How values go with the logarithm of amplitude.
+
+    Attributes
+    ----------
+    value : float
+        Slope of a straight line.
+    error : float
+        Half the width of its interval of probability `SURE`; a curved law makes it wide.
+    sure : bool
+        Whether the values change by more than their own intervals allow, straight or not.
+    """
 
     value: float
     error: float
-
-    @property
-    def sure(self) -> bool:
-        """Whether it is none of chance."""
-        return abs(self.value) > self.error
+    sure: bool
 
 
 @final
@@ -95,4 +101,8 @@ def _slope(x: FloatArray, y: FloatArray, errors: FloatArray) -> Slope:
     freedom = x.size - 2
     scatter = float(weights @ (y - level - slope * (x - centre)) ** 2) / freedom
     half = float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * SURE))
-    return Slope(slope, half * float(np.sqrt(SHARED * max(scatter, 1.0) / spread)))
+    changes = float(weights @ (y - level) ** 2) / SHARED
+    chance = float(scipy.special.chdtri(x.size - 1, 1.0 - SURE))
+    return Slope(
+        slope, half * float(np.sqrt(SHARED * max(scatter, 1.0) / spread)), changes > chance
+    )
