@@ -76,7 +76,9 @@ def draw(path: str) -> None:
     for axis, label in ((left, "natural frequency [Hz]"), (right, "damping ratio [%]")):
         axis.set(xscale="log", xlabel="amplitude [mm]", ylabel=label, xlim=(3e-3, 1.0))
         axis.grid(color="#dddddd", linewidth=0.6)
-    right.set(yscale="log", ylim=(0.1, 5.0))
+    right.set(yscale="log", ylim=(0.2, 3.0), yticks=(0.2, 0.5, 1.0, 2.0))
+    right.set_yticklabels(["0.2", "0.5", "1", "2"])
+    right.yaxis.set_minor_locator(plt.NullLocator())
     left.legend(frameon=False, fontsize=8)
     figure.suptitle("Line: least squares; dots: peaks and crossings", fontsize=9, x=0.2)
     figure.savefig(path, dpi=110)
@@ -86,12 +88,12 @@ curves = {name: decay_of(law) for name, law in LAWS.items()}
 trends = {name: trend_of(curve.fitted) for name, curve in curves.items()}
 
 if __name__ == "__main__":
-    for name, trend in trends.items():
-        assert trend is not None
-        shift = "rises" if trend.frequency.value > 0.0 else "falls"
+    for name, curve in curves.items():
+        first, last, trend = curve.fitted[0], curve.fitted[-1], trends[name]
         print(
-            f"{name}: frequency {shift if trend.frequency.sure else 'stays'}, damping "
-            f"{f'as amplitude^{trend.damping.value:.2f}' if trend.damping.sure else 'stays'}"
+            f"{name}: {last.frequency:.2f} to {first.frequency:.2f} Hz, "
+            f"{100.0 * last.damping:.2f} to {100.0 * first.damping:.2f} %, "
+            f"law {trend.law if trend else None}"
         )
     if len(sys.argv) > 1:
         draw(sys.argv[1])

@@ -48,6 +48,32 @@ def test_a_recording_is_the_arrays_that_nptdms_reads(example):
 
 
 @pytest.mark.slow
+def test_decays_have_the_signatures_of_their_laws(example):
+    """Oracle: means over a cycle: 2 F / (pi k A) of friction, 4 c A / (3 pi m) of c v |v|."""
+    shown = example("decay_signatures")
+    curves, trends = shown["curves"], shown["trends"]
+    assert not (trends["linear"].shifts)
+    assert not (trends["linear"].damps)
+    assert (trends["dry friction"].law, trends["quadratic damping"].law) == (-1, 1)
+    damper = shown["DAMPING"] / (2.0 * np.sqrt(shown["MASS"] * shown["STIFFNESS"]))
+    for one in curves["dry friction"].fitted[:6]:
+        friction = 2.0 * 0.2 / (np.pi * shown["STIFFNESS"] * one.amplitude)
+        assert one.damping == pytest.approx(damper + friction, rel=0.03)
+    for one in curves["quadratic damping"].charted[3:9]:
+        quadratic = 4.0 * 30.0 * one.amplitude / (3.0 * np.pi)
+        assert one.damping == pytest.approx(damper + quadratic, rel=0.03)
+    linear = np.sqrt(shown["STIFFNESS"]) / (2.0 * np.pi)
+    for one in curves["cubic spring"].fitted[3:]:
+        cubic = 0.375 * 2e10 * one.amplitude**2 / shown["STIFFNESS"]
+        assert one.frequency == pytest.approx(linear * (1.0 + cubic), rel=2e-3)
+    closed = np.sqrt(1.3 * shown["STIFFNESS"]) / (2.0 * np.pi)
+    shifted = [one.frequency for one in curves["gap of 0.1 mm"].fitted]
+    assert np.diff(shifted).max() < 0.01
+    assert linear * 0.999 < shifted[-1] < shifted[0] < closed
+    assert trends["slip in a joint"].shift < -0.03
+
+
+@pytest.mark.slow
 def test_the_backbone_of_a_gap_is_that_of_free_flights_and_half_periods(example):
     """Oracle: f = f0 / (1 + 2 a / (π (A - a))), two contacts and two flights a period."""
     shown = example("gap_backbone")

@@ -9,10 +9,6 @@ DISPUTED: Final = 0.1
 """Share of stretches in which two methods may disagree without a remark [-]: their intervals,
 each of 95 %, miss each other in less than one of a hundred by chance."""
 
-ONE: Final = 0.3
-"""How far an exponent of damping may lie from that of a law and still look like it [-]: closed
-forms bend where another damping adds to it."""
-
 BEATS: Final = 1.2
 """How far an amplitude may rise again, as a factor, before two modes are taken to beat [-]:
 noise of a tenth of the amplitude, at which reading ends, rarely makes as much."""
@@ -70,13 +66,15 @@ def signature(trend: Trend, readings: Sequence[Reading]) -> str:
     frequency = (
         f"frequency {last.frequency:.5g} Hz at the smallest amplitude, "
         f"{first.frequency:.5g} Hz at the largest"
-        if trend.frequency.sure
+        if trend.shifts
         else "no trend of frequency with amplitude"
     )
     damping = (
-        f"damping {100.0 * last.damping:.3g} % there and {100.0 * first.damping:.3g} %, as "
-        f"amplitude to the power {trend.damping.value:.2g}"
-        if trend.damping.sure
+        f"damping {100.0 * last.damping:.3g} % there and {100.0 * first.damping:.3g} %"
+        if trend.shifts and trend.damps
+        else f"damping {100.0 * last.damping:.3g} % at the smallest amplitude, "
+        f"{100.0 * first.damping:.3g} % at the largest"
+        if trend.damps
         else "no trend of damping"
     )
     law = _law(trend)
@@ -85,21 +83,17 @@ def signature(trend: Trend, readings: Sequence[Reading]) -> str:
 
 def _law(trend: Trend) -> str:
     """Return which laws would do that; empty where nothing changes."""
-    power = trend.damping.value if trend.damping.sure else 0.0
-    shift = trend.frequency.value if trend.frequency.sure else 0.0
+    shift = trend.shift if trend.shifts else 0.0
     found = (
-        (abs(power + 1.0) <= ONE, "Damping as 1/amplitude: dry friction (coulomb_friction)."),
-        (
-            shift < 0.0 < power,
-            "Softer and more damped at larger amplitude: slip in a joint (iwan, jenkins, "
-            "bouc_wen).",
-        ),
-        (abs(power - 1.0) <= ONE, "Damping as amplitude: a quadratic law (quadratic_damping)."),
-        (
-            shift > 0.0,
-            "Stiffer at larger amplitude: a gap or a hardening spring (gap, cubic_stiffness).",
-        ),
+        (trend.law == -1, "A part of the damping goes as 1/amplitude: dry friction "
+         "(coulomb_friction)."),
+        (trend.law == 1, "A part of the damping goes as amplitude: a quadratic law "
+         "(quadratic_damping)."),
+        (shift < 0.0 and trend.damps, "Softer at larger amplitude, with another damping: slip "
+         "in a joint (jenkins, iwan, bouc_wen)."),
+        (shift > 0.0, "Stiffer at larger amplitude: a gap or a hardening spring (gap, "
+         "cubic_stiffness)."),
         (shift < 0.0, "Softer at larger amplitude: a softening spring (cubic_stiffness)."),
-        (power != 0.0, "Damping changes with amplitude, and stiffness does not."),
-    )
+        (trend.damps, "Damping changes with amplitude, and stiffness does not."),
+    )  # fmt: skip
     return next((text for holds, text in found if holds), "")

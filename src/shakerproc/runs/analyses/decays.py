@@ -203,8 +203,7 @@ def _row(mode: Mode) -> dict[str, Cell]:
         )  # fmt: skip
     for name, one in zip(("largest", "smallest"), ends, strict=True):
         cells[f"damping_at_{name}_percent"] = None if one is None else 100.0 * one.damping
-    cells["damping_exponent"] = None if trend is None else trend.damping.value
-    cells["exponent_error"] = None if trend is None else trend.damping.error
+    cells["damping_exponent"] = None if trend is None else trend.exponent
     cells["stretches"] = float(len(curve.fitted))
     cells["disagree"] = float(len(curve.disputed))
     cells["withheld"] = curve.problem

@@ -2,15 +2,15 @@
 
 from shakerproc.spectra.decays.curves import DecayCurve, decay_curve
 from shakerproc.spectra.decays.free_part import free_start
-from shakerproc.spectra.decays.lines import DecayLine, decay_lines
+from shakerproc.spectra.decays.line import DecayLine
+from shakerproc.spectra.decays.lines import decay_lines
 from shakerproc.spectra.decays.reading import Reading
-from shakerproc.spectra.decays.trend import Slope, Trend, trend_of
+from shakerproc.spectra.decays.trend import Trend, trend_of
 
 __all__ = [
     "DecayCurve",
     "DecayLine",
     "Reading",
-    "Slope",
     "Trend",
     "decay_curve",
     "decay_lines",

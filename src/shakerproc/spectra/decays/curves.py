@@ -12,10 +12,11 @@ from shakerproc.spectra.decays.isolation import (
     Envelope,
     envelope_of,
     filter_length,
+    largest_rise,
     oscillation_of,
 )
 from shakerproc.spectra.decays.least_squares import LEAST, read_envelope
-from shakerproc.spectra.decays.lines import DecayLine
+from shakerproc.spectra.decays.line import DecayLine
 from shakerproc.spectra.decays.reading import Reading
 
 FALL: Final = 0.7
@@ -95,18 +96,8 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     needed = filter_length(line) + least
     problem = "" if fitted else _why_none(needed, samples.size / sample_rate, line)
     last = stretches[len(fitted) - 1][1] if fitted else 0.0
-    return DecayCurve(
-        line, tuple(fitted), tuple(charted), problem, envelope.reach, _rises(envelope, last)
-    )
-
-
-def _rises(envelope: Envelope, last: float) -> float:
-    """Return the largest amplitude until some time after a smaller one, over that [-]."""
-    amplitude = np.abs(envelope.values[envelope.time <= last])
-    if not amplitude.size:
-        return 1.0
-    from_top = amplitude[int(np.argmax(amplitude)) :]
-    return float(np.max(from_top / np.minimum.accumulate(from_top)))
+    rises = largest_rise(np.abs(envelope.values[envelope.time <= last]))
+    return DecayCurve(line, tuple(fitted), tuple(charted), problem, envelope.reach, rises)
 
 
 def _stretches(envelope: Envelope, least: float) -> Iterator[tuple[float, float]]:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.decays.lines import DecayLine
+from shakerproc.spectra.decays.line import DecayLine
 
 REJECTION: Final = 1e-3
 """What a filter leaves of the nearest other line, over the mode itself [-]."""
@@ -21,6 +21,13 @@ STOP: Final = 0.8
 
 PASS: Final = 0.15
 """Where it begins to fall, over that distance [-]: modes shift on their way."""
+
+GROWS: Final = 1.05
+"""How far the amplitude of one mode may rise, as a factor [-]: the filters ripple by 0.1 %, and
+noise is looked at where it makes less."""
+
+CLEAR: Final = 30.0
+"""Amplitude over that at the end of the record above which it is looked at [-]."""
 
 ORDER: Final = 6
 """Poles of the band-pass on either side of a mode [-]."""
@@ -141,3 +148,37 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
     time = np.arange(samples.size) / sample_rate + delay
     settled = time < time[-1] - 4.0 * delay  # the filter began at the end of the record
     return Oscillation(time[settled], values[settled], bandwidth)
+
+
+def largest_rise(amplitude: FloatArray) -> float:
+    """Return the largest amplitude after a smaller one, over that; 1 of what only decays [-].
+
+    Parameters
+    ----------
+    amplitude : (n,) array
+        Of a mode against time [unit of the channel]; what is before the largest does not count.
+    """
+    if not amplitude.size:
+        return 1.0
+    from_top = amplitude[int(np.argmax(amplitude)) :]
+    return float(np.max(from_top / np.minimum.accumulate(from_top)))
+
+
+def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
+    """Return whether what lies around a line only decays, as one mode does and two do not.
+
+    Parameters
+    ----------
+    samples : (n_samples,) array
+        The free decay without offset [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    line : DecayLine
+        The line.
+    """
+    amplitude = np.abs(envelope_of(samples, sample_rate, line).values)
+    if not amplitude.size:
+        return False
+    rest = float(np.median(amplitude[-max(amplitude.size // 10, 1) :]))
+    clear = np.flatnonzero(amplitude > CLEAR * rest)
+    return clear.size > 2 and largest_rise(amplitude[: int(clear[-1]) + 1]) < GROWS

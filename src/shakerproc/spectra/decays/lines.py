@@ -1,5 +1,6 @@
 """The modes of a free decay: lines of its spectrum that stand out of their surroundings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -7,6 +8,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
+from shakerproc.spectra.decays.isolation import never_grows
+from shakerproc.spectra.decays.line import DecayLine
 from shakerproc.spectra.masks import excited
 
 PROMINENT: Final = 2.0
@@ -21,31 +24,12 @@ FAINT: Final = 1e-3
 """Share of the tallest line of its channel in the band below which a line is left out, 60 dB
 [-]."""
 
+SHIFT: Final = 0.3
+"""Share of its frequency over which the lines of one mode may spread [-]: a gap or a cubic
+spring shifts a mode as far in one decay."""
+
 TAIL: Final = 0.1
 """Share of a decay at its end that tells its noise, where nothing lies before it [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class DecayLine:
-    """A line of the spectrum of a decay.
-
-    Attributes
-    ----------
-    frequency : float
-        Of the line [Hz].
-    row : int
-        Channel in which it stands out of the noise most.
-    apart : float
-        How far away the next other line, rest (0 Hz) or half the sample rate is [Hz].
-    ratio : float
-        Height of that line over its own, 1 at least [-].
-    """
-
-    frequency: float
-    row: int
-    apart: float
-    ratio: float
 
 
 def decay_lines(
@@ -86,25 +70,78 @@ def decay_lines(
     places, _ = scipy.signal.find_peaks(level, prominence=20.0 * np.log10(PROMINENT))
     beside, *_ = scipy.signal.peak_prominences(score, places)
     places = places[beside > ABOVE_NOISE]
-    inside = excited(frequency, band)
-    tallest = np.where(inside, magnitude, 0.0).max(axis=1, keepdims=True)
-    seen = inside & (magnitude > FAINT * tallest).any(axis=0)
-    kept = places[seen[places]]
-    if count is not None:
-        kept = np.sort(kept[np.argsort(-score[kept])][:count])
-    return tuple(_line(int(at), places, frequency, magnitude, over) for at in kept)
-
-
-def _line(
-    at: int, places: FloatArray, frequency: FloatArray, magnitude: FloatArray, over: FloatArray
-) -> DecayLine:
-    row = int(np.argmax(over[:, at]))
-    others = [(0.0, 1.0), (float(frequency[-1]), 1.0)] + [
-        (float(frequency[i]), float(magnitude[row, i] / magnitude[row, at]))
-        for i in places
-        if i != at and magnitude[row, i] > FAINT * magnitude[row, at]
+    alone = [
+        _Group(float(frequency[i]), 0.0, magnitude[:, i], over[:, i]) for i in places.tolist()
     ]
-    own = float(frequency[at])
-    apart = min(abs(place - own) for place, _ in others)
-    ratio = max(tall * apart / abs(place - own) for place, tall in others)
-    return DecayLine(own, row, apart, max(ratio, 1.0))
+    groups = _groups(rest, sample_rate, alone)
+    tallest = np.where(excited(frequency, band), magnitude, 0.0).max(axis=1)
+    kept = [
+        one
+        for one in groups
+        if band[0] <= one.frequency <= band[1] and (one.heights > FAINT * tallest).any()
+    ]
+    if count is not None:
+        strongest = sorted(kept, key=lambda one: -float(one.over.max()))[:count]
+        kept = sorted(strongest, key=lambda one: one.frequency)
+    return tuple(_line(one, groups, 0.5 * sample_rate) for one in kept)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    """Lines of one mode: several where its frequency shifts. Heights by channel, over noise."""
+
+    frequency: float
+    span: float
+    heights: FloatArray
+    over: FloatArray
+
+
+def _groups(rest: FloatArray, sample_rate: float, alone: list[_Group]) -> list[_Group]:
+    """Return the modes that lines make, lowest first.
+
+    A mode whose frequency shifts while it decays has a spectrum of several lines, which one by
+    one look like modes. They are one where their sum never grows: two modes beat.
+    """
+    found: list[_Group] = []
+    while alone:
+        last = max(
+            i for i, one in enumerate(alone)
+            if one.frequency - alone[0].frequency <= SHIFT * alone[0].frequency
+        )  # fmt: skip
+        while last > 0:
+            joined = _joined(alone[: last + 1])
+            row = int(np.argmax(joined.over))
+            line = _line(joined, [*found, joined, *alone[last + 1 :]], 0.5 * sample_rate)
+            if joined.span <= line.apart and never_grows(rest[row], sample_rate, line):
+                break
+            last -= 1
+        found.append(_joined(alone[: last + 1]))
+        alone = alone[last + 1 :]
+    return found
+
+
+def _joined(lines: Sequence[_Group]) -> _Group:
+    low, high = lines[0].frequency, lines[-1].frequency
+    return _Group(
+        0.5 * (low + high),
+        high - low,
+        np.max([one.heights for one in lines], axis=0),
+        np.max([one.over for one in lines], axis=0),
+    )
+
+
+def _line(own: _Group, groups: Sequence[_Group], highest: float) -> DecayLine:
+    """Return a mode among all others; their own width is no part of the distance."""
+    row = int(np.argmax(own.over))
+    others = [(own.frequency, 1.0), (highest - own.frequency, 1.0)] + [
+        (
+            abs(one.frequency - own.frequency) - 0.5 * one.span,
+            float(one.heights[row] / own.heights[row]),
+        )
+        for one in groups
+        if one is not own and one.heights[row] > FAINT * own.heights[row]
+    ]
+    apart = min(distance for distance, _ in others)
+    ratio = max(tall * apart / distance for distance, tall in others)
+    return DecayLine(own.frequency, row, apart, max(ratio, 1.0))

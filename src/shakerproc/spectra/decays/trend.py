@@ -1,4 +1,4 @@
-"""Whether frequency and damping of a decay change with its amplitude, and as which power."""
+"""Whether frequency and damping of a decay change with its amplitude, and by which law."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,35 +11,26 @@ from shakerproc.data import FloatArray
 from shakerproc.spectra.decays.reading import Reading
 
 LEAST: Final = 5
-"""Readings that a trend needs at least [-]: three beyond a straight line."""
+"""Readings that a trend needs at least [-]: three beyond a constant and a power."""
 
 SHARED: Final = 2.0
-"""How much the variance of a slope grows as each reading shares half its stretch with the one
-before [-]: as if every other reading were left out."""
+"""How much of the scatter is left out as each reading shares half its stretch with the one
+before [-]: as if every other reading were."""
 
 SURE: Final = 0.99
-"""Probability of an interval of a slope, and that chance shows no trend [-]: of a hundred
-decays of a linear structure one does."""
+"""Probability that chance shows no trend [-]: of a hundred decays of a linear structure one
+does."""
 
+EXPLAINED: Final = 0.98
+"""Share of the change of damping that a law explains at least to be named [-]."""
 
-@final
-@dataclass(frozen=True, slots=True)
-class Slope:
-    """How values go with the logarithm of amplitude.
+MUCH: Final = 1.3
+"""Least factor between the smallest and the largest damping of which a law is named [-]: a gap
+or a cubic spring changes the ratio by less with no damping of its own."""
 
-    Attributes
-    ----------
-    value : float
-        Slope of a straight line.
-    error : float
-        Half the width of its interval of probability `SURE`; a curved law makes it wide.
-    sure : bool
-        Whether the values change by more than their own intervals allow, straight or not.
-    """
-
-    value: float
-    error: float
-    sure: bool
+FLOOR: Final = 0.02
+"""Error of a damping beside its interval when laws are compared, over its value [-]: laws of
+smooth curves are known no better."""
 
 
 @final
@@ -49,14 +40,24 @@ class Trend:
 
     Attributes
     ----------
-    frequency : Slope
-        Relative change of the frequency for each factor e of the amplitude [-].
-    damping : Slope
-        Exponent p where the damping ratio goes as amplitude to the power p [-].
+    shift : float
+        Frequency at the largest amplitude less that at the smallest, over that [-].
+    shifts : bool
+        Whether the frequency changes by more than its intervals allow.
+    exponent : float
+        Mean exponent p where the damping ratio goes as amplitude to the power p [-].
+    damps : bool
+        Whether the damping changes by more than its intervals allow.
+    law : int
+        Power n where the damping is a constant and amplitude to the power n: -1 or 1; 0 where
+        neither explains it.
     """
 
-    frequency: Slope
-    damping: Slope
+    shift: float
+    shifts: bool
+    exponent: float
+    damps: bool
+    law: int
 
 
 def trend_of(readings: Sequence[Reading]) -> Trend | None:
@@ -70,39 +71,41 @@ def trend_of(readings: Sequence[Reading]) -> Trend | None:
     used = [one for one in readings if one.damping > 0.0]
     if len(used) < LEAST:
         return None
-    amplitude = np.log([one.amplitude for one in used])
-    frequency = np.array([one.frequency for one in used])
-    damping = np.array([one.damping for one in used])
+    amplitude, frequency, damping = (
+        np.array([getattr(one, name) for one in used])
+        for name in ("amplitude", "frequency", "damping")
+    )
+    errors = np.array([one.damping_error for one in used])
+    damps = _changes(damping, errors)
+    much = float(damping.max() / damping.min()) > MUCH
     return Trend(
-        _slope(
-            amplitude,
-            frequency / frequency.mean(),
-            np.array([one.frequency_error for one in used]) / frequency.mean(),
-        ),
-        _slope(
-            amplitude,
-            np.log(damping),
-            np.array([one.damping_error for one in used]) / damping,
-        ),
+        shift=float(frequency[0] / frequency[-1] - 1.0),
+        shifts=_changes(frequency, np.array([one.frequency_error for one in used])),
+        exponent=float(np.polyfit(np.log(amplitude), np.log(damping), 1)[0]),
+        damps=damps,
+        law=_law(amplitude, damping, errors) if damps and much else 0,
     )
 
 
-def _slope(x: FloatArray, y: FloatArray, errors: FloatArray) -> Slope:
-    """Return the slope of values weighted by their errors.
+def _changes(values: FloatArray, errors: FloatArray) -> bool:
+    """Return whether values differ by more than half their 95 % intervals allow."""
+    weights = (1.96 / errors) ** 2
+    mean = float(weights @ values / weights.sum())
+    scatter = float(weights @ (values - mean) ** 2) / SHARED
+    return scatter > float(scipy.special.chdtri(values.size - 1, 1.0 - SURE))
 
-    The scatter about the line makes these larger, never smaller: a curve is no straight line.
-    """
-    scale = errors / 1.96  # half of a 95 % interval to a standard deviation
-    weights = scale**-2
-    centre = float(weights @ x / weights.sum())
-    spread = float(weights @ (x - centre) ** 2)
-    level = float(weights @ y / weights.sum())
-    slope = float(weights @ ((x - centre) * y)) / spread
-    freedom = x.size - 2
-    scatter = float(weights @ (y - level - slope * (x - centre)) ** 2) / freedom
-    half = float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * SURE))
-    changes = float(weights @ (y - level) ** 2) / SHARED
-    chance = float(scipy.special.chdtri(x.size - 1, 1.0 - SURE))
-    return Slope(
-        slope, half * float(np.sqrt(SHARED * max(scatter, 1.0) / spread)), changes > chance
-    )
+
+def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
+    """Return the power n of the law a + b A^n, b above 0, that explains damping; 0 of none."""
+    weights = 1.0 / (errors**2 + (FLOOR * damping) ** 2)
+    mean = float(weights @ damping / weights.sum())
+    whole = float(weights @ (damping - mean) ** 2)
+    root = np.sqrt(weights)
+    explained = {}
+    for power in (-1, 1):
+        design = np.stack([np.ones(amplitude.size), amplitude**power], axis=1)
+        found, *_ = np.linalg.lstsq(design * root[:, np.newaxis], damping * root, rcond=None)
+        left = float(weights @ (damping - design @ found) ** 2)
+        explained[power] = 1.0 - left / whole if found[1] > 0.0 else 0.0
+    best = max(explained, key=lambda power: explained[power])
+    return best if explained[best] >= EXPLAINED else 0
