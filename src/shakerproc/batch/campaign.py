@@ -24,8 +24,8 @@ from shakerproc.batch.manifest import (
 from shakerproc.data import SourceFile
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
-from shakerproc.recordings import sha256
 from shakerproc.runs import RunSummary, read_summary
+from shakerproc.runs.joining import sha256_of
 from shakerproc.testlog import Test, TestLog, facts_of
 
 RUNS: Final = "runs"
@@ -244,7 +244,7 @@ def _hashes(log: TestLog) -> Sequence[str | ShakerprocError]:
 
 def _hash(test: Test) -> str | ShakerprocError:
     try:
-        return sha256(test.require_recording())
+        return sha256_of(test.require_recordings())
     except ShakerprocError as error:
         return error
 

@@ -70,6 +70,7 @@ def time_series(result: RunResult, title: str) -> "Figure":
         axis.axvspan(stop, result.promised_duration, color="#888888", alpha=0.25, lw=0.0)
         style.name(axis, result.channels[i].name, unit)
     _threshold(axes, result)
+    _events(axes, result)
     if result.incomplete:
         for axis in axes:
             axis.axvline(result.duration, color="#a62b00", lw=1.2)
@@ -77,6 +78,25 @@ def time_series(result: RunResult, title: str) -> "Figure":
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, result.promised_duration)
     return figure
+
+
+def _events(axes: Sequence["Axes"], result: RunResult) -> None:
+    """Draw what happened during the test: a line through all, the note at the top."""
+    for event in result.test.events:
+        for axis in axes:
+            axis.axvline(event.time, color="#222222", lw=0.8, ls=(0, (1, 1.5)))
+        late = event.time > 0.6 * result.promised_duration
+        axes[0].annotate(
+            files.printable(event.note),
+            (event.time, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-3 if late else 3, -2),
+            textcoords="offset points",
+            ha="right" if late else "left",
+            va="top",
+            fontsize=8.0,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        )
 
 
 def _threshold(axes: Sequence["Axes"], result: RunResult) -> None:

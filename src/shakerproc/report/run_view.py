@@ -242,11 +242,12 @@ def _time(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     ]
     largest = max(float(np.nanmax(np.abs([f.low, f.high]))) for f in fills) or 1.0
     end = run.promised_s or run.duration_s
-    spans, marks = [], []
+    spans: list[svg.Span] = []
+    marks = [svg.Mark(time, note) for time, note in run.events if time <= end]
     if run.crop_s is not None:
         spans = [svg.Span(0.0, run.crop_s[0]), svg.Span(run.crop_s[1], end)]
     if run.incomplete:
-        marks = [svg.Mark(run.duration_s, f"cut off at {run.duration_s:.3g} s")]
+        marks += [svg.Mark(run.duration_s, f"cut off at {run.duration_s:.3g} s")]
     unit = next(c.unit for c in run.channels if c.name == curves[0].channel)
     return Drawing(
         "Time.",

@@ -55,6 +55,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
         _control_sweep(result),
         _sweep_duration(result),
         _nyquist(result),
+        _events(result),
         _problem("sweep", result.tracking.problem),
         _problem("notch", result.notch_problem),
     ]
@@ -76,6 +77,19 @@ def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
     return (
         f"{flag.message} The test takes no part in {without}; to use its other channels, give "
         f"{flag.channel} the role ignore in this test."
+    )
+
+
+def _events(result: RunResult) -> Flag | None:
+    """Return a flag where an event lies beyond the recording."""
+    late = [event for event in result.test.events if event.time > result.promised_duration]
+    if not late:
+        return None
+    return Flag(
+        "event",
+        "",
+        f"{late[0].note} at {late[0].time:g} s: the recording ends at "
+        f"{result.promised_duration:.4g} s; correct the time in the log.",
     )
 
 

@@ -1,12 +1,13 @@
 """A test of the log, opened: its recording with roles, names and units."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.recordings import open_recording
 from shakerproc.recordings.raw import RawGroup
+from shakerproc.runs.joining import in_sequence, side_by_side
 from shakerproc.runs.roles import UnitOption, usual_uses, with_unit
 from shakerproc.testlog import Test, TestLog, check_expectation
 
@@ -72,23 +73,55 @@ def open_path(
             return usual_uses(among, run, controls, unit)
         return said if unit is None else with_unit(said, among, unit, run)
 
-    recording = open_recording(
-        path,
-        uses=test.channels or None,
-        decide=decide,
-        sample_rate=test.processing.sample_rate,
-        bad_rows=test.processing.bad_rows,
-        group=test.processing.group,
-        measurement=test.processing.measurement,
-        run=run,
-        hashed=True,
-    )
+    def opened(file: Path, named: str) -> Recording:
+        return open_recording(
+            file,
+            uses=test.channels or None,
+            decide=decide,
+            sample_rate=test.processing.sample_rate,
+            bad_rows=test.processing.bad_rows,
+            group=test.processing.group,
+            measurement=test.processing.measurement,
+            run=named,
+            hashed=True,
+        )
+
+    recording = _with_others(opened(path, run), test, opened)
     try:
         check_expectation(_without_length(test) if recording.incomplete else test, recording)
     except BaseException:
         recording.source.close()
         raise
     return replace(recording, driven=test.excitation is not None)
+
+
+def _with_others(
+    recording: Recording, test: Test, opened: Callable[[Path, str], Recording]
+) -> Recording:
+    """Return a recording with the files that follow it and those beside it."""
+    run, there = recording.run, [recording]
+    try:
+        for name in test.continued:
+            path = test.require_file(name)
+            there.append(opened(path, f"test {test.id} ({path.name})"))
+        found = in_sequence(run, there) if test.continued else recording
+        for one in test.beside:
+            path = (
+                test.require_file(one.recording) if one.recording else test.require_recording()
+            )
+            there.append(
+                open_recording(
+                    path, uses=one.channels, sample_rate=one.sample_rate, group=one.group,
+                    bad_rows=test.processing.bad_rows, run=f"test {test.id} ({path.name})",
+                    hashed=True,
+                )
+            )  # fmt: skip
+            found = side_by_side(found, there[-1], one.common)
+    except BaseException:
+        for part in there:
+            part.source.close()
+        raise
+    return found
 
 
 def _without_length(test: Test) -> Test:

@@ -45,7 +45,8 @@ _NOT_MOVING: Final[frozenset[Role]] = frozenset({"control", "force", _TACHOMETER
 def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     """Return what the log says of each channel of a recording; empty where it names none."""
     roles = {channel.role for channel in recording.channels}
-    used = [use for use in test.channels if use.role in roles]
+    said = [*test.channels, *(use for one in test.beside for use in one.channels)]
+    used = [use for use in said if use.role in roles]
     return used if len(used) == len(recording.channels) else []
 
 

@@ -318,6 +318,8 @@ class RunSummary:
         Channels of the file that nothing is made of.
     analyses : tuple of AnalysisSummary
         What else the log asks for.
+    events : tuple of (float, str)
+        When something happened [s], and what.
     """
 
     test: str
@@ -343,6 +345,7 @@ class RunSummary:
     notes: tuple[str, ...] = ()
     unused: tuple[UnusedChannel, ...] = ()
     analyses: tuple[AnalysisSummary, ...] = ()
+    events: tuple[tuple[float, str], ...] = ()
 
     @property
     def incomplete(self) -> bool:

@@ -50,6 +50,7 @@ def summary_of(
         sha256=sha256,
         sample_rate_hz=result.sample_rate,
         duration_s=result.duration,
+        events=tuple((event.time, event.note) for event in result.test.events),
         promised_s=result.promised_duration if result.incomplete else None,
         start_time=""
         if result.start_time is None

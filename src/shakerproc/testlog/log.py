@@ -19,6 +19,7 @@ from shakerproc.testlog.analyses import (
     Waterfall,
 )
 from shakerproc.testlog.hammer import Hammer
+from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
@@ -439,6 +440,12 @@ class Test:
         Below which the recording must lie, links followed.
     profile : Profile, optional
         What the control is judged by.
+    continued : tuple of str
+        Files below `folder` that follow the recording, in their order.
+    beside : tuple of Beside
+        Channels of other recorders or of other groups.
+    events : tuple of Event
+        What happened during the test.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -471,6 +478,9 @@ class Test:
     source: str = ""
     folder: Path | None = None
     profile: Profile | None = None
+    continued: tuple[str, ...] = ()
+    beside: tuple[Beside, ...] = ()
+    events: tuple[Event, ...] = ()
 
     @property
     def band(self) -> tuple[float, float] | None:
@@ -499,17 +509,48 @@ class Test:
         """
         if self.recording is None:
             raise LogError(f"{self.source}: test {self.id} has no recording; add the key")
-        if not self.recording.is_file():
+        return self._there(self.recording)
+
+    def require_recordings(self) -> tuple[Path, ...]:
+        """Return the paths of all files of the test, each once, the recording first.
+
+        Raises
+        ------
+        LogError
+            If one is no file inside the log's folder (any more).
+        """
+        files = [*self.continued, *(one.recording for one in self.beside if one.recording)]
+        return (self.require_recording(), *map(self.require_file, dict.fromkeys(files)))
+
+    def require_file(self, name: str) -> Path:
+        """Return the path of a further file of the test, named as below the log's folder.
+
+        Raises
+        ------
+        LogError
+            If it is no file there.
+        """
+        return self._there((self.folder or Path()) / name)
+
+    def _there(self, path: Path) -> Path:
+        """Return a path of a file that is there.
+
+        Raises
+        ------
+        LogError
+            If it is not, or a link to outside the log's folder.
+        """
+        if not path.is_file():
             raise LogError(
-                f"{self.source}: test {self.id}: no recording {self.recording}; "
+                f"{self.source}: test {self.id}: no recording {path}; "
                 "put the file there, correct the path, or mark the test discarded: true"
             )
-        if self.folder is not None and not is_inside(self.recording, self.folder):
+        if self.folder is not None and not is_inside(path, self.folder):
             raise LogError(
-                f"{self.source}: test {self.id}: {self.recording} is a link to outside "
+                f"{self.source}: test {self.id}: {path} is a link to outside "
                 f"{self.folder}; put the file itself there"
             )
-        return self.recording
+        return path
 
 
 @final

@@ -26,9 +26,10 @@ from shakerproc.testlog.merging import (
     modal_of,
 )
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import Below
+from shakerproc.testlog.parts import Beside, Event
+from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.profiles import fitting_profile, profile_of
-from shakerproc.testlog.schema import LogSection, TestSection
+from shakerproc.testlog.schema import BesideSection, LogSection, TestSection
 from shakerproc.testlog.specimens import Table, specimens_of
 
 
@@ -153,6 +154,9 @@ class _Reader:
             source=f"{self.document.path}:{line}",
             folder=self.recordings.folder,
             profile=profile,
+            continued=self._continued(i, section),
+            beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
+            events=tuple(Event(event.at, event.note) for event in section.events),
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)
@@ -186,6 +190,53 @@ class _Reader:
             return None
         with _At(self.document, "tests", i, "recording"):
             return self.recordings.path(section.recording)
+
+    def _continued(self, i: int, section: TestSection) -> tuple[str, ...]:
+        """Return the files that follow the recording of a test.
+
+        Raises
+        ------
+        MisfitError
+            If there is none, or one stands twice.
+        """
+        for j, name in enumerate(section.continued):
+            with _At(self.document, "tests", i, "continued", j):
+                self.recordings.path(name)
+                if section.recording is None:
+                    raise MisfitError("expected a recording that it continues")
+                if name in {section.recording, *section.continued[:j]}:
+                    raise MisfitError("expected each file once")
+        return tuple(map(relative_path, section.continued))
+
+    def _beside(self, i: int, j: int, section: BesideSection) -> Beside:
+        """Return what stands beside the recording of a test.
+
+        Raises
+        ------
+        MisfitError
+            If it does not say where its channels are, or what its clock is found by.
+        """
+        name, common = section.recording, section.common
+        with _At(self.document, "tests", i, "beside", j):
+            if name is not None:
+                with _At(self.document, "tests", i, "beside", j, "recording"):
+                    self.recordings.path(name)
+            if name is not None and common is None:
+                raise MisfitError(
+                    "expected common: {channel of the recording: channel of this one}, which "
+                    "both recorders measured and which gives the offset and drift of the clock"
+                )
+            if name is None and section.group is None:
+                raise MisfitError("expected recording or group: where the channels are")
+            with _At(self.document, "tests", i, "beside", j, "channels"):
+                channels = merged_channels({}, section.channels)
+            return Beside(
+                None if name is None else relative_path(name),
+                channels,
+                section.group,
+                section.sample_rate,
+                None if common is None else next(iter(common.items())),
+            )
 
     def _specimen(self, i: int, section: TestSection) -> Specimen:
         """Return the measured specimen of a test, an unmeasured one where there is none.

@@ -309,6 +309,25 @@ class ProfileSection(Section):
     notches: Annotated[tuple[ProfileNotchSection, ...], FromList] = ()
 
 
+class BesideSection(Section):
+    """Channels of another recorder, or of another group of the recording."""
+
+    recording: str | None = None
+    group: Text | None = None
+    sample_rate: Hertz = None
+    common: (
+        Annotated[dict[Text | int, Text | int], Field(min_length=1, max_length=1)] | None
+    ) = None
+    channels: Annotated[Channels, Field(min_length=1)]
+
+
+class EventSection(Section):
+    """Something that happened during a test."""
+
+    at: Annotated[float, in_unit("s", not_negative=True)]
+    note: Text
+
+
 class TestSection(Section):
     """One test."""
 
@@ -316,6 +335,9 @@ class TestSection(Section):
 
     id: Identity
     recording: str | None = None
+    continued: Annotated[tuple[str, ...], FromList] = ()
+    beside: Annotated[tuple[BesideSection, ...], FromList] = ()
+    events: Annotated[tuple[EventSection, ...], FromList] = ()
     joint: Text | None = None
     specimen: Text | None = None
     clearance: Length = None

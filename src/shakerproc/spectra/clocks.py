@@ -1,0 +1,216 @@
+"""The clock of one recorder against that of another, and its samples at the other's times."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc import checks
+from shakerproc.data import FloatArray
+from shakerproc.errors import SpectrumError
+
+TAPS: Final = 32
+"""Samples on either side of a time that make its value, at the slower of both rates [-]."""
+
+KAISER: Final = 10.0
+"""Shape of the window over them: what it leaves beside the band is below 1e-5 [-]."""
+
+SEGMENTS: Final = 24
+"""Parts of a recording whose delays are found one by one [-]."""
+
+MOST_DRIFT: Final = 1e-3
+"""Largest difference of rates that is looked for: quartz differs by less than 1e-4 [-]."""
+
+LONGEST: Final = 1 << 15
+"""Of those parts [samples]."""
+
+LEAST_CORRELATION: Final = 0.5
+"""From which on two signals are believed to be of one motion [-]."""
+
+FINER: Final = 8
+"""Lags of a correlation between two samples, before its peak is fitted by a parabola [-]."""
+
+_BLOCK: Final = 1 << 14
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """What a recorder's clock shows: time = (t - offset) (1 + drift) at time t of another's.
+
+    Attributes
+    ----------
+    offset : float
+        How much later it began [s].
+    drift : float
+        How much faster it runs, relative [-].
+    correlation : float
+        Median of the parts that it was found from [-].
+    """
+
+    offset: float
+    drift: float = 0.0
+    correlation: float = 1.0
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Return what it shows at times of the other clock [s]."""
+        return (time - self.offset) * (1.0 + self.drift)
+
+
+def clock_against(
+    reference: FloatArray, sample_rate: float, other: FloatArray, other_rate: float
+) -> Clock:
+    """Return the clock of a recorder, from a motion that two recorders measured.
+
+    The loudest part of the reference is looked for in all of the other, which gives the offset;
+    then every part near the place where it should be, and a straight line through their delays
+    gives offset and drift.
+
+    Parameters
+    ----------
+    reference, other : (n,) and (m,) arrays
+        The motion as each has it, in any unit.
+    sample_rate, other_rate : float
+        Samples per second of each [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If no part of one is found in the other.
+    """
+    checks.positive("sample_rate", sample_rate, "Hz")
+    checks.positive("other_rate", other_rate, "Hz")
+    x = reference - np.mean(reference)
+    same = np.arange(int(other.size * sample_rate / other_rate)) / sample_rate
+    y = interpolated(lambda a, b: (other - np.mean(other))[a:b], other.size, other_rate, same,
+                     sample_rate)  # fmt: skip
+    length = min(max(64, x.size // SEGMENTS), LONGEST)
+    starts = np.linspace(0, max(x.size - length, 0), SEGMENTS).astype(int)
+    power = np.array([float(np.sum(x[a : a + length] ** 2)) for a in starts])
+    loudest = int(starts[np.argmax(power)])
+    lag, found = _delay(x[loudest : loudest + length], y, -loudest)
+    rows = []
+    for start in starts:
+        reach = int(MOST_DRIFT * abs(start - loudest)) + 16
+        first = round(start + lag) - reach
+        low, high = max(first, 0), min(first + length + 2 * reach, y.size)
+        if high - low > length:
+            delay, alike = _delay(x[start : start + length], y[low:high], low - int(start))
+            rows.append((start + 0.5 * length, delay, alike))
+    table: FloatArray = np.array(rows, dtype=np.float64).reshape(-1, 3)
+    middle, delays, strength = table[:, 0], table[:, 1], table[:, 2]
+    known = strength >= LEAST_CORRELATION
+    if not known.any():
+        best = max([found, *strength.tolist()])
+        raise SpectrumError(
+            f"no part of one is found in the other: they correlate to {best:.2f} at most, "
+            f"where {LEAST_CORRELATION:g} is needed"
+        )
+    slope, at_start = _line(middle[known], delays[known])
+    # delay = other less reference, in samples: other = reference (1 + slope) + at_start
+    return Clock(
+        -at_start / (1.0 + slope) / sample_rate, slope, float(np.median(strength[known]))
+    )
+
+
+def _delay(part: FloatArray, among: FloatArray, shift: int) -> tuple[float, float]:
+    """Return where a part begins among samples, plus `shift` [samples], and how alike it is."""
+    n = scipy.fft.next_fast_len(part.size + among.size, real=True)
+    cross = np.fft.rfft(among, n) * np.conj(np.fft.rfft(part, n))
+    places = max(among.size - part.size + 1, 1)
+    summed = np.concatenate([[0.0], np.cumsum(among**2)])
+    energy = summed[part.size :] - summed[: summed.size - part.size]
+    energy = np.maximum(energy, 1e-12 * max(float(energy.max()), 1e-300))
+    norm = np.sqrt(energy * max(float(np.sum(part**2)), 1e-300))
+    alike = np.abs(np.fft.irfft(cross, n)[:places]) / norm
+    peak = int(np.argmax(alike))
+    return shift + peak + _beside(part, among, peak), float(alike[peak])
+
+
+def _beside(part: FloatArray, among: FloatArray, peak: int) -> float:
+    """Return how far from a place [samples] the correlation is highest, within two samples."""
+    near = np.zeros(part.size + 8)
+    low, high = max(peak - 4, 0), min(peak + part.size + 4, among.size)
+    near[low - peak + 4 : high - peak + 4] = among[low:high]
+    n = scipy.fft.next_fast_len(part.size + near.size, real=True)
+    cross = np.fft.rfft(near, n) * np.conj(np.fft.rfft(part, n))
+    around = np.arange(-2 * FINER, 2 * FINER + 1) / FINER
+    turn = np.exp(2j * np.pi * np.outer(4.0 + around, np.arange(cross.size)) / n)
+    fine = np.abs((turn @ cross).real)
+    best = int(np.clip(np.argmax(fine), 1, around.size - 2))
+    left, top, right = fine[best - 1 : best + 2]
+    bend = left - 2.0 * top + right
+    rest = 0.5 * (left - right) / bend if bend else 0.0
+    return float(around[best] + rest / FINER)
+
+
+def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Return slope and start of a line through points, not led astray by a few odd ones."""
+    if x.size < 3:
+        return 0.0, float(np.median(y))
+    slope, start, *_ = scipy.stats.theilslopes(y, x)
+    near = np.abs(y - start - slope * x) <= 0.5  # of a sample
+    if near.sum() >= 3:
+        slope, start = np.polyfit(x[near], y[near], 1)
+    return float(slope), float(start)
+
+
+def interpolated(
+    read: Callable[[int, int], FloatArray],
+    n_samples: int,
+    sample_rate: float,
+    times: FloatArray,
+    wanted_rate: float,
+) -> FloatArray:
+    """Return a signal at other times, without what the wanted rate cannot hold.
+
+    The sum of its samples with a sinc in a Kaiser window; 0 beyond its ends.
+
+    Parameters
+    ----------
+    read : callable
+        From first and last but one sample to them, (..., n) array.
+    n_samples : int
+        How many there are.
+    sample_rate : float
+        Of the samples [Hz].
+    times : (n,) array
+        Rising, from the first sample [s].
+    wanted_rate : float
+        Of the times [Hz].
+
+    Returns
+    -------
+    (..., n) array
+        Values at the times.
+    """
+    cutoff = min(1.0, wanted_rate / sample_rate)
+    half = int(np.ceil(TAPS / cutoff))
+    parts = [_piece(read, n_samples, times[a : a + _BLOCK] * sample_rate, half, cutoff)
+             for a in range(0, times.size, _BLOCK)]  # fmt: skip
+    return np.concatenate(parts, axis=-1) if parts else read(0, 0)
+
+
+def _piece(
+    read: Callable[[int, int], FloatArray],
+    n_samples: int,
+    places: FloatArray,
+    half: int,
+    cutoff: float,
+) -> FloatArray:
+    """Return the values at places between samples [samples]."""
+    whole = np.floor(places).astype(int)
+    first, last = int(whole[0]) - half + 1, int(whole[-1]) + half + 1
+    low, high = min(max(first, 0), n_samples), max(min(last, n_samples), 0)
+    samples = read(low, max(low, high))
+    out = np.zeros((*samples.shape[:-1], places.size))
+    padded = np.zeros((*samples.shape[:-1], last - first))
+    padded[..., low - first : low - first + samples.shape[-1]] = samples
+    beta = np.i0(KAISER)
+    for tap in range(-half + 1, half + 1):
+        away = whole + tap - places
+        window = np.i0(KAISER * np.sqrt(np.maximum(1.0 - (away / half) ** 2, 0.0))) / beta
+        out += padded[..., whole + tap - first] * (cutoff * np.sinc(cutoff * away) * window)
+    return out
