@@ -89,7 +89,7 @@ def test_what_a_decay_does_not_tell_is_a_flag_and_costs_nothing_else(struck_once
     assert flag.message.startswith("no free part: the input moves to its end")
     short = processed(struck_once, crop=TimeCrop(0.4, 0.65))
     (told, *_) = found(short).problems
-    assert "no curve: the decay lasts 0.146 s, and 0.2" in told
+    assert "no curve: the decay lasts 0.146 s, and 0.331 s" in told
 
 
 def test_what_rings_after_a_shock_is_told_and_flags_nothing(struck_once):

@@ -85,6 +85,24 @@ def test_modes_are_found_each_in_the_channel_that_shows_it():
     assert high.apart == pytest.approx(50.0, rel=0.01)
 
 
+def test_neighbours_within_the_shift_of_one_mode_stay_two():
+    modes = ((130.0, 0.007, 10.0), (150.0, 0.005, 8.0))
+    samples = decaying(modes, 4.0, 0.001, 3)
+    lines = decay_lines(samples[np.newaxis], RATE, (20.0, 350.0))
+    for line, (frequency, zeta, _) in zip(lines, modes, strict=True):
+        for one in decay_curve(samples, RATE, line).fitted[:3]:
+            assert one.frequency == pytest.approx(frequency, rel=2e-4)
+            assert one.damping == pytest.approx(zeta, rel=0.02)
+
+
+def test_two_modes_too_close_to_tell_apart_give_no_curve():
+    modes = ((520.0, 0.0075, 10.0), (530.0, 0.0075, 10.0), (410.0, 0.006, 10.0))
+    samples = decaying(modes, 4.0, 0.001, 0)
+    for line in decay_lines(samples[np.newaxis], RATE, (450.0, 600.0)):
+        curve = decay_curve(samples, RATE, line)
+        assert curve.problem or curve.rises > 1.2
+
+
 def test_noise_has_no_modes():
     samples = np.random.default_rng(4).standard_normal((20, 8192))
     for row in samples:
@@ -151,7 +169,10 @@ def test_a_decay_shorter_than_it_needs_says_how_long():
 def test_a_decay_that_is_over_at_once_says_so():
     samples = decaying([(60.0, 0.1, 10.0), (80.0, 0.001, 1.0)], 4.0, 0.1, 1)
     lines = decay_lines(samples[np.newaxis], RATE, (20.0, 350.0))
-    assert "falls into the noise" in decay_curve(samples, RATE, lines[0]).problem
+    assert (
+        "it ends, in noise or in another mode, within"
+        in decay_curve(samples, RATE, lines[0]).problem
+    )
 
 
 def test_the_free_part_begins_where_the_input_rests():

@@ -28,6 +28,9 @@ RINGS: Final = ("free decay", "shock")
 METHODS: Final = ("least squares", "peaks and crossings")
 """What the two methods are called."""
 
+LONGEST: Final = 2**25
+"""Samples of all channels together that are read at most, 256 MiB [-]."""
+
 DRAWN: Final = 6
 """Modes that are drawn at most, two figures each [-]."""
 
@@ -108,6 +111,11 @@ def _modes(recording: Recording, result: RunResult) -> tuple[list[Mode], float]:
     if not rows:
         raise SpectrumError(
             "no channel responds; give the role response to what measures the motion"
+        )
+    if crop.n_samples * len(channels) > LONGEST:
+        raise SpectrumError(
+            f"{crop.n_samples / rate:.3g} s of {len(channels)} channels are too long to be "
+            "read as a decay; crop: {from: ..., to: ...} to the part that rings"
         )
     samples = recording.samples(crop.start, crop.stop)
     start = free_start(samples[rows], samples[inputs])

@@ -23,6 +23,10 @@ FALL: Final = 0.7
 """Amplitude at the end of a stretch over that at its start [-]: about seven stretches of their
 own in a decade of amplitude."""
 
+LEAST_STRETCHES: Final = 2
+"""Stretches that a curve has at least [-]: a single reading has nothing that confirms it, and
+two modes too close to tell apart give one that is wrong."""
+
 NOISY: Final = 0.1
 """Rms of the noise over the amplitude from which on a stretch is not read, 20 dB [-]: below,
 peaks are too high by half its square, 0.5 %, and less."""
@@ -93,8 +97,11 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
             break
         fitted.append(one)
         charted.append(other)
-    needed = filter_length(line) + least
-    problem = "" if fitted else _why_none(needed, samples.size / sample_rate, line)
+    problem = ""
+    if len(fitted) < LEAST_STRETCHES:
+        fitted, charted = [], []
+        needed = filter_length(line) + 0.5 * (LEAST_STRETCHES + 1) * least
+        problem = _why_none(needed, samples.size / sample_rate, line)
     last = stretches[len(fitted) - 1][1] if fitted else 0.0
     rises = largest_rise(np.abs(envelope.values[envelope.time <= last]))
     return DecayCurve(line, tuple(fitted), tuple(charted), problem, envelope.reach, rises)
@@ -125,8 +132,11 @@ def _why_none(needed: float, duration: float, line: DecayLine) -> str:
     """Return why a decay tells nothing."""
     isolated = (
         f"to isolate {line.frequency:.4g} Hz from what lies {line.apart:.3g} Hz away and to "
-        "read it once"
+        "read it twice"
     )
     if duration < needed:
         return f"the decay lasts {duration:.3g} s, and {needed:.3g} s are needed {isolated}"
-    return f"it falls into the noise within the {needed:.3g} s that are needed {isolated}"
+    return (
+        f"it ends, in noise or in another mode, within the {needed:.3g} s that are needed "
+        f"{isolated}"
+    )

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.decays.isolation import never_grows
+from shakerproc.spectra.decays.isolation import PASS, never_grows
 from shakerproc.spectra.decays.line import DecayLine
 from shakerproc.spectra.masks import excited
 
@@ -113,7 +113,9 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_Group]) -> list[_
             joined = _joined(alone[: last + 1])
             row = int(np.argmax(joined.over))
             line = _line(joined, [*found, joined, *alone[last + 1 :]], 0.5 * sample_rate)
-            if joined.span <= line.apart and never_grows(rest[row], sample_rate, line):
+            if joined.span <= 2.0 * PASS * line.apart and never_grows(
+                rest[row], sample_rate, line
+            ):
                 break
             last -= 1
         found.append(_joined(alone[: last + 1]))
