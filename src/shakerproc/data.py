@@ -1,10 +1,11 @@
 """What the rooms hand to each other: arrays, channels, recordings."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
@@ -22,11 +23,48 @@ Role: TypeAlias = Literal[
     "control", "response", "force", "displacement", "velocity", "tachometer", "ignore"
 ]
 
+ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
+    "control": "m/s^2",
+    "response": "m/s^2",
+    "force": "N",
+    "displacement": "m",
+    "velocity": "m/s",
+    "tachometer": "V",
+})
+"""SI unit of what each role measures."""
+
 Measurement: TypeAlias = int | Literal["all"]
 """Which of the measurements that follow each other in a file, from 1, or all as one."""
 
 BadRows: TypeAlias = Literal["refuse", "skip"]
 """What is done with lines of a text file that are no rows of numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What the calibration sheet says of a sensor.
+
+    Attributes
+    ----------
+    serial : str
+        Its serial number.
+    sensitivity : str
+        Such as ``100.2 mV/g``.
+    calibrated, valid_until : str
+        Days, as 2026-03-31; empty where the sheet says none.
+    """
+
+    serial: str
+    sensitivity: str
+    calibrated: str = ""
+    valid_until: str = ""
+
+    @property
+    def told(self) -> str:
+        """A sentence part for people."""
+        days = (("calibrated", self.calibrated), ("valid until", self.valid_until))
+        dated = "".join(f", {how} {day}" for how, day in days if day)
+        return f"sensor {self.serial}, {self.sensitivity}{dated}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +91,10 @@ class ChannelUse:
         Where the sensor sits, x, y, z [m].
     direction : tuple of float, optional
         Unit vector along which it measures, x, y, z [-].
+    sensor : str, optional
+        Serial number of the sensor.
+    calibration : Calibration, optional
+        What the calibration sheet says of it.
     """
 
     key: str | int
@@ -64,6 +106,8 @@ class ChannelUse:
     override: bool = False
     position: tuple[float, float, float] | None = None
     direction: tuple[float, float, float] | None = None
+    sensor: str | None = None
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 from shakerproc import units
-from shakerproc.data import STANDARD_GRAVITY, ChannelUse, Role
+from shakerproc.data import ROLE_UNITS, STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel
@@ -17,15 +17,6 @@ UNKNOWN: Final = "?"
 """Unit of a channel whose numbers are served as they stand in the file."""
 
 SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "1")
-
-ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
-    "control": "m/s^2",
-    "response": "m/s^2",
-    "force": "N",
-    "displacement": "m",
-    "velocity": "m/s",
-    "tachometer": "V",
-})
 
 _QUANTITIES: Final = {
     "m/s^2": "an acceleration",

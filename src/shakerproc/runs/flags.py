@@ -8,6 +8,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.recordings import MOST_CLIPPED, health, unusable
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
+from shakerproc.runs.calibrations import expired
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.telling import BEYOND_ALARM, control_told
@@ -59,6 +60,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
         _problem("sweep", result.tracking.problem),
         _problem("notch", result.notch_problem),
     ]
+    found += expired(result.test, recording.start_time)
     found += [
         Flag("sweep rate", result.channels[reading.channel].name, text)
         for reading in result.swept

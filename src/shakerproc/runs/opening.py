@@ -7,6 +7,7 @@ from pathlib import Path
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.recordings import open_recording
 from shakerproc.recordings.raw import RawGroup
+from shakerproc.runs.calibrations import by_sheet, told_calibrations
 from shakerproc.runs.joining import in_sequence, side_by_side
 from shakerproc.runs.roles import UnitOption, usual_uses, with_unit
 from shakerproc.testlog import Test, TestLog, check_expectation
@@ -71,7 +72,8 @@ def open_path(
     def decide(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:
         if said is None:
             return usual_uses(among, run, controls, unit)
-        return said if unit is None else with_unit(said, among, unit, run)
+        found = by_sheet(said, among)
+        return found if unit is None else with_unit(found, among, unit, run)
 
     def opened(file: Path, named: str) -> Recording:
         return open_recording(
@@ -92,7 +94,8 @@ def open_path(
     except BaseException:
         recording.source.close()
         raise
-    return replace(recording, driven=test.excitation is not None)
+    notes = (*recording.notes, *told_calibrations(test))
+    return replace(recording, driven=test.excitation is not None, notes=notes)
 
 
 def _with_others(
@@ -111,7 +114,8 @@ def _with_others(
             )
             there.append(
                 open_recording(
-                    path, uses=one.channels, sample_rate=one.sample_rate, group=one.group,
+                    path, uses=one.channels, decide=_by_sheet_alone,
+                    sample_rate=one.sample_rate, group=one.group,
                     bad_rows=test.processing.bad_rows, run=f"test {test.id} ({path.name})",
                     hashed=True,
                 )
@@ -122,6 +126,10 @@ def _with_others(
             part.source.close()
         raise
     return found
+
+
+def _by_sheet_alone(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:
+    return by_sheet(said or (), among)
 
 
 def _without_length(test: Test) -> Test:

@@ -4,8 +4,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, final
 
-from shakerproc.data import ChannelUse
+from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
+from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.levels import level_of, rate_of, tidy
 from shakerproc.testlog.log import (
@@ -86,8 +87,9 @@ class _Reader:
         self.specimens: Table = specimens_of(document)
         self.recordings = _recordings(document)
         self.sharing = Sharing()
+        self.calibrations = self._calibrations()
         with _At(document, "channels"):
-            self.channels = merged_channels(section.channels, {})
+            self.channels = calibrated(merged_channels(section.channels, {}), self.calibrations)
         with _At(document, "processing"):
             self.processing = merged_processing(Processing(), section.processing, self.channels)
         with _At(document, "modal"):
@@ -162,6 +164,13 @@ class _Reader:
             self.sharing.check(test, line)
         return test
 
+    def _calibrations(self) -> dict[str, Calibration]:
+        if self.section.calibration is None:
+            return {}
+        with _At(self.document, "calibration"):
+            path = Below(self.document.path.parent).path(self.section.calibration)
+        return read_calibrations(path)
+
     def _profile(self, name: str) -> Profile:
         with _At(self.document, "profiles", name):
             return profile_of(
@@ -229,7 +238,7 @@ class _Reader:
             if name is None and section.group is None:
                 raise MisfitError("expected recording or group: where the channels are")
             with _At(self.document, "tests", i, "beside", j, "channels"):
-                channels = merged_channels({}, section.channels)
+                channels = calibrated(merged_channels({}, section.channels), self.calibrations)
             return Beside(
                 None if name is None else relative_path(name),
                 channels,
@@ -263,7 +272,9 @@ class _Reader:
         channels, processing = self.channels, self.processing
         if section.channels:
             with _At(self.document, "tests", i, "channels"):
-                channels = merged_channels(self.section.channels, section.channels)
+                channels = calibrated(
+                    merged_channels(self.section.channels, section.channels), self.calibrations
+                )
         if section.channels or "processing" in section.model_fields_set:
             with _At(self.document, "tests", i, "processing"):
                 processing = merged_processing(processing, section.processing, channels)

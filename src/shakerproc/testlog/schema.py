@@ -143,6 +143,9 @@ class ChannelSection(Section):
     override: bool = False
     position: Annotated[tuple[Metre, Metre, Metre], FromList] | None = None
     direction: Annotated[tuple[float, float, float], BeforeValidator(_direction)] | None = None
+    sensor: (
+        Annotated[str, BeforeValidator(lambda v: str(v) if type(v) is int else v)] | None
+    ) = None
 
 
 Channels: TypeAlias = dict[Text | Annotated[int, Field(ge=1, le=10_000)], ChannelSection]
@@ -392,6 +395,7 @@ class LogSection(Section):
     testlog: Literal[1]
     title: Remark = ""
     recordings: str = "recordings"
+    calibration: str | None = None
     channels: Channels = Field(default_factory=dict)
     processing: ProcessingSection = ProcessingSection()
     expect: ExpectSection = ExpectSection()

@@ -1,0 +1,59 @@
+"""What the calibration sheet means for a run: sensitivities, and which have expired."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
+
+from shakerproc.data import ChannelUse
+from shakerproc.recordings.raw import RawGroup
+from shakerproc.recordings.si import quantity_of
+from shakerproc.runs.result import Flag
+from shakerproc.testlog import Test
+
+
+def by_sheet(uses: Sequence[ChannelUse], group: RawGroup) -> tuple[ChannelUse, ...]:
+    """Return channels with the sensitivities of the sheet, where the file holds volts.
+
+    What a recorder has scaled already stays so, and what the log says itself counts.
+    """
+    units: dict[str | int, str] = {c.name: c.unit for c in group.channels}
+    units |= {number: c.unit for number, c in enumerate(group.channels, 1)}
+    return tuple(
+        replace(use, sensitivity=use.calibration.sensitivity)
+        if use.calibration is not None
+        and use.sensitivity is None
+        and quantity_of(use.unit or units.get(use.key, "")) in {"", "V"}
+        else use
+        for use in uses
+    )
+
+
+def _calibrated(test: Test) -> list[ChannelUse]:
+    every = [*test.channels, *(use for one in test.beside for use in one.channels)]
+    return [use for use in every if use.calibration is not None and use.role != "ignore"]
+
+
+def told_calibrations(test: Test) -> list[str]:
+    """Return a sentence for each channel whose sensor is known."""
+    return [
+        f"Channel {use.name or use.key}: {use.calibration.told}."
+        for use in _calibrated(test)
+        if use.calibration is not None
+    ]
+
+
+def expired(test: Test, start: datetime | None) -> list[Flag]:
+    """Return a flag for each sensor whose calibration had ended on the day of the test."""
+    if start is None:
+        return []
+    day = start.date().isoformat()
+    return [
+        Flag(
+            "calibration",
+            str(use.name or use.key),
+            f"{use.calibration.told}: it had expired on {day}, the day of the test; calibrate "
+            "the sensor, or correct the sheet.",
+        )
+        for use in _calibrated(test)
+        if use.calibration is not None and "" < use.calibration.valid_until < day
+    ]

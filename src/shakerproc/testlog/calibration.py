@@ -1,0 +1,209 @@
+"""The laboratory's calibration sheet: sensitivity and dates of each sensor, CSV or XLSX."""
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import date, datetime
+from pathlib import Path
+from typing import Final
+
+from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
+from shakerproc.errors import LogError
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.units import near_miss, quoted, to_si
+
+MOST_BYTES: Final = 10_000_000
+"""Largest sheet that is read [byte]."""
+
+_COLUMNS: Final[Mapping[str, re.Pattern[str]]] = {
+    "serial": re.compile(r"(sensor )?(serial|s/?n)( ?(number|no\.?))?|sensor", re.I),
+    "sensitivity": re.compile(r"sensitivity", re.I),
+    "unit": re.compile(r"(sensitivity )?unit", re.I),
+    "calibrated": re.compile(r"(date of )?calibrat(ed|ion)( on| date)?|date", re.I),
+    "valid_until": re.compile(
+        r"valid (until|to)|(calibration )?due( date)?|next calibration|expir(es|y).*", re.I
+    ),
+}
+"""How the columns are called."""
+
+_WANTED: Final = "serial number, sensitivity [mV/g], calibrated, valid until"
+_DATES: Final = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d")
+
+
+def read_calibrations(path: Path) -> dict[str, Calibration]:
+    """Return the calibrations of a sheet by serial number.
+
+    Raises
+    ------
+    LogError
+        If it is no such sheet, or a row cannot be used.
+    """
+    if not path.is_file():
+        raise LogError(f"{path}: no such file; put the calibration sheet there")
+    if path.stat().st_size > MOST_BYTES:
+        raise LogError(f"{path}: expected a calibration sheet, got more than 10 MB")
+    rows = _xlsx_rows(path) if path.suffix.lower() == ".xlsx" else _csv_rows(path)
+    filled = [(line, cells) for line, cells in rows if any(cells)]
+    if not filled:
+        raise LogError(f"{path}: expected a header such as {_WANTED}, got an empty sheet")
+    columns = _columns(path, *filled[0])
+    found: dict[str, Calibration] = {}
+    for line, cells in filled[1:]:
+        one = _calibration(f"{path}:{line}", columns, cells)
+        if one.serial in found:
+            raise LogError(f"{path}:{line}: sensor {quoted(one.serial)} stands twice")
+        found[one.serial] = one
+    return found
+
+
+def _csv_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the cells of every line.
+
+    Raises
+    ------
+    LogError
+        If the file is no text.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
+    sign = ";" if ";" in text.partition("\n")[0] else ","
+    rows = csv.reader(io.StringIO(text), delimiter=sign)
+    return [(line, [cell.strip() for cell in cells]) for line, cells in enumerate(rows, 1)]
+
+
+def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the cells of every row of the first sheet.
+
+    Raises
+    ------
+    LogError
+        If openpyxl is not installed, or cannot read the file.
+    """
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise LogError(
+            f"{path}: XLSX needs openpyxl: pip install shakerproc[xlsx], or save it as CSV"
+        ) from error
+    try:
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        try:
+            rows = list(book.worksheets[0].iter_rows(values_only=True))
+        finally:
+            book.close()
+    except Exception as error:
+        raise LogError(f"{path}: no sheet that can be read: {error}") from error
+    return [(line, [_text(cell) for cell in cells]) for line, cells in enumerate(rows, 1)]
+
+
+def _text(cell: object) -> str:
+    if isinstance(cell, datetime | date):
+        return cell.strftime("%Y-%m-%d")
+    whole = isinstance(cell, float) and cell.is_integer()
+    return "" if cell is None else str(int(cell) if whole else cell).strip()  # type: ignore[call-overload]
+
+
+def _columns(path: Path, line: int, header: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """Return place and unit in brackets of each column that is known.
+
+    Raises
+    ------
+    LogError
+        If one that is needed is missing.
+    """
+    found: dict[str, tuple[int, str]] = {}
+    for i, cell in enumerate(header):
+        name, _, unit = cell.replace("(", "[").partition("[")
+        for key, pattern in _COLUMNS.items():
+            if pattern.fullmatch(name.strip()):
+                found.setdefault(key, (i, unit.strip(" ])")))
+    if not {"serial", "sensitivity"} <= found.keys():
+        got = ", ".join(cell for cell in header if cell)
+        raise LogError(f"{path}:{line}: expected a header such as {_WANTED}, got {got}")
+    return found
+
+
+def _calibration(
+    place: str, columns: Mapping[str, tuple[int, str]], cells: Sequence[str]
+) -> Calibration:
+    """Return the calibration of a row.
+
+    Raises
+    ------
+    LogError
+        If it has no serial number, no sensitivity in volts, or a date that is none.
+    """
+    cell = {key: cells[at] if at < len(cells) else "" for key, (at, _) in columns.items()}
+    unit = cell.get("unit") or columns["sensitivity"][1]
+    sensitivity = " ".join(part for part in (cell["sensitivity"], unit) if part)
+    if not cell["serial"]:
+        raise LogError(f"{place}: no serial number")
+    if not any(_fits(sensitivity, si) for si in set(ROLE_UNITS.values())):
+        raise LogError(
+            f"{place}: sensor {quoted(cell['serial'])}: expected volts per unit, such as "
+            f"100 mV/g, got {quoted(sensitivity)}"
+        )
+    dates = [_date(place, cell.get(key, "")) for key in ("calibrated", "valid_until")]
+    return Calibration(cell["serial"], sensitivity, *dates)
+
+
+def _fits(sensitivity: str, unit: str) -> bool:
+    try:
+        return to_si(sensitivity, f"V/({unit})") != 0.0
+    except ValueError:
+        return False
+
+
+def _date(place: str, text: str) -> str:
+    """Return a date as YYYY-MM-DD; empty where there is none.
+
+    Raises
+    ------
+    LogError
+        If it is none.
+    """
+    for form in _DATES if text else ():
+        try:
+            return datetime.strptime(text, form).strftime("%Y-%m-%d")  # noqa: DTZ007 - a day
+        except ValueError:
+            continue
+    if text:
+        raise LogError(f"{place}: expected a date such as 2026-03-31, got {quoted(text)}")
+    return ""
+
+
+def calibrated(
+    uses: Sequence[ChannelUse], sheet: Mapping[str, Calibration]
+) -> tuple[ChannelUse, ...]:
+    """Return channels with the calibration of their sensor.
+
+    Raises
+    ------
+    MisfitError
+        If the sheet lacks the sensor, or it measures something else than the channel.
+    """
+    return tuple(use if use.sensor is None else _with_sheet(use, sheet) for use in uses)
+
+
+def _with_sheet(use: ChannelUse, sheet: Mapping[str, Calibration]) -> ChannelUse:
+    found = sheet.get(use.sensor or "")
+    if found is None:
+        meant = near_miss(use.sensor or "", list(sheet))
+        question = f'; did you mean "{meant}"?' if meant else ""
+        raise MisfitError(
+            f"expected a sensor of the calibration sheet, got {quoted(use.sensor)}{question}",
+            use.key,
+            "sensor",
+        )
+    if use.role != "ignore" and not _fits(found.sensitivity, ROLE_UNITS[use.role]):
+        raise MisfitError(
+            f"sensor {quoted(found.serial)} has {found.sensitivity} in the calibration sheet, "
+            f"but role {use.role} is in {ROLE_UNITS[use.role]}; correct sensor, role or sheet",
+            use.key,
+            "sensor",
+        )
+    return replace(use, calibration=found)

@@ -1,0 +1,115 @@
+"""Sensitivities and dates from a calibration sheet, as CSV and as XLSX."""
+
+from dataclasses import replace
+from datetime import UTC, date, datetime
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.errors import ShakerprocError
+from shakerproc.recordings import write_tdms
+from shakerproc.runs import open_test, process_recording
+from shakerproc.testlog import read_testlog
+
+HEADER = ["Serial number", "Sensitivity", "Unit", "Calibrated", "Valid until"]
+ROWS = [
+    ["4711", 10.2, "mV/g", date(2017, 5, 1), date(2018, 5, 1)],
+    ["4712", 98.1, "mV/g", date(2018, 1, 31), date(2019, 1, 31)],
+    ["F1", 2.0, "mV/N", date(2018, 1, 31), None],
+]
+LOG = """\
+testlog: 1
+recordings: r
+calibration: {sheet}
+channels:
+  base: {{role: control, sensor: 4711}}
+  tip: {{role: response, sensor: "4712"}}
+  foot: {{role: response, sensor: 4712}}
+processing: {{crop: none, welch: {{segment: 256}}}}
+tests:
+  - {{id: 1, recording: a.tdms}}
+"""
+
+
+def sheet_csv(path, rows=ROWS):
+    lines = [HEADER, *([("" if c is None else str(c)) for c in row] for row in rows)]
+    path.write_text("\n".join(",".join(line) for line in lines), encoding="utf-8")
+
+
+def sheet_xlsx(path, rows=ROWS):
+    openpyxl = pytest.importorskip("openpyxl", reason="the extra xlsx is not installed")
+    book = openpyxl.Workbook()
+    for row in [HEADER, *rows]:
+        book.active.append(row)
+    book.save(path)
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """Volts, volts, and a channel that the recorder has scaled itself."""
+    samples = np.random.default_rng(1).standard_normal((3, 4000))
+    units = {"base": "V", "tip": "V", "foot": "m/s^2"}
+    channels = [Channel(name, unit, name, unit) for name, unit in units.items()]
+    recording = recording_of_arrays("a", channels, samples, 1000.0)
+    (tmp_path / "r").mkdir()
+    start = datetime(2018, 6, 5, 8, tzinfo=UTC)
+    write_tdms(tmp_path / "r" / "a.tdms", replace(recording, start_time=start))
+
+    def opened(sheet, change=("", "")):
+        text = LOG.format(sheet=sheet).replace(*change)
+        (tmp_path / "testlog.yaml").write_text(text, encoding="utf-8")
+        log = read_testlog(tmp_path / "testlog.yaml")
+        return open_test(log, log.tests[0]), log.tests[0]
+
+    return tmp_path, samples, opened
+
+
+@pytest.mark.parametrize(("name", "write"), [("s.csv", sheet_csv), ("s.xlsx", sheet_xlsx)])
+def test_volts_are_scaled_by_the_sheet_and_what_has_expired_is_flagged(campaign, name, write):
+    folder, volts, opened = campaign
+    write(folder / name)
+    recording, test = opened(name)
+    with recording:
+        factors = np.array([9.80665 / 10.2e-3, 9.80665 / 98.1e-3, 1.0])
+        assert_allclose(recording.samples(), volts * factors[:, np.newaxis], rtol=1e-9)
+        assert (
+            "Channel tip: sensor 4712, 98.1 mV/g, calibrated 2018-01-31, "
+            "valid until 2019-01-31."
+        ) in recording.notes
+        flags = [f for f in process_recording(recording, test).flags if f.kind == "calibration"]
+    assert [(flag.channel, "expired on 2018-06-05" in flag.message) for flag in flags] == [
+        ("base", True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (("4711", "F1"), r"testlog.yaml:5:\d+: .*sensor \"F1\" has 2.0 mV/N .* role control"),
+        (("4711", "471"), r"testlog.yaml:5:\d+: .*expected a sensor of the calibration sheet"),
+        (("s.csv", "t.csv"), r"t\.csv: no such file"),
+    ],
+)
+def test_a_sensor_that_does_not_fit_is_one_line(campaign, change, match):
+    folder, _, opened = campaign
+    sheet_csv(folder / "s.csv")
+    with pytest.raises(ShakerprocError, match=match) as caught:
+        opened("s.csv", change)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("row", "match"),
+    [
+        (["4711", "10", "g", "2017-05-01", ""], r"s\.csv:2: .*volts per unit.*\"10 g\""),
+        (["4711", "10", "mV/g", "soon", ""], r"s\.csv:2: expected a date .*\"soon\""),
+        (["", "10", "mV/g", "", ""], r"s\.csv:2: no serial number"),
+    ],
+)
+def test_a_row_that_cannot_be_used_is_named(campaign, row, match):
+    folder, _, opened = campaign
+    sheet_csv(folder / "s.csv", [row])
+    with pytest.raises(ShakerprocError, match=match):
+        opened("s.csv")
