@@ -10,6 +10,7 @@ from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.in_process import run
 
+from shakerproc.batch.elsewhere import at_hand
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ShakerprocError
 from shakerproc.recordings import write_tdms
@@ -185,3 +186,11 @@ def test_two_groups_of_one_file_at_two_rates_have_one_clock(tmp_path):
         assert_allclose(rows[0], motion(times), atol=1e-9)
         assert_allclose(rows[2], np.cos(2.0 * np.pi * 3.0 * times), atol=1e-3)
         assert "they have one clock; its 100 Hz were brought to 1000 Hz" in recording.notes[0]
+
+
+def test_a_test_of_several_files_is_not_sent_elsewhere(tmp_path):
+    in_parts(tmp_path, (None,) * 3)
+    opened(tmp_path, SEQUENCE).source.close()
+    log = read_testlog(tmp_path / "testlog.yaml")
+    with pytest.raises(ShakerprocError, match=r"test 1: has several files, which are joined"):
+        at_hand(log, str(tmp_path / "r")).__enter__()

@@ -38,10 +38,26 @@ def _moved(log: TestLog, test: Test, source: str, here: Path) -> Test:
     if test.discarded or test.recording is None:
         return test
     try:
-        path = fetch(source, relative_recording(log, test), here)
+        path = fetch(source, _lone_recording(log, test), here)
     except RecordingError as error:
         raise RecordingError(_about(test, str(error))) from error
     return replace(test, recording=path, folder=None)
+
+
+def _lone_recording(log: TestLog, test: Test) -> str:
+    """Return the path of the only file of a test below the folder of the log's recordings.
+
+    Raises
+    ------
+    RecordingError
+        If the test has several.
+    """
+    if test.continued or any(one.recording for one in test.beside):
+        raise RecordingError(
+            "has several files, which are joined only where the recordings lie beside the log; "
+            "take --recordings out"
+        )
+    return relative_recording(log, test)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +166,7 @@ class HashesElsewhere:
         tasks = []
         for number, test in enumerate(log.active):
             try:
-                relative = relative_recording(log, test)
+                relative = _lone_recording(log, test)
             except ShakerprocError as error:
                 found[str(number)] = error
             else:
