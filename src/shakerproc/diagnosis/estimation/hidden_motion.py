@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.resting_places import resting_places
 from shakerproc.models import Model
 from shakerproc.simulate import largest_states
 from shakerproc.simulate.assembly import System, assemble
@@ -15,7 +16,7 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
     """Return all motions where windows begin, (n_windows, n_motions) array.
 
     Displacements and velocities of masses, attached and further modes, then the states of the
-    laws, which begin with no memory.
+    laws, which begin with no memory. What the mean of a displacement is, the model says.
 
     Parameters
     ----------
@@ -27,9 +28,40 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
         Test, first sample, and number of samples.
     """
     hidden = hidden_motions(data, model)
-    rows = [_joined(data.motions[i][:, at], hidden[i][:, at]) for i, at, _ in table]
+    rows = [
+        _joined(data.motions[i][:, at] + _still(places[0]), hidden[i][:, at])
+        for (i, at, _), places in zip(table, resting_places(data, model, table), strict=True)
+    ]
     states = np.zeros((len(table), len(largest_states(model))))
     return np.hstack([np.array(rows).reshape(len(table), -1), states])
+
+
+def elsewhere(
+    data: DataSet, model: Model, table: NDArray[np.int64], starts: FloatArray
+) -> list[FloatArray]:
+    """Return starts of windows around the other places at which the masses may rest.
+
+    Parameters
+    ----------
+    data, model, table
+        As for `completed`.
+    starts : (n_windows, n_motions) array
+        What that returned.
+    """
+    places = resting_places(data, model, table)
+    out = []
+    for choice in range(1, max(map(len, places), default=1)):
+        there = starts.copy()
+        for row, own in zip(there, places, strict=True):
+            if choice < len(own):
+                row[: len(model.masses)] += own[choice] - own[0]
+        out.append(there)
+    return out
+
+
+def _still(displacement: FloatArray) -> FloatArray:
+    """Return displacements and velocities of masses that rest."""
+    return np.concatenate([displacement, np.zeros_like(displacement)])
 
 
 def sizes(data: DataSet, model: Model) -> FloatArray:

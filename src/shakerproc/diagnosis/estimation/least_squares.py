@@ -22,7 +22,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import (
     Point,
     State,
 )
-from shakerproc.diagnosis.estimation.window_starts import with_memory
+from shakerproc.diagnosis.estimation.window_starts import with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
 
@@ -170,7 +170,7 @@ def fit(
     state = linearisation.residual(here)
     if state is None:
         return None
-    here, (residual, predicted, _) = with_memory(linearisation, here, state)
+    here, (residual, predicted, _) = with_best_starts(linearisation, here, state)
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False

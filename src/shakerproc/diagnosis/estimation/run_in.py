@@ -7,7 +7,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
-from shakerproc.diagnosis.estimation.window_starts import moved, with_memory
+from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 
 ROUNDS: Final = 12
 """Steps at most: starts of the masses are measured already, and nearly linear; that of a
@@ -34,7 +34,7 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
     state = linearisation.residual(here)
     if state is None:
         return None
-    here, state = with_memory(linearisation, here, state)
+    here, state = with_best_starts(linearisation, here, state)
     for _ in range(ROUNDS):
         left = state[2]
         slopes = linearisation.linearise(here, state, physics=False)

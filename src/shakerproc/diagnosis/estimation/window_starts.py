@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.diagnosis.estimation.hidden_motion import elsewhere
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.simulate import largest_states
@@ -18,23 +19,28 @@ LOADED: Final = 0.8
 the motion no longer tells it [-]."""
 
 
-def with_memory(linearisation: Linearisation, here: Point, state: State) -> tuple[Point, State]:
-    """Return a point at which the laws begin with no memory or loaded to either side.
+def with_best_starts(
+    linearisation: Linearisation, here: Point, state: State
+) -> tuple[Point, State]:
+    """Return a point whose windows begin where they leave least: no slope leads there.
 
-    Whichever leaves the least of each window: from the wrong side of a loop no slope leads
-    back.
+    Around any place at which the masses may rest, and with laws that begin with no memory or
+    loaded to either side.
     """
     if here.starts is None:
         return here, state
-    sizes = largest_states(linearisation.hypothesis.model_at(here.x))[:, 0]
-    for i, size in enumerate(sizes, start=here.starts.shape[1] - len(sizes)):
-        unloaded = here.starts[:, i].copy()
+    model = linearisation.hypothesis.model_at(here.x)
+    starts, table = here.starts, linearisation.windows.table
+    for other in elsewhere(linearisation.data, model, table, starts):
+        there = replace(here, starts=other)
+        here, state = moved(linearisation, here, state, there, (1.0,))
+    sizes = largest_states(model)[:, 0]
+    for i, size in enumerate(sizes, start=starts.shape[1] - len(sizes)):
         for side in (1.0, -1.0):
-            loaded = here.starts.copy()
-            loaded[:, i] = unloaded + side * LOADED * size
-            here, state = moved(
-                linearisation, here, state, replace(here, starts=loaded), (1.0,)
-            )
+            loaded = np.array(here.starts)
+            loaded[:, i] = starts[:, i] + side * LOADED * size
+            there = replace(here, starts=loaded)
+            here, state = moved(linearisation, here, state, there, (1.0,))
     return here, state
 
 

@@ -17,6 +17,10 @@ from shakerproc.models.effects.base import (
 from shakerproc.models.identification import Identification, JointScales, grid, signed
 from shakerproc.models.laws import Law, Row
 
+SHARES = tuple(map(float, np.geomspace(0.01, 0.3, 12)))
+"""Forces to start from, over the largest that the joint carries: 1.36 from one to the next,
+as a contact that the force shifts is met or missed [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -68,10 +72,11 @@ class ConstantForce(AbstractMemorylessEffect):
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
-        shares = (0.02, 0.2, -0.02, -0.2)  # of the largest force that the joint carries
         return Identification(
             free={"force": signed(at.force, 10.0)},
-            starts=grid(force=(share * at.force for share in shares)),
+            starts=grid(
+                force=(sign * share * at.force for share in SHARES for sign in (1, -1))
+            ),
             scaled=("force",),
         )
 

@@ -1,0 +1,144 @@
+"""Where a motion whose mean was not measured lies: where the mean force of a joint is none.
+
+Accelerations tell displacements but for their mean. A law that is not odd pushes that aside, by
+a dead weight for one; and a law may have several places to rest at.
+"""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
+from shakerproc.models import BASE, Element, Model
+from shakerproc.models.effects import Damper, Spring
+from shakerproc.models.effects.base import AbstractMemorylessEffect
+
+PERIODS: Final = 10.0
+"""Length before and after the beginning of a window over which forces are averaged, in periods
+of the motion: the inertia, which they balance, then has no mean to a few per cent [-]."""
+
+SAMPLES: Final = 100
+"""Samples of such a stretch that are averaged: five of every period [-]."""
+
+PLACES: Final = np.concatenate([
+    -np.geomspace(30.0, 0.03, 20),
+    [0.0],
+    np.geomspace(0.03, 30.0, 20),
+])
+"""Means that are tried, over the rms of the motion: 1.4 from one to the next [-]."""
+
+MOST: Final = 4
+"""Combinations of resting places of all joints that are looked at, the nearest first [-]."""
+
+
+def resting_places(
+    data: DataSet, model: Model, table: NDArray[np.int64]
+) -> tuple[FloatArray, ...]:
+    """Return where the masses may lie in each window, (n_places, n_masses) arrays [m].
+
+    The place nearest to none comes first; (0, 0, ...) alone where the mean was measured, or the
+    model is linear.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    model : Model
+        Says which forces act.
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    """
+    joints = [joint for joint in joints_of(model) if _is_nonlinear(model, joint)]
+    measured = any(sensor.measures == "displacement" for sensor in model.sensors.values())
+    if measured or not joints:
+        return (np.zeros((1, len(model.masses))),) * len(table)
+    spread = np.linalg.pinv(np.array([_apart(model, joint) for joint in joints]))
+    roots = [
+        _roots(*_mean_force(model, joint, _stretches(data, joint, table))) for joint in joints
+    ]
+    return tuple(_combined(each) @ spread.T for each in zip(*roots, strict=True))
+
+
+def _stretches(data: DataSet, joint: Joint, table: NDArray[np.int64]) -> FloatArray:
+    """Return displacements of a joint around the beginning of each window, a row each [m]."""
+    motions = data.across(joint)
+    half = PERIODS * data.unit_s * data.tests[0].sample_rate
+    rows = []
+    for i, at, _ in table:
+        z = motions[i].displacement
+        places = np.linspace(max(0.0, at - half), min(z.size - 1.0, at + half), SAMPLES)
+        rows.append(z[places.astype(int)])
+    return np.array(rows)
+
+
+def _elements(model: Model, joint: Joint) -> list[Element]:
+    return [one for one in model.elements if set(one.between) == set(joint)]
+
+
+def _is_nonlinear(model: Model, joint: Joint) -> bool:
+    """Return whether a joint has more than springs and dampers, of laws without memory."""
+    effects = [one.effect for one in _elements(model, joint)]
+    known = [isinstance(effect, AbstractMemorylessEffect) for effect in effects]
+    linear = [isinstance(effect, (Spring, Damper)) for effect in effects]
+    return all(known) and not all(linear)
+
+
+def _apart(model: Model, joint: Joint) -> FloatArray:
+    """Return what a joint sees of the displacements of all masses, (n_masses,) array."""
+    names = list(model.masses)
+    row = np.zeros(len(names))
+    for place, sign in zip(joint, (-1.0, 1.0), strict=True):
+        if place != BASE:
+            row[names.index(place)] = sign
+    return row
+
+
+def _mean_force(model: Model, joint: Joint, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return means of a joint's displacement that are tried, and its mean force there.
+
+    Without friction: of a joint at rest it tells nothing.
+
+    Parameters
+    ----------
+    model : Model
+        Says which forces act.
+    joint : (str, str)
+        Where.
+    z : (n_windows, SAMPLES) array
+        Displacement but for its mean [m].
+
+    Returns
+    -------
+    (n_windows, n_places) array, (n_windows, n_places) array
+        [m], [N].
+    """
+    places = PLACES * np.sqrt(np.mean(z**2, axis=1, keepdims=True))
+    moved = places[:, :, np.newaxis] + z[:, np.newaxis]
+    force = np.zeros_like(moved)
+    for element in _elements(model, joint):
+        sign, law = 1.0 if element.between == joint else -1.0, element.effect
+        if isinstance(law, AbstractMemorylessEffect):
+            force += sign * law.force_at(sign * moved, np.zeros_like(moved))
+    return places, force.mean(axis=2)
+
+
+def _roots(places: FloatArray, force: FloatArray) -> list[list[float]]:
+    """Return where the mean force of each window turns to pushing back, the nearest first."""
+    out = []
+    for row, own in zip(places, force, strict=True):
+        i = np.flatnonzero((own[:-1] < 0.0) & (own[1:] >= 0.0))
+        share = own[i] / (own[i] - own[i + 1])
+        found = row[i] + share * (row[i + 1] - row[i])
+        out.append(sorted(map(float, found), key=abs) or [0.0])
+    return out
+
+
+def _combined(roots: Sequence[Sequence[float]]) -> FloatArray:
+    """Return combinations of the roots of all joints, the nearest first."""
+    found = sorted(product(*roots), key=lambda one: sum(map(abs, one)))
+    return np.array(found[:MOST])
