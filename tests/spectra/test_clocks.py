@@ -33,6 +33,20 @@ def test_offset_and_drift_are_found_to_a_hundredth_of_a_sample(offset, drift, ra
     assert found.correlation > 0.9
 
 
+def test_of_a_motion_that_repeats_the_smallest_offset_is_taken():
+    """Lines at multiples of 0.1 Hz: every 10 s it is the same."""
+    lines, phases = np.round(LINES, 1), PHASES
+
+    def periodic(time):
+        return np.cos(2.0 * np.pi * np.outer(time, lines) + phases).sum(axis=1)
+
+    reference = periodic(np.arange(40_000) / 1000.0)
+    other = periodic(np.arange(36_000) / 1000.0 / (1.0 + 50e-6) + 1.3)
+    found = clock_against(reference, 1000.0, other, 1000.0)
+    assert found.offset == pytest.approx(1.3, abs=1e-4)
+    assert found.drift == pytest.approx(50e-6, abs=2e-6)
+
+
 def test_samples_between_samples_are_those_of_the_signal():
     times = np.arange(100, 5000) / 700.0 + 0.00031
     samples = motion(np.arange(10_000) / 1000.0)

@@ -29,6 +29,10 @@ LONGEST: Final = 1 << 15
 LEAST_CORRELATION: Final = 0.5
 """From which on two signals are believed to be of one motion [-]."""
 
+REPEATED: Final = 0.9
+"""From which share of the highest correlation on another place is as good: the motion of a
+periodic excitation repeats, and the recorders are taken to have begun within a period [-]."""
+
 FINER: Final = 8
 """Lags of a correlation between two samples, before its peak is fitted by a parabola [-]."""
 
@@ -64,9 +68,9 @@ def clock_against(
 ) -> Clock:
     """Return the clock of a recorder, from a motion that two recorders measured.
 
-    The loudest part of the reference is looked for in all of the other, which gives the offset;
-    then every part near the place where it should be, and a straight line through their delays
-    gives offset and drift.
+    The loudest part of the middle of the reference is looked for in all of the other, which
+    gives the offset; then every part near the place where it should be, and a straight line
+    through their delays gives offset and drift.
 
     Parameters
     ----------
@@ -89,7 +93,8 @@ def clock_against(
     length = min(max(64, x.size // SEGMENTS), LONGEST)
     starts = np.linspace(0, max(x.size - length, 0), SEGMENTS).astype(int)
     power = np.array([float(np.sum(x[a : a + length] ** 2)) for a in starts])
-    loudest = int(starts[np.argmax(power)])
+    quarter = SEGMENTS // 4  # of a part in the middle, the other most likely has it as well
+    loudest = int(starts[quarter + np.argmax(power[quarter:-quarter])])
     lag, found = _delay(x[loudest : loudest + length], y, -loudest)
     rows = []
     for start in starts:
@@ -126,6 +131,13 @@ def _delay(part: FloatArray, among: FloatArray, shift: int) -> tuple[float, floa
     norm = np.sqrt(energy * max(float(np.sum(part**2)), 1e-300))
     alike = np.abs(np.fft.irfft(cross, n)[:places]) / norm
     peak = int(np.argmax(alike))
+    repeated = np.flatnonzero(alike >= REPEATED * alike[peak])
+    repeated = repeated[np.abs(repeated - peak) > part.size // 2]
+    if repeated.size:  # a motion that repeats itself: the period with the smallest offset
+        nearest = int(repeated[np.argmin(np.abs(repeated + shift))])
+        if abs(nearest + shift) < abs(peak + shift):
+            low = max(nearest - part.size // 4, 0)
+            peak = low + int(np.argmax(alike[low : nearest + part.size // 4]))
     return shift + peak + _beside(part, among, peak), float(alike[peak])
 
 
