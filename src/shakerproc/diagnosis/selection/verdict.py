@@ -19,15 +19,16 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
 )
-from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of, without_any
+from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
     scored_tests,
 )
 from shakerproc.diagnosis.selection.next_test import Laboratory
+from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
-from shakerproc.diagnosis.selection.scores import Score, gain
+from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
@@ -39,9 +40,6 @@ GAIN_TOLERANCE: Final = 0.03
 
 DELAY_TOLERANCE: Final = 40e-6
 """Delay of a channel from which it is a fault: twice its spread [s]."""
-
-LIMIT: Final = 50.0
-"""Largest t that is told apart in the scores [-]."""
 
 
 def judged(
@@ -86,6 +84,7 @@ def judged(
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed, far)
     more = further(found, chosen) if effects else None
+    scores = scores_of(found, standing, errors)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -107,7 +106,8 @@ def judged(
             *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
             *(_remaining(found, chosen, more) if effects else ()),
         ),
-        scores=_features(found, standing, errors),
+        confidence=probability_of(scores),
+        scores=scores,
         seed=seed,
     )
 
@@ -276,25 +276,3 @@ def _remaining(found: Found, chosen: Score, more: Score | None) -> list[str]:
     if not found.is_explained_by(chosen):
         notes.append(wording.remainder_note(left, found.floor_under(chosen)))
     return notes
-
-
-def _features(found: Found, standing: Sequence[Score], errors: Errors) -> dict[str, float]:
-    """Return the numbers that the probability is made of."""
-    best, bare = found.best, without_any(found, found.best)
-    rest = [s for s in found.effects if s not in standing]
-    nearest = min([gain(best, s).t for s in rest], default=LIMIT)
-    nameless = gain(found.free, best) if found.free is not None else None
-    left, floor = (
-        max(errors.held_out.after, 1e-9),
-        max(float(np.nan_to_num(errors.noise_floor)), 1e-9),
-    )
-    return {
-        "gain_over_linear": gain(best, bare).mean,
-        "t_over_linear": float(np.clip(gain(best, bare).t, -LIMIT, LIMIT)),
-        "t_over_next": float(np.clip(nearest, -LIMIT, LIMIT)),
-        "nameless_over_best": nameless.mean if nameless else 0.0,
-        "t_nameless": float(np.clip(nameless.t, -LIMIT, LIMIT)) if nameless else -LIMIT,
-        "alike": float(len(standing)),
-        "excess": float(np.log(left / floor)),
-        "left": float(np.log(left / max(errors.held_out.before, 1e-9))),
-    }
