@@ -109,7 +109,7 @@ def test_a_batch_whose_files_alone_know_the_channels_says_so_after_them(tmp_path
     assert run("batch", log, *words, "--channel", "ch9") == 1
     assert "no channel 'ch9'" in capsys.readouterr().err
     assert run("batch", log, *words, "--channel", "response 2") == 0
-    assert "omega_e of response 2" in capsys.readouterr().out
+    assert "peak frequency of response 2" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("command", ["compare", "diagnose"])

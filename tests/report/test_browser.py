@@ -172,7 +172,7 @@ def test_ticked_runs_are_laid_over_each_other(browser, page):
 
 def test_rows_are_sorted_and_chosen(browser, page):
     browser.open(page)
-    browser.run("document.querySelector('#all th[data-name=\"ω_e [Hz]\"]').click()")
+    browser.run("document.querySelector('#all th[data-name=\"peak frequency [Hz]\"]').click()")
     column = "rows.map(r => Number(r.querySelectorAll('td')[10].textContent))"
     found = browser.run(column)
     assert found == sorted(found)

@@ -24,7 +24,7 @@ def tell(
             "orientation",
             "excitation",
             "level",
-            "omega_e [Hz]",
+            "peak frequency [Hz]",
             "Q",
             "coherence",
             "flags",
@@ -44,7 +44,7 @@ def tell(
         output.message(line)
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
-    whose = f" (omega_e of {channel})" if channel else ""
+    whose = f" (peak frequency of {channel})" if channel else ""
     output.data(f"{', '.join(parts)}{whose}", json_target=json_target)
     if document["verdict"]:
         output.data(document["verdict"], json_target=json_target)

@@ -38,7 +38,7 @@ _SPECTRA = (
     "Values outside the excited band are drawn but never judged."
 )
 _PEAKS = (
-    "ω_e is the frequency of the tallest peak of a response's density inside the excited "
+    "The peak frequency is that of the tallest peak of a response's density inside the excited "
     "band, interpolated between bins. A peak is listed where it stands out of its saddles by "
     "more than chance makes in the whole band, with a probability of 95 %. Natural frequency "
     "and damping are a least-squares fit of the mode, its neighbours and a straight background "

@@ -162,7 +162,7 @@ COLUMNS: Final = (
     _Column("excitation", numeric=False, choice=True),
     _Column("level", numeric=True),
     _Column("measured", numeric=True),
-    _Column("ω_e [Hz]", numeric=True),
+    _Column("peak frequency [Hz]", numeric=True),
     _Column("Q", numeric=True),
     _Column("coherence", numeric=True),
     _Column("PSD", numeric=False),
@@ -386,8 +386,8 @@ def _table_note(report: Report) -> str:
     if not report.channel:
         return f"Click a heading to sort.{left_out}"
     return (
-        f"ω_e, Q, coherence and the drawing are those of channel {report.channel}; every "
-        f"channel is in peaks.csv. Click a heading to sort.{left_out}"
+        f"Peak frequency, Q, coherence and the drawing are those of channel {report.channel}; "
+        f"every channel is in peaks.csv. Click a heading to sort.{left_out}"
     )
 
 

@@ -67,7 +67,7 @@ class RunView:
 
 CHANNEL_COLUMNS: Final = (
     "channel", "role", "rms in band", "largest", "crest factor", "kurtosis", "coherence",
-    "ω_e [Hz]",
+    "peak frequency [Hz]",
 )  # fmt: skip
 
 PEAK_COLUMNS: Final = tuple(name.replace("zeta", "ζ") for name in peak_rows.COLUMNS)
@@ -314,7 +314,7 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     unit = units.pop() if len(units) == 1 else "unit"
     best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
-    caption = "The tallest peak of a response inside the excited band is ω_e."
+    caption = "The tallest peak of a response inside the excited band is its peak frequency."
     if run.alarm is not None:
         caption += _control_told(run, "band")
     return Drawing(

@@ -63,7 +63,7 @@ def control_told(seen: ControlSummary, where: str) -> str:
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
-    """Return what omega_e does with clearance or level, empty where nothing can be said.
+    """Return what the peak frequency does with clearance or level; empty if nothing is known.
 
     Of several series (joints, orientations) the one that moves most is told.
     """
@@ -93,14 +93,16 @@ def _sentence(channel: str, points: Sequence[Point], column: str, where: str) ->
     word = "clearance" if column == "clearance_m" else "level"
     if abs(stop - start) < width:
         return (
-            f"ω_e of {channel} stays at {start:.{places}f} Hz from {low} to {high} of {word}, "
+            f"The peak frequency of {channel} stays at {start:.{places}f} Hz from {low} to "
+            f"{high} of {word}, "
             f"within a bin of {width:.3g} Hz ({where})."
         )
     verb = "falls" if stop < start else "rises"
     meaning = "" if word == "clearance" else ": the mark of a nonlinear joint"
     return (
-        f"ω_e of {channel} {verb} from {start:.{places}f} Hz at {low} to {stop:.{places}f} Hz "
-        f"at {high} of {word}, by {_per_cent(stop / start - 1.0)} ({where}){meaning}."
+        f"The peak frequency of {channel} {verb} from {start:.{places}f} Hz at {low} to "
+        f"{stop:.{places}f} Hz at {high} of {word}, by {_per_cent(stop / start - 1.0)} "
+        f"({where}){meaning}."
     )
 
 

@@ -49,7 +49,9 @@ def batch(
     recordings: options.RecordingsOption = None,
     trend: Annotated[
         list[str] | None,
-        typer.Option(metavar="COLUMN", help="A further trend of omega_e against this column."),
+        typer.Option(
+            metavar="COLUMN", help="A further trend of the peak frequency against this column."
+        ),
     ] = None,
     by: Annotated[
         str, typer.Option(metavar="COLUMNS", help="Columns that make its series, with commas.")

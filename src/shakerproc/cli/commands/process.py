@@ -231,7 +231,7 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         json_target=json,
     )
     output.print_table(
-        ("channel", "role", "rms", "unit", "crest factor", "omega_e [Hz]", "coherence"),
+        ("channel", "role", "rms", "unit", "crest factor", "peak frequency [Hz]", "coherence"),
         [_channel_row(summary, channel) for channel in summary.channels],
         json_target=json,
         spare=("crest factor", "role"),
