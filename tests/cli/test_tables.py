@@ -143,7 +143,7 @@ def test_batch_fits_the_terminal_with_long_names(campaign):
     assert max(map(len, table)) <= 80
     assert not any("\u2026" in line for line in lines)
     said = [line for line in lines if line.startswith("columns left out")]
-    wanted = {"orientation", "coherence", "omega_e", "Q"}
+    wanted = {"orientation", "coherence", "frequency", "Q"}
     known = " ".join([*table, *said])
     assert all(word in known for word in wanted), known
     shown = [word for line in table for word in line.split()]

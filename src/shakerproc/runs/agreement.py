@@ -326,7 +326,7 @@ def _column_of(table: Table, column: str) -> str:
     if "omega_e_hz" in table.columns:
         return "omega_e_hz"
     raise TableError(
-        f"{table.path}:1: no omega_e in it; take peaks.csv or a table of trends/, or name "
+        f"{table.path}:1: no peak frequency (omega_e_hz) in it; take peaks.csv or a table of trends/, or name "
         f"other columns with --columns"
     )
 

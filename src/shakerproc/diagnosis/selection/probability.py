@@ -27,7 +27,8 @@ LIMIT: Final = 50.0
 def probability_of(scores: Mapping[str, float]) -> float | None:
     """Return how probable it is that verdict, kinds and joints are exactly right [-].
 
-    None where no calibration is stored.
+    None where no calibration is stored. It was made of campaigns on a shaker, not of component
+    tests.
 
     Parameters
     ----------

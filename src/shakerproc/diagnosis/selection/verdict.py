@@ -106,7 +106,7 @@ def judged(
             *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
             *(_remaining(found, chosen, more) if effects else ()),
         ),
-        confidence=probability_of(scores),
+        confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
         seed=seed,
     )
