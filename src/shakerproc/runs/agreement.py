@@ -326,8 +326,8 @@ def _column_of(table: Table, column: str) -> str:
     if "omega_e_hz" in table.columns:
         return "omega_e_hz"
     raise TableError(
-        f"{table.path}:1: no peak frequency (omega_e_hz) in it; take peaks.csv or a table of trends/, or name "
-        f"other columns with --columns"
+        f"{table.path}:1: no peak frequency (omega_e_hz) in it; take peaks.csv or a table of "
+        f"trends/, or name other columns with --columns"
     )
 
 
