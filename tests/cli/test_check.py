@@ -160,7 +160,7 @@ def test_a_reference_may_be_written_by_hand(results, tmp_path):
         ("test,omega_e_hz\n1,2\n1,3\n", "test,omega_e_hz\n1,2\n", "f.csv:3: a second"),
         ("test,omega_e_hz\n1\n", "test,omega_e_hz\n1,2\n", "f.csv:2: 1 cells"),
         ("run,omega_e_hz\n1,2\n", "test,omega_e_hz\n1,2\n", "no column test"),
-        ("test,q\n1,2\n", "test,omega_e_hz\n1,2\n", "no omega_e"),
+        ("test,q\n1,2\n", "test,omega_e_hz\n1,2\n", "no peak frequency"),
         ("test,omega_e_hz\n1,2\n", "test,omega_e_hz\n1,\n", "nothing to hold against"),
         ("", "test,omega_e_hz\n1,2\n", "no column test; it has none"),
     ],
