@@ -12,14 +12,15 @@ JOINT = ("base", "mass")
 FLOOR = 0.01
 
 
-def hypothesis(left, *kinds, is_far=False):
+def hypothesis(left, *kinds, is_far=False, numbers=1):
     """Return a hypothesis that leaves this error in each of twenty blocks.
 
-    `is_far` says that its model's own numbers are not the file's any more.
+    `is_far` says that its model's own numbers are not the file's any more; each effect has so
+    many `numbers`.
     """
     added = tuple(SimpleNamespace(kind=kind, between=JOINT) for kind in kinds)
     names = frozenset((kind, JOINT) for kind in kinds)
-    of = SimpleNamespace(added=added, kinds=kinds, names=names, size=2 + len(kinds))
+    of = SimpleNamespace(added=added, kinds=kinds, names=names, size=2 + numbers * len(kinds))
     logs = np.log1p((left / FLOOR) ** 2) * np.ones(20)
     return Score(SimpleNamespace(hypothesis=of, left=left, is_far=is_far), logs)
 
@@ -28,9 +29,11 @@ def hypothesis(left, *kinds, is_far=False):
 def found():
     """Return what a search found: the errors of hypotheses, by kinds."""
 
-    def of(linear, errors, free=None, as_it_is=None):
-        effects = tuple(hypothesis(left, *kinds) for kinds, left in errors.items())
-        bare = hypothesis(linear, is_far=as_it_is is not None)
+    def of(linear, errors, free=None, as_it_is=None, numbers=1):
+        effects = tuple(
+            hypothesis(left, *kinds, numbers=numbers) for kinds, left in errors.items()
+        )
+        bare = hypothesis(linear, is_far=as_it_is is not None and as_it_is > linear)
         return SimpleNamespace(
             as_it_is=None if as_it_is is None else hypothesis(as_it_is),
             linear=bare, effects=effects, floor=FLOOR,
@@ -93,3 +96,13 @@ def test_an_effect_stands_beside_numbers_that_are_not_the_models_any_more(found)
 def test_no_effect_stands_that_predicts_worse_than_such_numbers(found):
     searched = found(0.0100, {("coulomb_friction",): 0.02}, as_it_is=4.0)
     assert named(searched) == ()
+
+
+def test_a_law_of_many_numbers_has_to_explain_more(found):
+    errors = {("general_bouc_wen",): 0.05}
+    assert named(found(0.5, errors, numbers=3)) == ("general_bouc_wen",)
+    assert named(found(0.5, errors, numbers=4)) == ()
+
+
+def test_no_effect_is_named_that_leaves_more_than_the_model_as_it_is(found):
+    assert named(found(0.9, {("stop",): 0.3}, as_it_is=0.2)) == ()

@@ -66,14 +66,14 @@ def resting_places(
 
 def _stretches(data: DataSet, joint: Joint, table: NDArray[np.int64]) -> FloatArray:
     """Return displacements of a joint around the beginning of each window, a row each [m]."""
-    motions = data.across(joint)
     half = PERIODS * data.unit_s * data.tests[0].sample_rate
-    rows = []
-    for i, at, _ in table:
-        z = motions[i].displacement
-        places = np.linspace(max(0.0, at - half), min(z.size - 1.0, at + half), SAMPLES)
-        rows.append(z[places.astype(int)])
-    return np.array(rows)
+    rows = np.empty((len(table), SAMPLES))
+    for i, motion in enumerate(data.across(joint)):
+        own, z = table[:, 0] == i, motion.displacement
+        first, last = table[own, 1] - half, table[own, 1] + half
+        ends = np.maximum(first, 0.0), np.minimum(last, z.size - 1.0)
+        rows[own] = z[np.linspace(*ends, SAMPLES, axis=-1).astype(int)]
+    return rows
 
 
 def _elements(model: Model, joint: Joint) -> list[Element]:

@@ -9,7 +9,8 @@ from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simp
 
 SHARE: Final = 0.5
 """Share of the error beyond the noise, without an effect, that the model with it may leave: an
-effect that leaves more does not explain most of what is missing [-]."""
+effect that leaves more does not explain most of what is missing [-]. Of the error of the model
+as it is, each number of the effects may leave as much: a law of many numbers comes near any."""
 
 NEGLIGIBLE: Final = 0.01
 """Error up to which a response is explained: what sensors are calibrated to [-]."""
@@ -19,7 +20,8 @@ def standing_of(found: Found) -> list[Score]:
     """Return the hypotheses that predict best, the simplest first; none where none will do.
 
     Each predicts better than the model without any effect, and each of its effects explains
-    most of what is missing without it.
+    most of what is missing without it; each of its numbers halves what the model as it is
+    leaves.
     """
     named = [s for s in _better(found) if _explains_most(found, s)]
     return simplest_alike(named) if named else []
@@ -66,19 +68,33 @@ def without_any(found: Found, score: Score) -> Score:
 
 
 def _better(found: Found) -> list[Score]:
-    """Return the hypotheses that predict better than the model without any effect."""
-    over = [(s, gain(s, without_any(found, s))) for s in found.effects]
+    """Return the hypotheses that predict better than any model without an effect.
+
+    Those are the model with its own numbers fitted and, where it does not run away, as it is.
+    """
+    as_it_is = found.as_it_is or found.linear
     return [
         s
-        for s, own in over
-        if own.t > SURE and own.mean > LEAST and gain(s, found.linear).mean > 0.0
+        for s in found.effects
+        if _is_better(s, without_any(found, s))
+        and _is_better(s, as_it_is)
+        and gain(s, found.linear).mean > 0.0
     ]
+
+
+def _is_better(score: Score, other: Score) -> bool:
+    own = gain(score, other)
+    return own.t > SURE and own.mean > LEAST
 
 
 def _explains_most(found: Found, score: Score) -> bool:
     """Return whether a hypothesis leaves much less than any does with fewer effects."""
     left = _beyond_noise(found, score)
-    return all(left <= SHARE * _beyond_noise(found, one) for one in _simpler(found, score))
+    numbers = score.fit.hypothesis.size - found.linear.fit.hypothesis.size
+    told = SHARE**numbers * _beyond_noise(found, found.as_it_is or found.linear)
+    return left <= told and all(
+        left <= SHARE * _beyond_noise(found, one) for one in _simpler(found, score)
+    )
 
 
 def _simpler(found: Found, score: Score) -> list[Score]:

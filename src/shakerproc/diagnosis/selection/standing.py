@@ -4,14 +4,15 @@ from collections.abc import Sequence
 
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.selection.scores import FAR, LEAST, SURE, Score, gain
+from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain
 
 
 def worth_a_fit(scores: Sequence[Score], known: Known) -> list[Fit]:
     """Return the fits that may be the best where the windows are longer, by their scores.
 
     A law that contains another one that it does not outdo is left out: the simpler stands in;
-    where it does, the simpler may just not have arrived, and stays unless it is far behind.
+    where it does, the simpler may just not have arrived, and stays: where the richer turns
+    out to have more numbers than it can account for, the simpler is asked for.
     The model without any is contained in all; beside it the best effect always stays.
     """
     bare = [score for score in scores if not score.fit.hypothesis.added]
@@ -27,9 +28,7 @@ def worth_a_fit(scores: Sequence[Score], known: Known) -> list[Fit]:
     near += [
         s
         for s in unmatched
-        if s not in near
-        and gain(best, s).t < FAR  # type: ignore[arg-type]
-        and any(_contains(other, s, known) for other in near)
+        if s not in near and any(_contains(other, s, known) for other in near)
     ]
     if best is not None and not near:
         near = [best]

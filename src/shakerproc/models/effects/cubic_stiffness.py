@@ -58,7 +58,7 @@ class CubicStiffness(AbstractMemorylessEffect):
         check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
-        return self.coefficient * displacement**3 + 0.0 * velocity
+        return self.coefficient * displacement * displacement**2 + 0.0 * velocity
 
     def slopes(
         self, displacement: FloatArray, velocity: FloatArray
