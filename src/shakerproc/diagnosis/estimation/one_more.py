@@ -13,7 +13,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.models import Model
 from shakerproc.models.identification import Contained
@@ -93,11 +93,14 @@ class OneMore:
         for windows, rounds in zip(
             self.stages.windows[1:], self.stages.rounds[1:], strict=True
         ):
-            longer = {
-                group: lengthened(self.data, one, screened[group], windows, rounds)
-                for group, one in standing.items()
-            }
-            fits = {group: one for group, one in longer.items() if one is not None}
+            fits: dict[Group, Fit] = {}
+            for group in sorted(standing, key=lambda group: self._size(group[0], group[1])):
+                one = lengthened(
+                    self.data, standing[group], screened[group], windows, rounds
+                )
+                one = self._from_simpler(group, one, fits, windows, rounds)
+                if one is not None:
+                    fits[group] = one
             scores = [as_fitted(self.data, one) for one in fits.values()]
             worth = worth_a_fit([s for s in scores if s is not None], self.known)
             standing = {
@@ -154,10 +157,7 @@ class OneMore:
                 (none.with_added(one), np.concatenate([own, screened[n:]]), self.on.channels)
                 for own in (screened[:n], self.linear)
             ]
-        for contained in identification.contains:
-            for (other, place, _words), fitted in simpler.items():
-                if other == contained.kind and place == joint:
-                    tried += self._extended(group, contained, fitted)
+        tried += self._beyond(group, simpler)
         fits = [
             fit(
                 self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS, channels=channels
@@ -166,6 +166,47 @@ class OneMore:
         ]  # fmt: skip
         good = [one for one in fits if one is not None]
         return min(good, key=lambda one: one.level) if good else None
+
+    def _from_simpler(
+        self,
+        group: Group,
+        found: Fit | None,
+        simpler: Mapping[Group, Fit],
+        windows: Windows,
+        rounds: int,
+    ) -> Fit | None:
+        """Return a fit, sought anew where a law that it contains has ended, if no better.
+
+        The simpler one had not arrived when this one began beyond it.
+        """
+        tried = self._beyond(group, simpler)
+        reached = [one.level for one in self._contained(group, simpler).values()]
+        if not tried or (found is not None and found.level < min(reached) - LEAST):
+            return found
+        best = self._least(tried, windows)
+        if best is None:
+            return found
+        hypothesis, x, channels = best
+        other = fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
+        good = [one for one in (found, other) if one is not None]
+        return min(good, key=lambda one: one.level) if good else None
+
+    def _beyond(self, group: Group, simpler: Mapping[Group, Fit]) -> list[_Tried]:
+        """Return where an effect may start from where those that it contains ended."""
+        found = self._contained(group, simpler)
+        return [
+            tried
+            for contained in self.known[group[1]][group[0]].contains
+            for (kind, *_), fitted in found.items()
+            if kind == contained.kind
+            for tried in self._extended(group, contained, fitted)
+        ]
+
+    def _contained(self, group: Group, simpler: Mapping[Group, Fit]) -> dict[Group, Fit]:
+        """Return the fits of those effects, in the same joint, that an effect contains."""
+        kind, joint, _ = group
+        kinds = {contained.kind for contained in self.known[joint][kind].contains}
+        return {g: one for g, one in simpler.items() if g[0] in kinds and g[1] == joint}
 
     def _best(self, tried: Sequence[_Tried], *, simplest: bool) -> list[_Tried]:
         """Return the best start with numbers and sensors as told, and the best of the others.

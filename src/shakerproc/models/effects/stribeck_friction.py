@@ -133,9 +133,13 @@ def _numbers(values: Values) -> Values:
 
 
 def _around_coulomb(values: Values, speed: float) -> tuple[Values, ...]:
-    """Return the friction itself, with no excess to speak of, and some that fall."""
+    """Return the friction itself, with no excess to speak of, and some that fall.
+
+    It lies between both forces where the joint slides, and is the breakaway force where it
+    mostly sticks.
+    """
     sliding = number(values, "sliding_force")
-    pairs = ((1.0, 1e-3), (0.95, 0.15), (0.8, 0.5))  # of the sliding force; excess
+    pairs = ((1.0, 1e-3), (0.95, 0.15), (0.8, 0.5), (0.87, 0.15), (0.67, 0.5))  # of it; excess
     return tuple(
         {
             "sliding_force": share * sliding,
