@@ -101,7 +101,7 @@ def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     names = element_names(fit.hypothesis.model.elements)
     out = {}
     for i, number in enumerate(fit.hypothesis.own):
-        value = number.value(fit.hypothesis.model) * float(np.exp(fit.x[i]))
+        value = number.value(fit.hypothesis.model) * number.sign * float(np.exp(fit.x[i]))
         if number.element is None:
             name, unit = mass_name(number.name), "kg"
         else:

@@ -1,6 +1,7 @@
 """The search for one more effect on top of a hypothesis, over windows that grow."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -95,9 +96,7 @@ class OneMore:
         ):
             fits: dict[Group, Fit] = {}
             for group in sorted(standing, key=lambda group: self._size(group[0], group[1])):
-                one = lengthened(
-                    self.data, standing[group], screened[group], windows, rounds
-                )
+                one = lengthened(self.data, standing[group], screened[group], windows, rounds)
                 one = self._from_simpler(group, one, fits, windows, rounds)
                 if one is not None:
                     fits[group] = one
@@ -149,14 +148,16 @@ class OneMore:
         none = self.on.hypothesis
         for start in starts[:STARTS]:
             one = addition(kind, joint, identification, start.values)
+            with_one = turned(none, start).with_added(one)
             screened = self._screened(start)
             n = len(none.own)
-            as_told = np.concatenate([np.zeros(n), screened[n:]])
-            tried.append((none.with_added(one), as_told, None))
-            tried += [
-                (none.with_added(one), np.concatenate([own, screened[n:]]), self.on.channels)
-                for own in (screened[:n], self.linear)
-            ]
+            other = np.array([number.sign < 0.0 for number in with_one.own])
+            told, *owns = (
+                np.concatenate([np.where(other, screened[:n], own), screened[n:]])
+                for own in (np.zeros(n), screened[:n], self.linear)
+            )
+            tried.append((with_one, told, None))
+            tried += [(with_one, own, self.on.channels) for own in owns]
         tried += self._beyond(group, simpler)
         fits = [
             fit(
@@ -232,14 +233,15 @@ class OneMore:
     def _extended(self, group: Group, contained: Contained, fitted: Fit) -> list[_Tried]:
         """Return where a richer effect may start from where one that it contains ended."""
         kind, joint, words = group
-        last = fitted.hypothesis.added[-1]
+        *others, last = fitted.hypothesis.added
         *before, own = fitted.hypothesis.parts(fitted.x)
         out: list[_Tried] = []
         for values in contained.extend({**last.fixed, **last.values(own)}):
             if tuple(v for v in values.values() if isinstance(v, str)) == words:
                 one = addition(kind, joint, self.known[joint][kind], values)
                 x = np.concatenate([*before, one.transformed(values)])
-                out.append((self.on.hypothesis.with_added(one), x, fitted.channels))
+                beside = replace(fitted.hypothesis, added=tuple(others))
+                out.append((beside.with_added(one), x, fitted.channels))
         return out[:STARTS]
 
 
@@ -249,22 +251,35 @@ def _is_near(score: Score | None, best: Score | None) -> bool:
 
 def as_in(none: Hypothesis, other: Model) -> FloatArray:
     """Return the coordinates of the own numbers as another model has them, as far as usual."""
-    ratios = [number.value(other) / number.value(none.model) for number in none.own]
-    return np.asarray(np.log(np.clip(ratios, 1.0 / FARTHEST, FARTHEST)))
+    ratios = np.array([number.value(other) / number.value(none.model) for number in none.own])
+    return _coordinates(ratios)
 
 
 def own_start(none: Hypothesis, start: Start) -> FloatArray:
     """Return the logarithms of the model's own numbers that go with a start."""
+    return _coordinates(_ratios(none, start))
+
+
+def turned(none: Hypothesis, start: Start) -> Hypothesis:
+    """Return the model whose own numbers have the signs that go with a start."""
+    signs = np.where(_ratios(none, start) < 0.0, -1.0, 1.0)
+    own = (replace(n, sign=float(sign)) for n, sign in zip(none.own, signs, strict=True))
+    return replace(none, own=tuple(own))
+
+
+def _coordinates(ratios: FloatArray) -> FloatArray:
+    return np.asarray(np.log(np.clip(np.abs(ratios), 1.0 / FARTHEST, FARTHEST)))
+
+
+def _ratios(none: Hypothesis, start: Start) -> FloatArray:
+    """Return the own numbers that go with a start over those of the file."""
     joints = joints_of(none.model)
-    out = []
-    for number in none.own:
-        change = 0.0
-        if number.element is None:
-            out.append(0.0)
+    ratios = np.ones(len(none.own))
+    for i, number in enumerate(none.own):
+        if number.element is None or number.name not in {"stiffness", "damping"}:
             continue
-        element = none.model.elements[number.element]
-        if number.name in {"stiffness", "damping"} and tuple(element.between) in joints:
+        joint = tuple(none.model.elements[number.element].between)
+        if joint in joints:
             changes = start.stiffness if number.name == "stiffness" else start.damping
-            change = changes[joints.index(tuple(element.between))]
-        out.append(float(np.log(np.clip(1.0 + change, 1.0 / FARTHEST, FARTHEST))))
-    return np.array(out)
+            ratios[i] += changes[joints.index(joint)]
+    return ratios if start.between_wells else np.maximum(ratios, 1.0 / FARTHEST)

@@ -37,10 +37,14 @@ class OwnNumber:
         Index among the elements of the model; None for a mass.
     name : str
         Parameter of its effect, or the name of the mass.
+    sign : float
+        -1 where the hypothesis has it of the other sign than the file: the stiffness between
+        two places to rest; else 1.
     """
 
     element: int | None
     name: str
+    sign: float = 1.0
 
     def value(self, model: Model) -> float:
         """Return the number in a model [SI]."""
@@ -132,8 +136,8 @@ def addition(
 class Hypothesis:
     """The model with free numbers and added effects.
 
-    The vector x holds the logarithms of the model's own numbers over those of the file, then
-    the transformed coordinates of each added effect.
+    The vector x holds the logarithms of the sizes of the model's own numbers over those of the
+    file, then the transformed coordinates of each added effect.
 
     Attributes
     ----------
@@ -185,7 +189,7 @@ class Hypothesis:
                     masses[number.name] *= float(factor)
                     continue
                 element = elements[number.element]
-                value = float(getattr(element.effect, number.name) * factor)
+                value = float(getattr(element.effect, number.name) * number.sign * factor)
                 effect = replace(element.effect, **{number.name: value})  # type: ignore[type-var]
                 elements[number.element] = replace(element, effect=effect)
             elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]

@@ -2,6 +2,7 @@
 
 from shakerproc.diagnosis.screening.outside import FreeLaw, free_laws
 from shakerproc.diagnosis.screening.pairs import screen_pairs
-from shakerproc.diagnosis.screening.starts import Start, screen
+from shakerproc.diagnosis.screening.start import Start
+from shakerproc.diagnosis.screening.starts import screen
 
 __all__ = ["FreeLaw", "Start", "free_laws", "screen", "screen_pairs"]

@@ -10,7 +10,8 @@ from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.screening.laws import Law, law_at, laws_of, one_of_each_shape
 from shakerproc.diagnosis.screening.refining import completed_with, slopes_of
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
-from shakerproc.diagnosis.screening.starts import Start, alike, ranked
+from shakerproc.diagnosis.screening.start import Start
+from shakerproc.diagnosis.screening.starts import alike, ranked
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
 from shakerproc.models.identification import Identification, Values

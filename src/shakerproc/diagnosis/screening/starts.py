@@ -1,8 +1,8 @@
 """The screening: every effect's force along the measured motion, tried as the missing one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from shakerproc.diagnosis.screening.laws import Law, laws_of, one_of_each_shape
 from shakerproc.diagnosis.screening.refining import refined
 from shakerproc.diagnosis.screening.regression import Gains
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
+from shakerproc.diagnosis.screening.start import Start
 from shakerproc.diagnosis.screening.transfer import Joint
+from shakerproc.diagnosis.screening.wells import with_wells
 from shakerproc.models import Model
-from shakerproc.models.identification import Identification, Values, number
+from shakerproc.models.identification import Identification, number
 
 _BATCH: Final = 16
 """Laws whose columns are held in memory at once: 50 MB for a chain of three masses [-]."""
@@ -32,51 +34,6 @@ _EXPLAINED: Final = 3.0
 
 _REFINED: Final = 8
 """Effects whose best start is refined: what the time allows [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Start:
-    """Where a fit of one effect in one joint may start.
-
-    Attributes
-    ----------
-    kind : str
-        Key of the effect.
-    between : (str, str)
-        The joint.
-    values : mapping
-        Coordinates, fixed words and numbers.
-    stiffness, damping : tuple of float
-        Relative changes of stiffness and damping of every joint that go with it; 0 where the
-        joint has none [-].
-    explained : float
-        Share of what the linear model leaves that it explains, in units of the noise [-].
-    predicted : float
-        The same for blocks of samples that took no part in the regression [-].
-    t : float
-        Mean over standard error of its gains in such blocks [-].
-    left : float
-        Mean square of what is left, in units of the noise: 1 where all is explained [-].
-    kept : bool
-        Whether it is worth a fit.
-    """
-
-    kind: str
-    between: Joint
-    values: Values
-    stiffness: tuple[float, ...]
-    damping: tuple[float, ...]
-    explained: float
-    predicted: float
-    t: float
-    left: float
-    kept: bool = True
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """What tells a variant of the effect, such as its side."""
-        return tuple(value for value in self.values.values() if isinstance(value, str))
 
 
 def starts_of(screening: Screening, laws: Sequence[Law]) -> list[tuple[Law, Start]]:
@@ -155,7 +112,9 @@ def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
 
     found = _marked(found, rough)
     found.sort(key=lambda one: -promise(one))
-    return tuple(start for law, one in found for start in _of_every_size(law, one))
+    every = [start for law, one in found for start in _of_every_size(law, one)]
+    first = {(law.kind, law.between): (law, start) for law, start in reversed(found)}
+    return (*every, *(own for one in first.values() for own in with_wells(screening, *one)))
 
 
 def _finer(screening: Screening, rough: Sequence[tuple[Law, Start]]) -> list[tuple[Law, Start]]:
