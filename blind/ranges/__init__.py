@@ -28,11 +28,12 @@ omega are those of the linear joint.
 | general_bouc_wen | alpha; beta; gamma; exponent | 0.1-1 k; softening or hardening |
 | power_iwan | as iwan; chi | -0.8 to -0.3 or 0.6-3 |
 
-`series_spring` is a Jenkins element, and is to be called so. A bistable spring seen from a well
-is a cubic beside a quadratic spring: both are right.
+`series_spring` is a Jenkins element, `saturating` a Bouc-Wen law whose branches are one,
+f tanh(z / z0), and both are to be called so. A bistable spring seen from a well is a cubic
+beside a quadratic spring: both are right.
 
 Outside the library: stiffness periodic in time (5-25 %, 0.5-12 Hz), Hunt-Crossley impact,
-fractional damping (order 0.3-0.7 over three decades), saturating and sine springs, damping that
+fractional damping (order 0.3-0.7 over three decades), sine springs, damping that
 depends on position, softening with the recent motion, a damper that acts one way, friction that
 grows with displacement (a wedge).
 
@@ -69,6 +70,7 @@ EFFECTS: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "series": hysteresis.series,
     "series_spring": hysteresis.series_spring,
     "general_bouc_wen": hysteresis.general_bouc_wen,
+    "saturating": hysteresis.saturating,
     "power_iwan": hysteresis.power_iwan,
 }
 
@@ -76,7 +78,6 @@ OUTSIDE: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "parametric": outside.parametric,
     "hunt_crossley": outside.hunt_crossley,
     "fractional": outside.fractional,
-    "saturating": outside.saturating,
     "position_damping": outside.position_damping,
     "thixotropic": outside.thixotropic,
     "sine_spring": outside.sine_spring,

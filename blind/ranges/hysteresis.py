@@ -95,3 +95,18 @@ def series_spring(rng: Rng, at: Scale) -> Hidden:
     stiffness, force = drawn.parameters["stiffness"], drawn.parameters["slip_force"]
     numbers = {"stiffness": stiffness, "slip_force": force}
     return Hidden(numbers, drawn.parts, main="slip_force", kind="jenkins")
+
+
+def saturating(rng: Rng, at: Scale) -> Hidden:
+    """Return a spring f tanh(z / z0): Bouc-Wen with exponent 2 and branches that are one.
+
+    The slope of that force is f / z0 less force^2 / (f z0).
+    """
+    z0 = rng.uniform(0.15, 0.5) * at.displacement
+    f = log_uniform(rng, 0.3, 1.5) * at.stiffness * z0
+    return Hidden(
+        {"alpha": f / z0, "beta": 0.0, "gamma": 1.0 / (f * z0), "exponent": 2.0},
+        ((laws.SATURATING, (f, z0), ()),),
+        main="alpha",
+        kind="general_bouc_wen",
+    )

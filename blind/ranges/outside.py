@@ -31,13 +31,6 @@ def fractional(rng: Rng, at: Scale) -> Hidden:
     return Hidden({"order": order}, ((laws.FRACTIONAL, tuple(map(float, p)), ()),))
 
 
-def saturating(rng: Rng, at: Scale) -> Hidden:
-    """Return the hidden effect."""
-    z0 = rng.uniform(0.15, 0.5) * at.displacement
-    f = log_uniform(rng, 0.3, 1.5) * at.stiffness * z0
-    return Hidden({"force": f, "displacement": z0}, ((laws.SATURATING, (f, z0), ()),))
-
-
 def position_damping(rng: Rng, at: Scale) -> Hidden:
     """Return the hidden effect."""
     c = 2.0 * at.mass * at.omega * log_uniform(rng, 0.03, 0.3) / at.displacement**2

@@ -97,7 +97,7 @@ class GeneralBoucWen(AbstractEffect):
             starts=grid(
                 alpha=(0.1 * at.steepness, 0.6 * at.steepness),
                 yield_displacement=spread(0.05, 2.0, 4, at.displacement),
-                branch=(-0.6, -1.7),
+                branch=(-0.6, -1.7, 0.25 * math.pi),
                 exponent=(1.0,),
             ),
             contains=(Contained("bouc_wen", _around_bouc_wen),),
