@@ -99,6 +99,14 @@ def remainder_note(left: float, floor: float) -> str:
     )
 
 
+def doubted_note(faults: Sequence[Finding]) -> str:
+    """Return which faults a model that lacks a force would have: they may stand for it."""
+    return (
+        f"The model alone would ask for a {_faults(faults)}; as a force is missing, that may "
+        "stand for it and is not named as a fault."
+    )
+
+
 def _effects(effects: Sequence[Finding]) -> str:
     return " and ".join(
         f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}" for e in effects

@@ -70,9 +70,11 @@ def judged(
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
     laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
     far = {} if found.rigid else far_numbers(fit)
+    doubted: list[Finding] = []
     if is_outside(found, chosen):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
-        outside = _curve(found)
+        outside, doubted = _curve(found), [] if found.late else _of_the_model(faults)
+        faults = [fault for fault in faults if fault not in doubted]
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
@@ -105,6 +107,7 @@ def judged(
             *_notes(found),
             *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
             *(_remaining(found, chosen, more) if effects else ()),
+            *([wording.doubted_note(doubted)] if doubted else ()),
         ),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
@@ -177,6 +180,11 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
             value = Estimate(delay, delay - late, delay + late, "s")
             out.append(Finding("sensor_delay", (name,), {"delay": value}))
     return out
+
+
+def _of_the_model(faults: Sequence[Finding]) -> list[Finding]:
+    """Return the faults that only a model tells: where physics is missing, it may err."""
+    return [fault for fault in faults if fault.kind in {"sensor_gain", "sensor_delay"}]
 
 
 def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
