@@ -41,7 +41,7 @@ def with_wells(screening: Screening, law: Law, start: Start) -> tuple[Start, ...
     z = WELLS * max(float(np.max(np.abs(one.displacement))) for one in motion)
     force, other = effect.force_at(z, 0.0 * z), effect.force_at(-z, 0.0 * z)
     bend = effect.slopes(z, 0.0 * z)[0] - force / z
-    if not np.allclose(force, -other) or np.any(bend == 0.0):
+    if not np.allclose(force, -other, atol=0.0) or np.any(bend == 0.0):
         return ()
     i = screening.joints.index(law.between)
     found = []
