@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate
-from shakerproc.report.page import Table
+from shakerproc.report.sections import Table
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
     "m": ("mm", 1e3),

@@ -20,8 +20,8 @@ from shakerproc.report.estimates import (
 from shakerproc.report.evidence_figures import Models
 from shakerproc.report.free_law import free_law
 from shakerproc.report.ladder import Rung, ladder
-from shakerproc.report.page import Section, Table
 from shakerproc.report.rivals import laws
+from shakerproc.report.sections import Section, Table
 from shakerproc.runs.remarks import by_tests
 
 ONE_METHOD: Final = (

@@ -14,7 +14,7 @@ from shakerproc.data import STANDARD_GRAVITY, ComplexArray, FloatArray
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.heat_map import heat_map
-from shakerproc.report.run_view import logarithmic_axis
+from shakerproc.report.run_curves import logarithmic_axis
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 """Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""

@@ -16,7 +16,8 @@ from shakerproc.report.drawing import Drawing
 from shakerproc.report.methods import Methods
 from shakerproc.report.modal_drawings import matrix, moving_shape
 from shakerproc.report.modal_figures import indicator
-from shakerproc.report.page import Report, Section, Table
+from shakerproc.report.page import Report
+from shakerproc.report.sections import Section, Table
 
 MOST_MODES: Final = 20
 """Modes of a matrix that is drawn."""

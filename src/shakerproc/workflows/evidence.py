@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from shakerproc.models import Model
     from shakerproc.report.evidence_figures import Models
     from shakerproc.report.methods import Methods
-    from shakerproc.report.page import Section
+    from shakerproc.report.sections import Section
     from shakerproc.runs import RunSummary
     from shakerproc.testlog import TestLog
 

@@ -1,0 +1,216 @@
+"""The drawings of a run: time with crop, densities, responses, coherence."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from markupsafe import Markup
+
+from shakerproc.report import style, svg
+from shakerproc.report.control_drawings import alarm_lines, control_told, level
+from shakerproc.report.drawing import Drawing
+from shakerproc.report.run_curves import (
+    STILL,
+    curves_of,
+    frequency_axis,
+    lines_of,
+    logarithmic_axis,
+    outside,
+    values_of,
+)
+from shakerproc.runs import trends
+from shakerproc.runs.summary import PeakSummary, RunSummary
+
+
+def figures(run: RunSummary) -> list[Drawing]:
+    """Return the drawings of a run: time with crop, densities, response, coherence."""
+    if not run.channels:
+        return []
+    roles = [c.role for c in run.channels]
+    chosen = dict(zip((c.name for c in run.channels), style.styles(roles), strict=True))
+    drawn = {
+        "time": _time(run, chosen),
+        "psd": _psd(run, chosen),
+        "gain": _gain(run, chosen),
+        "sweep": _sweep(run, chosen),
+        "level": level(run, chosen),
+        "coherence": _coherence(run, chosen),
+        "notch": _notch(run, chosen),
+    }
+    return [
+        replace(marked(drawing, run), kind=kind)
+        for kind, drawing in drawn.items()
+        if drawing is not None
+    ]
+
+
+def marked(drawing: Drawing, run: RunSummary) -> Drawing:
+    """Return a drawing that says so where the recording was cut short."""
+    if not run.incomplete:
+        return drawing
+    told = run.told_status.replace("incomplete,", "INCOMPLETE:")
+    return replace(drawing, caption=f"{drawing.caption} {told}.")
+
+
+def _time(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "time")
+    if not curves or run.duration_s is None:
+        return None
+    fills = [
+        svg.Filling(
+            c.channel, values_of(c.x), values_of(c.low), values_of(c.y), chosen[c.channel]
+        )
+        for c in reversed(curves)
+    ]
+    largest = max(float(np.nanmax(np.abs([f.low, f.high]))) for f in fills) or 1.0
+    end = run.promised_s or run.duration_s
+    spans: list[svg.Span] = []
+    marks = [svg.Mark(time, note) for time, note in run.events if time <= end]
+    if run.crop_s is not None:
+        spans = [svg.Span(0.0, run.crop_s[0]), svg.Span(run.crop_s[1], end)]
+    if run.incomplete:
+        marks += [svg.Mark(run.duration_s, f"cut off at {run.duration_s:.3g} s")]
+    unit = next(c.unit for c in run.channels if c.name == curves[0].channel)
+    return Drawing(
+        "Time.",
+        "Extremes of each slice. Grey is cropped away: the run should fill what is white.",
+        svg.plot(
+            fills,
+            svg.Axis("time [s]", 0.0, end),
+            svg.Axis(f"[{unit}]", -1.05 * largest, 1.05 * largest),
+            most=STILL,
+            title=f"Time series of test {run.test}",
+            marks=marks,
+            spans=spans,
+        ),
+    )
+
+
+def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "psd")
+    if not curves:
+        return None
+    lines, axis = lines_of(curves, chosen), frequency_axis(curves)
+    units = {c.unit for c in run.channels}
+    unit = units.pop() if len(units) == 1 else "unit"
+    best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
+    marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
+    caption = "The tallest peak of a response inside the excited band is its peak frequency."
+    if run.alarm is not None:
+        caption += control_told(run, "band")
+    return Drawing(
+        "Power spectral density.",
+        caption,
+        svg.plot(
+            [*lines, *alarm_lines(run)],
+            axis,
+            logarithmic_axis(f"[{unit}²/Hz]", lines),
+            most=STILL,
+            title=f"Power spectral densities of test {run.test}",
+            marks=marks,
+            spans=outside(run, axis),
+        ),
+    )
+
+
+def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
+    return [trends.omega_e(run, c.name) for c in run.channels if c.role == "response"]
+
+
+def _logarithmic(
+    run: RunSummary, chosen: Mapping[str, int], kind: str, told: tuple[str, str]
+) -> Markup | None:
+    curves = curves_of(run, kind)
+    if not curves:
+        return None
+    lines, axis = lines_of(curves, chosen), frequency_axis(curves)
+    label, title = told
+    return svg.plot(
+        lines,
+        axis,
+        logarithmic_axis(label, lines, 5),
+        most=STILL,
+        title=f"{title} of test {run.test}",
+        spans=outside(run, axis),
+    )
+
+
+def _gain(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    drawing = _logarithmic(run, chosen, "gain", ("|H1| [-]", "Response functions"))
+    if drawing is None:
+        return None
+    return Drawing(
+        "Response over control, |H1|.",
+        "1 at low frequency if sensor and table move together; a peak is a resonance.",
+        drawing,
+    )
+
+
+def _sweep(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    told = ("fundamental over control [-]", "Swept response")
+    drawing = _logarithmic(run, chosen, "sweep", told)
+    if drawing is None:
+        return None
+    peaks = "; ".join(
+        f"{channel.name} {peak.direction} {peak.gain:.3g} at {peak.frequency_hz:.1f} Hz"
+        + (
+            f" (a slow sweep: {peak.steady_gain:.3g} at {peak.steady_hz:.1f} Hz)"
+            if peak.steady_gain is not None and peak.steady_hz is not None
+            else ""
+        )
+        for channel in run.channels
+        for peak in channel.swept_peaks
+    )
+    return Drawing(
+        "Swept response.",
+        "The fundamental alone; a sudden drop is a jump of a nonlinear joint. "
+        f"Tallest: {peaks}.",
+        drawing,
+    )
+
+
+def _coherence(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    curves = curves_of(run, "coherence")
+    if not curves:
+        return None
+    axis = frequency_axis(curves)
+    return Drawing(
+        "Coherence with the control.",
+        "Near 1 where the response follows linearly; a drop means nonlinearity or noise.",
+        svg.plot(
+            lines_of(curves, chosen),
+            axis,
+            svg.Axis("coherence [-]", 0.0, 1.0),
+            most=STILL,
+            title=f"Coherence of test {run.test}",
+            spans=outside(run, axis),
+        ),
+    )
+
+
+def _notch(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
+    del chosen  # before in grey, after in colour
+    curves = curves_of(run, "notch")
+    if not curves:
+        return None
+    lines = [
+        svg.Curve(
+            c.part, values_of(c.x), values_of(c.y), style.CONTROL_STYLES[1] if i == 0 else 0
+        )
+        for i, c in enumerate(curves)
+    ]
+    largest = 1.05 * max(float(np.nanmax(np.abs(line.y))) for line in lines) or 1.0
+    channel = curves[0].channel
+    unit = next(c.unit for c in run.channels if c.name == channel)
+    tone = trends.shown("notch_hz", run.facts.get("notch_hz"))
+    return Drawing(
+        f"Two periods of {channel}, {tone} taken out.",
+        "What is left is what the joint adds to the tone: nothing in a linear one.",
+        svg.plot(
+            lines,
+            svg.Axis("time [s]", min(curves[0].x), max(curves[0].x)),
+            svg.Axis(f"[{unit}]", -largest, largest),
+            most=STILL,
+            title=f"Two periods of test {run.test}, before and after",
+        ),
+    )
