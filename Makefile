@@ -56,8 +56,9 @@ benchmark: $(READY)  ## ratios of speed and memory, each within one run
 verdicts: $(READY)  ## every study and statement of the thesis, judged in both places
 	$(BIN)/python -m benchmarks.verdicts
 
-chaos: $(READY)  ## kill a batch 500 times at random moments; 200 batches whose recordings are exchanged
+chaos: $(READY)  ## kill a batch 500 times and a watch 20 times; 200 batches whose recordings are exchanged
 	$(BIN)/python -m tests.batch.chaos 500
+	$(BIN)/python -m tests.batch.watched 20
 	$(BIN)/python -m tests.batch.exchanges 200
 
 fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of them

@@ -29,7 +29,8 @@ from pathlib import Path
 from tests.small_campaign import HEAD, ROW, write_recording
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, Products, check_recording, run_batch
+from shakerproc.batch.campaign import run_batch
+from shakerproc.batch.jobs import SUMMARY, Products, check_recording
 from shakerproc.batch.manifest import hashes
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from tests.batch.light_work import light_work
 
-from shakerproc.batch.campaign import Products, run_batch
+from shakerproc.batch.campaign import run_batch
 from shakerproc.batch.collecting import write_tables
+from shakerproc.batch.jobs import Products
 from shakerproc.batch.lock import locked
 from shakerproc.executors import Limits, ProcessExecutor
 from shakerproc.testlog import read_testlog

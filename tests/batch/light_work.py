@@ -6,7 +6,7 @@ import os
 from tests.batch.bad_work import work as misbehave
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, check_recording
+from shakerproc.batch.jobs import SUMMARY, check_recording
 from shakerproc.batch.manifest import hashes
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary

@@ -13,7 +13,8 @@ from tests.batch.chaos import chaos
 from tests.batch.light_work import light_work
 from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
-from shakerproc.batch.campaign import Products, folder_names, run_batch
+from shakerproc.batch.campaign import run_batch
+from shakerproc.batch.jobs import Products, folder_names
 from shakerproc.batch.lock import locked
 from shakerproc.batch.manifest import read_manifest
 from shakerproc.errors import LockedError, LogError

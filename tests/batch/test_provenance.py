@@ -11,7 +11,7 @@ from tests.batch.light_work import light_work
 from tests.batch.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.batch.campaign import Products
+from shakerproc.batch.jobs import Products
 from shakerproc.cli.everyday import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError

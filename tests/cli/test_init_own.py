@@ -4,7 +4,8 @@ import pytest
 from tests.in_process import run
 from tests.small_campaign import CHANNELS, RATE, samples, write_recording
 
-from shakerproc.cli.own_campaign import controls_of, recordings_below
+from shakerproc.cli.draft_channels import controls_of
+from shakerproc.cli.recordings_seen import recordings_below
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.model_files import read_model
 from shakerproc.recordings import write_tdms

@@ -10,6 +10,7 @@ from tests.small_campaign import write_campaign
 from shakerproc.report.page import Report, html, write_report
 from shakerproc.report.run_drawings import figures
 from shakerproc.report.sections import Section, Table
+from shakerproc.report.watched import Watched
 from shakerproc.runs import process_test, summary_of, trends
 from shakerproc.runs.summary import CurveSummary, FlagSummary, RunSummary
 from shakerproc.testlog import facts_of, read_testlog
@@ -120,6 +121,21 @@ def test_nothing_is_loaded_and_only_our_style_and_script_may_run(many):
         assert f"{tag}-src 'sha256-{digest}'" in policy
     assert "default-src 'none'" in policy
     assert not [a for _, a in page.tags if "style" in a]
+
+
+def test_a_watched_page_loads_itself_again_and_keeps_its_policy(summary):
+    waiting = tuple(str(i) for i in range(2, 40))
+    page = Page(html(report_of([summary], watched=Watched(1.6, waiting))))
+    assert ("meta", {"http-equiv": "refresh", "content": "2"}) in page.tags
+    assert next(a for tag, a in page.tags if tag == "body")["data-refresh"] == "2"
+    text = "".join(page.text)
+    assert "Waiting for the recordings of: 2, 3," in text
+    assert "21, 18 more." in text
+    still = html(report_of([summary]))
+    policy = next(a["content"] for _, a in page.tags if "content" in a and "http-equiv" in a)
+    assert policy in still  # the same script, the same hash
+    assert "data-refresh=" not in still
+    assert "Watched" not in still
 
 
 def poisoned(summary, payload):

@@ -1,15 +1,23 @@
 """Every test of a log through an executor: what stands is kept, what fails is named."""
 
-import hashlib
 import os
-import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from shakerproc import files
+from shakerproc.batch.jobs import (
+    RUNS,
+    SUMMARY,
+    Job,
+    Products,
+    changed_since,
+    folder_names,
+    input_of,
+    relative_recording,
+)
 from shakerproc.batch.manifest import (
     NOTHING,
     Entry,
@@ -21,66 +29,11 @@ from shakerproc.batch.manifest import (
     stands,
     write_manifest,
 )
-from shakerproc.data import SourceFile
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.runs import RunSummary, read_summary
 from shakerproc.runs.joining import sha256_of
 from shakerproc.testlog import Test, TestLog, facts_of
-
-RUNS: Final = "runs"
-"""Folder below which each test has a folder of its own."""
-
-SUMMARY: Final = "summary.json"
-
-_NOT_INPUT: Final = ("source", "folder", "recording")
-
-
-@dataclass(frozen=True, slots=True)
-class Products:
-    """What is written for each test, beside its summary.
-
-    Attributes
-    ----------
-    figures : bool
-        Whether to draw.
-    exports : tuple of str
-        Formats of the spectra besides CSV.
-    thesis : bool
-        Whether to write the tables of the thesis' scripts too.
-    """
-
-    figures: bool = True
-    exports: tuple[str, ...] = ()
-    thesis: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """One test for a worker.
-
-    Attributes
-    ----------
-    test : Test
-        From the log.
-    root : Path
-        Folder of all results.
-    folder : Path
-        Where the results of this test go, below it.
-    recording : str
-        The file as the log names it.
-    sha256 : str
-        Hash that the recording had when the batch began; to be worked through is that or none.
-    products : Products
-        What to write.
-    """
-
-    test: Test
-    root: Path
-    folder: Path
-    recording: str
-    sha256: str
-    products: Products
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +62,7 @@ def run_batch(
     products: Products,
     accept_changed: bool = False,
     hashes: "Hashes | None" = None,
+    only: Collection[int | str] | None = None,
     on_start: Callable[[int, int], None] | None = None,
     on_outdated: Callable[[int], None] | None = None,
     on_end: Callable[[str], None] | None = None,
@@ -135,6 +89,9 @@ def run_batch(
         Whether a recording may differ from what was seen first.
     hashes : callable, optional
         Where the hashes of the recordings are from; by default from the files of the log.
+    only : collection of ids, optional
+        Tests to work through now; what is known of the others stays as it is, and those that
+        were never worked through are not in the result. By default all.
     on_start : callable, optional
         Called with the number of tests to do and of those kept.
     on_outdated : callable, optional
@@ -151,10 +108,13 @@ def run_batch(
     files.remove_leftovers(root)
     names = folder_names(log.tests)
     known = _known(root, set(names.values()), on_outdated)
-    found = (hashes or _hashes)(log)
+    chosen = log if only is None else _part(log, only)
+    found = (hashes or _hashes)(chosen)
     ready, manifest = _ready(
-        log, root, known, products, hashes=found, accept_changed=accept_changed
+        chosen, root, known, products, hashes=found, accept_changed=accept_changed
     )
+    if only is not None:
+        manifest = replace(manifest, runs=_merged(log, names, known, manifest))
     to_do = {
         job.folder.name: (job, key)
         for job, key in ready
@@ -173,20 +133,24 @@ def run_batch(
         write_manifest(root, manifest)
         if on_end is not None:
             on_end(str(job.test.id))
-    runs = tuple(_summary(test, root / RUNS / names[test.id], manifest) for test in log.tests)
+    runs = tuple(
+        _summary(test, root / RUNS / names[test.id], manifest)
+        for test in log.tests
+        if test.discarded or manifest.runs.get(names[test.id], NOTHING).key
+    )
     return Campaign(runs, len(to_do), len(ready) - len(to_do))
 
 
-def folder_names(tests: Sequence[Test]) -> dict[int | str, str]:
-    """Return a folder name for each test: its id where that is harmless, else with a hash."""
-    names: dict[int | str, str] = {}
-    for test in tests:
-        text = str(test.id)
-        plain = re.sub(r"[^A-Za-z0-9._-]", "_", text)[:60]
-        mark = hashlib.sha256(text.encode()).hexdigest()[:8]
-        harmless = plain == text and not text.endswith(".") and text == text.lower()
-        names[test.id] = f"test_{plain}" if harmless else f"test_{plain.strip('.')}_{mark}"
-    return names
+def _part(log: TestLog, only: Collection[int | str]) -> TestLog:
+    return replace(log, tests=tuple(test for test in log.tests if test.id in only))
+
+
+def _merged(
+    log: TestLog, names: Mapping[int | str, str], known: Manifest, now: Manifest
+) -> Mapping[str, Entry]:
+    """Return what is known of every test of a log, of which some are worked through now."""
+    both = {**known.runs, **now.runs}
+    return {names[t.id]: both[names[t.id]] for t in log.active if names[t.id] in both}
 
 
 def _ready(
@@ -224,19 +188,6 @@ Hashes: TypeAlias = Callable[[TestLog], Sequence[str | ShakerprocError]]
 """From a log to the hash of the recording of each active test, or why there is none."""
 
 
-def relative_recording(log: TestLog, test: Test) -> str:
-    """Return the path of a recording below the folder of the log's recordings.
-
-    Raises
-    ------
-    LogError
-        If the test names none.
-    """
-    if test.recording is None:
-        test.require_recording()
-    return Path(test.recording or "").relative_to(log.folder).as_posix()
-
-
 def _hashes(log: TestLog) -> Sequence[str | ShakerprocError]:
     with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
         return list(pool.map(_hash, log.active))
@@ -259,11 +210,6 @@ def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
     )
 
 
-def input_of(test: Test) -> dict[str, object]:
-    """Return what the log says of a test, without where it says so."""
-    return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
-
-
 def _known(
     root: Path, names: Collection[str], on_outdated: Callable[[int], None] | None
 ) -> Manifest:
@@ -284,31 +230,10 @@ def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:
     cause, error = outcome.cause, outcome.error
     digest = outcome.value.get("sha256", "")
     if not cause and digest != job.sha256:
-        cause, error = "input", _changed_since(job, digest)
+        cause, error = "input", changed_since(job, digest)
     if cause:
         return Entry("failed", key, first, cause=cause, error=error, detail=outcome.detail)
     return Entry("done", key, digest, outputs=dict(outcome.value["outputs"]))
-
-
-def check_recording(job: Job, recording: SourceFile) -> None:
-    """Pass the recording that the batch began with, as it is opened for a job.
-
-    Raises
-    ------
-    ShakerprocError
-        If its bytes are others.
-    """
-    now = recording.first_sha256()
-    if now != job.sha256:
-        raise ShakerprocError(_changed_since(job, now))
-
-
-def _changed_since(job: Job, now: str) -> str:
-    return (
-        f"test {job.test.id}: the recording {job.recording} changed after the batch began "
-        f"(SHA-256 {job.sha256[:12]}... then, {now[:12]}... now), so nothing is made of it. "
-        "Wait until nothing changes it any more, then call again."
-    )
 
 
 def _summary(test: Test, folder: Path, manifest: Manifest) -> RunSummary:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, folder_names
+from shakerproc.batch.jobs import SUMMARY, folder_names
 from shakerproc.batch.manifest import (
     SINGLE,
     Entry,

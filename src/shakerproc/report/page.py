@@ -19,6 +19,7 @@ from shakerproc.report.methods import Methods, methods_of
 from shakerproc.report.run_view import RunView, run_view
 from shakerproc.report.runs_table import COLUMNS, Cell, Column
 from shakerproc.report.sections import Section
+from shakerproc.report.watched import Watched
 from shakerproc.runs import telling
 from shakerproc.runs.summary import RunSummary
 from shakerproc.runs.trends import Trend
@@ -52,6 +53,8 @@ class Report:
         Further files that went in: what they are, their names and their SHA-256.
     methods : Methods, optional
         What was done; by default what the runs tell.
+    watched : Watched, optional
+        How the page follows a folder; by default it does not.
     """
 
     title: str
@@ -65,6 +68,7 @@ class Report:
     without_points: Sequence[str] = ()
     inputs: Sequence[tuple[str, str, str]] = ()
     methods: Methods | None = None
+    watched: Watched | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +91,7 @@ class _Page:
     inputs: Sequence[tuple[str, str, str]]
     with_runs: bool
     channel: str
+    watched: Watched | None
 
 
 UPLOT: Final = "1.6.32"
@@ -186,6 +191,7 @@ def _page(report: Report) -> _Page:
         ],
         with_runs=with_runs,
         channel=report.channel,
+        watched=report.watched,
     )
 
 

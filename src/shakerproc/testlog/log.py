@@ -499,6 +499,15 @@ class Test:
         """Whether its motion dies away: no threshold crops it, no density has chance limits."""
         return self.excitation in {"hammer", "free decay"}
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Paths of all files of the test, each once, the recording first; there or not."""
+        if self.recording is None:
+            return ()
+        more = [*self.continued, *(one.recording for one in self.beside if one.recording)]
+        below = self.folder or Path()
+        return tuple(dict.fromkeys([self.recording, *(below / name for name in more)]))
+
     def require_recording(self) -> Path:
         """Return the path of the recording.
 
@@ -519,8 +528,7 @@ class Test:
         LogError
             If one is no file inside the log's folder (any more).
         """
-        files = [*self.continued, *(one.recording for one in self.beside if one.recording)]
-        return (self.require_recording(), *map(self.require_file, dict.fromkeys(files)))
+        return (self.require_recording(), *map(self._there, self.files[1:]))
 
     def require_file(self, name: str) -> Path:
         """Return the path of a further file of the test, named as below the log's folder.

@@ -8,7 +8,7 @@ from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
-from shakerproc.batch.campaign import Products, relative_recording
+from shakerproc.batch.jobs import Products, relative_recording
 from shakerproc.batch.lock import locked
 from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.runs import RunSummary, tables, telling

@@ -1,10 +1,11 @@
 """Every test of a log worked through, in processes or on a cluster, into a folder."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
-from shakerproc.batch.campaign import Campaign, Products, run_batch
+from shakerproc.batch.campaign import Campaign, run_batch
 from shakerproc.batch.elsewhere import ElsewhereExecutor, HashesElsewhere
+from shakerproc.batch.jobs import Products
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.work import prepare, work_through
@@ -17,6 +18,7 @@ def run_log(
     machines: Machines,
     *,
     accept_changed: bool = False,
+    only: Collection[int | str] | None = None,
     on_start: Callable[[int, int], None] | None = None,
     on_outdated: Callable[[int], None] | None = None,
     on_end: Callable[[str], None] | None = None,
@@ -36,6 +38,7 @@ def run_log(
         products=products,
         accept_changed=accept_changed,
         hashes=hashes,
+        only=only,
         on_start=on_start,
         on_outdated=on_outdated,
         on_end=on_end,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, Products, input_of
+from shakerproc.batch.jobs import SUMMARY, Products, input_of
 from shakerproc.batch.lock import locked
 from shakerproc.batch.manifest import SINGLE
 from shakerproc.batch.single import check_folder, put_in_place

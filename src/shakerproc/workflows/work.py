@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from shakerproc import files
-from shakerproc.batch.campaign import SUMMARY, Job, Products, check_recording
 from shakerproc.batch.exports import EXPORTS
+from shakerproc.batch.jobs import SUMMARY, Job, Products, check_recording
 from shakerproc.batch.manifest import hashes
 from shakerproc.data import Recording
 from shakerproc.report.analysis_figures import draw_analyses

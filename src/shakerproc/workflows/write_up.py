@@ -11,6 +11,7 @@ from shakerproc.batch.collecting import write_tables
 from shakerproc.batch.manifest import settle
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
+from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary, telling, trends
 from shakerproc.runs.trends import Trend
 from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
@@ -32,6 +33,8 @@ class Wish:
         Whether to draw files.
     command : str
         How the report was asked for, as one may type it again.
+    watched : Watched, optional
+        How the page follows a folder that is watched; by default it does not.
     """
 
     channel: str | None = None
@@ -39,6 +42,7 @@ class Wish:
     by: tuple[str, ...] = ()
     figures: bool = True
     command: str = ""
+    watched: Watched | None = None
 
 
 def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
@@ -130,6 +134,7 @@ def _written_up(
         missing,
         evidence.inputs,
         methods_of(runs, evidence),
+        wish.watched,
     )
     write_report(root / "report.html", report)
     content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}

@@ -28,6 +28,7 @@ from shakerproc.cli.commands.response import response
 from shakerproc.cli.commands.simulate import simulate
 from shakerproc.cli.commands.stiffness import stiffness
 from shakerproc.cli.commands.study import study
+from shakerproc.cli.commands.watch import watch
 
 COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "demo": demo,
@@ -35,6 +36,7 @@ COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
     "inspect": inspect,
     "process": process,
     "batch": batch,
+    "watch": watch,
     "check": check,
     "compare": compare,
     "diagnose": diagnose,

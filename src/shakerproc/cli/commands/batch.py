@@ -88,8 +88,8 @@ def batch(
     json: output.JsonOption = None,
 ) -> None:
     """Work every test of a log through: tables, trends, figures and a report; resumable."""
-    from shakerproc.batch.campaign import Products
     from shakerproc.batch.elsewhere import at_hand
+    from shakerproc.batch.jobs import Products
     from shakerproc.batch.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log

@@ -123,7 +123,7 @@ def process(
     thesis (of two channels the first; none where a force drives the test); all others are
     responses. What measures something else is not used, and named.
     """
-    from shakerproc.batch.campaign import Products
+    from shakerproc.batch.jobs import Products
     from shakerproc.batch.single import folder_name
     from shakerproc.workflows.processing_options import described, unit_of
     from shakerproc.workflows.run import process_file

@@ -94,3 +94,13 @@ if (filter) {
     document.getElementById("choices").append(select);
   }
 }
+// A watched page loads itself again, but not under the hands of its reader.
+const refresh = Number(document.body.dataset.refresh ?? 0) * 1000;
+const QUIET = 30000; // after the last touch [ms]
+if (refresh) {
+  let touched = -QUIET;
+  for (const kind of ["pointerdown", "keydown", "wheel", "input"]) {
+    addEventListener(kind, () => { touched = performance.now(); }, { passive: true });
+  }
+  setInterval(() => { if (performance.now() - touched >= QUIET) location.reload(); }, refresh);
+}

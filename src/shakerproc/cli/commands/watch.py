@@ -1,0 +1,129 @@
+"""``shakerproc watch``."""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from shakerproc.testlog import TestLog
+
+
+def watch(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FOLDER",
+            help="Where recordings arrive, also in folders below.",
+            exists=True,
+            file_okay=False,
+        ),
+    ],
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TESTLOG",
+            help="The tests and their options; without it FOLDER/testlog.yaml, to which each "
+            "new recording adds a draft of a test.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    out: output.OutOption = None,
+    settle_s: Annotated[
+        float,
+        typer.Option(
+            "--settle",
+            help="A recording is finished when its size and time stand still for so long [s].",
+            callback=options.not_negative,
+        ),
+    ] = 3.0,
+    every_s: Annotated[
+        float,
+        typer.Option(
+            "--every", help="Time between two looks [s].", callback=options.positive, max=3600.0
+        ),
+    ] = 1.0,
+    idle_s: Annotated[
+        float | None,
+        typer.Option(
+            "--idle",
+            help="End when nothing has changed for so long [s].",
+            show_default="never",
+            callback=options.positive,
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes at a time.", min=1, show_default="processors")
+    ] = None,
+    channel: Annotated[
+        str | None,
+        typer.Option(help="Channel of the trends.", show_default="largest response"),
+    ] = None,
+    export: options.ExportOption = "",
+    figures: options.FiguresOption = True,
+    sample_rate_hz: Annotated[
+        float | None,
+        typer.Option(
+            help="Of recordings that do not say it, for drafts [Hz].",
+            callback=options.positive,
+        ),
+    ] = None,
+    json: output.JsonOption = None,
+) -> None:
+    """Process each recording of a folder as soon as it is finished; the report follows.
+
+    Results are those of `batch`; after Ctrl-C or a crash the same command goes on. A recording
+    that grows or changes later is processed again. The page in a browser loads itself again
+    while the folder is watched. No port is opened.
+    """
+    from shakerproc.batch.jobs import Products
+    from shakerproc.batch.lock import locked
+    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.watching import Pace, Watch
+    from shakerproc.workflows.write_up import Wish
+
+    if log is not None and sample_rate_hz is not None:
+        raise typer.BadParameter("goes without --log", param_hint="--sample-rate-hz")
+    root = (folder if log is None else log.parent) / "results" if out is None else out
+    watched = Watch(
+        folder,
+        root,
+        _logs(folder, log, sample_rate_hz),
+        products=Products(figures, options.exports_of(export)),
+        machines=Machines(workers),
+        wish=Wish(channel, figures=figures, command=output.command()),
+        tell=partial(output.data, json_target=json),
+    )
+    with locked(root):
+        output.message(f"watching {folder}; Ctrl-C ends it. Report: {root / 'report.html'}")
+        try:
+            watched.run(Pace(settle_s, every_s, idle_s))
+        except KeyboardInterrupt:
+            output.message("interrupted; what is done stands, call again to go on")
+            raise
+        finally:
+            document = watched.last()
+    counts = document.get("counts", {})
+    output.write_json(document, json)
+    told = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
+    output.data(told or "nothing processed", json_target=json)
+    if counts.get("failed"):
+        output.finish(1)
+
+
+def _logs(
+    folder: Path, log: Path | None, sample_rate: float | None
+) -> "Callable[..., TestLog | None]":
+    from shakerproc.cli.watched_log import DraftedLog, GivenLog, WatchedLog
+
+    if log is None:
+        return DraftedLog(folder, sample_rate, output.warning)
+    given = WatchedLog(log, output.warning)
+    given.read()
+    return GivenLog(given, folder, output.warning)
