@@ -106,3 +106,10 @@ def test_a_law_of_many_numbers_has_to_explain_more(found):
 
 def test_no_effect_is_named_that_leaves_more_than_the_model_as_it_is(found):
     assert named(found(0.9, {("stop",): 0.3}, as_it_is=0.2)) == ()
+
+
+def test_the_model_as_it_is_stands_where_its_fitted_numbers_leave_more(found):
+    of = found(0.9, {("stop",): 0.8}, as_it_is=0.4)
+    assert choice.bare(of) is of.as_it_is
+    within_noise = found(1.1 * FLOOR, {}, as_it_is=FLOOR)
+    assert choice.bare(within_noise) is within_noise.linear

@@ -51,7 +51,7 @@ def is_outside(found: Found, chosen: Score) -> bool:
         return False
     if found.free is not None and gain(found.free, found.best).t > SURE:
         return True
-    if chosen is not found.linear or not np.isfinite(found.floor):
+    if chosen.fit.hypothesis.added or not np.isfinite(found.floor):
         return False
     return found.left_by(chosen) > NEGLIGIBLE and not found.is_explained_by(chosen)
 
@@ -65,6 +65,17 @@ def without_any(found: Found, score: Score) -> Score:
     if found.linear.fit.is_far and not score.fit.is_far:
         return found.as_it_is or found.linear
     return found.linear
+
+
+def bare(found: Found) -> Score:
+    """Return the model that stands where no effect does: fitted, or as it is in its file.
+
+    As it is where the fitted numbers leave more of what was held out, and more than noise.
+    """
+    fitted, as_it_is = found.linear, found.as_it_is
+    if as_it_is is None or found.rigid or found.is_explained_by(fitted):
+        return fitted
+    return as_it_is if found.left_by(as_it_is) < found.left_by(fitted) else fitted
 
 
 def _better(found: Found) -> list[Score]:

@@ -19,7 +19,7 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
 )
-from shakerproc.diagnosis.selection.choice import further, is_outside, standing_of
+from shakerproc.diagnosis.selection.choice import bare, further, is_outside, standing_of
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
@@ -59,7 +59,7 @@ def judged(
         Of the tests that are proposed.
     """
     standing = standing_of(found)
-    chosen = standing[0] if standing else found.linear
+    chosen = standing[0] if standing else bare(found)
     fit = chosen.fit
     data, form = found.data, found.form
     parts = (form.scored_fitted, form.held_out)
