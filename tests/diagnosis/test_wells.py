@@ -24,7 +24,7 @@ def searched():
 
 
 def test_the_joint_rests_in_wells_that_are_as_stiff_as_the_file_says(searched):
-    wells = [start for start in searched[2] if start.between_wells]
+    wells = [start for start in searched[2] if start.stiffness[0] < -1.0]
     linear = np.array([STIFFNESS * (1.0 + start.stiffness[0]) for start in wells])
     cubic = np.array([start.values["coefficient"] for start in wells])
     assert np.all(linear < 0.0)
@@ -35,12 +35,12 @@ def test_the_joint_rests_in_wells_that_are_as_stiff_as_the_file_says(searched):
 
 
 def test_only_a_law_that_pushes_back_on_both_sides_makes_wells(searched):
-    assert {start.kind for start in searched[2] if start.between_wells} == {"cubic_stiffness"}
+    assert {start.kind for start in searched[2] if start.stiffness[0] < -1.0} == {"cubic_stiffness"}
 
 
 def test_the_model_of_such_a_start_has_that_stiffness(searched):
     model, known, starts = searched
-    start = next(start for start in starts if start.between_wells)
+    start = next(start for start in starts if start.stiffness[0] < -1.0)
     one = addition(start.kind, JOINT, known[JOINT][start.kind], start.values)
     hypothesis = turned(hypothesis_of(model), start).with_added(one)
     x = np.concatenate([own_start(hypothesis, start), one.transformed(start.values)])

@@ -66,8 +66,9 @@ def mass_displacements(model: Model, test: Test) -> FloatArray:
     """Return displacements relative to the base, (n_masses, n) array [m].
 
     A mass with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural
-    frequency, and where no sensor sits, as the linear part of the model does. Where a
-    displacement is imposed, only its mass is taken to move.
+    frequency, and where no sensor sits, as the linear part of the model does. The mean is that
+    of a measured displacement, else 0. Where a displacement is imposed, only its mass is taken
+    to move.
     """
     if model.excitation.imposed:
         moved = np.zeros((len(model.masses), test.n_samples))
@@ -80,14 +81,14 @@ def mass_displacements(model: Model, test: Test) -> FloatArray:
     frequency[0] = frequency[1]
     drive = scipy.fft.rfft(test.input, length)
     motion = compliance(system, frequency, input_load(system))[..., 0].T * drive
+    motion[:, 0] = 0.0
     measured = _measured_spectra(model, test, drive, frequency, length)
     trust = 1.0 / (1.0 + (TRUSTED_FROM * lowest_frequency(system) / frequency) ** 8)
     for mass, (spectrum, integrated) in measured.items():
         row = list(model.masses).index(mass)
-        share = trust if integrated else 1.0
+        share = trust * (np.arange(trust.size) > 0) if integrated else 1.0
         motion[row] = share * spectrum + (1.0 - share) * motion[row]
     motion *= 1.0 / (1.0 + (frequency / (ANTI_ALIAS * test.sample_rate)) ** 16)
-    motion[:, 0] = 0.0
     found: FloatArray = scipy.fft.irfft(motion, length)[:, :size]
     return found[: len(model.masses)]
 

@@ -135,6 +135,28 @@ class OneMore:
             own_start(none, start), self.on.x[len(none.own) :], one.transformed(start.values)
         ])  # fmt: skip
 
+    def _at(self, none: Hypothesis, start: Start) -> list[_Tried]:
+        """Return an effect as it starts, beside numbers as told, as screened and as fitted.
+
+        A number whose sign is turned is as screened in all.
+        """
+        known = self.known[start.between][start.kind]
+        one = addition(start.kind, start.between, known, start.values)
+        own = own_start(none, start)
+        same = np.array([
+            a.sign == b.sign for a, b in zip(none.own, self.on.hypothesis.own, strict=True)
+        ])
+        beside = np.concatenate([self.on.x[own.size :], one.transformed(start.values)])
+        told, *others = (
+            np.concatenate([np.where(same, values, own), beside])
+            for values in (np.zeros(own.size), own, self.linear)
+        )
+        with_one = none.with_added(one)
+        return [
+            (with_one, told, None),
+            *((with_one, x, self.on.channels) for x in others),
+        ]
+
     def _size(self, kind: str, joint: Joint) -> int:
         return len(self.known[joint][kind].free)
 
@@ -145,19 +167,11 @@ class OneMore:
         kind, joint, _ = group
         identification = self.known[joint][kind]
         tried: list[_Tried] = []
-        none = self.on.hypothesis
         for start in starts[:STARTS]:
-            one = addition(kind, joint, identification, start.values)
-            with_one = turned(none, start).with_added(one)
-            screened = self._screened(start)
-            n = len(none.own)
-            other = np.array([number.sign < 0.0 for number in with_one.own])
-            told, *owns = (
-                np.concatenate([np.where(other, screened[:n], own), screened[n:]])
-                for own in (np.zeros(n), screened[:n], self.linear)
-            )
-            tried.append((with_one, told, None))
-            tried += [(with_one, own, self.on.channels) for own in owns]
+            tried += self._at(self.on.hypothesis, start)
+            other = turned(self.on.hypothesis, start)
+            if other.own != self.on.hypothesis.own:
+                tried += self._at(other, start)
         tried += self._beyond(group, simpler)
         fits = [
             fit(
@@ -257,7 +271,8 @@ def as_in(none: Hypothesis, other: Model) -> FloatArray:
 
 def own_start(none: Hypothesis, start: Start) -> FloatArray:
     """Return the logarithms of the model's own numbers that go with a start."""
-    return _coordinates(_ratios(none, start))
+    signs = np.array([number.sign for number in none.own])
+    return _coordinates(signs * _ratios(none, start))
 
 
 def turned(none: Hypothesis, start: Start) -> Hypothesis:
@@ -268,7 +283,7 @@ def turned(none: Hypothesis, start: Start) -> Hypothesis:
 
 
 def _coordinates(ratios: FloatArray) -> FloatArray:
-    return np.asarray(np.log(np.clip(np.abs(ratios), 1.0 / FARTHEST, FARTHEST)))
+    return np.asarray(np.log(np.clip(ratios, 1.0 / FARTHEST, FARTHEST)))
 
 
 def _ratios(none: Hypothesis, start: Start) -> FloatArray:
@@ -282,4 +297,4 @@ def _ratios(none: Hypothesis, start: Start) -> FloatArray:
         if joint in joints:
             changes = start.stiffness if number.name == "stiffness" else start.damping
             ratios[i] += changes[joints.index(joint)]
-    return ratios if start.between_wells else np.maximum(ratios, 1.0 / FARTHEST)
+    return ratios

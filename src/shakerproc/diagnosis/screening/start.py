@@ -33,9 +33,6 @@ class Start:
         Mean square of what is left, in units of the noise: 1 where all is explained [-].
     kept : bool
         Whether it is worth a fit.
-    between_wells : bool
-        Whether a stiffness below 0 is meant: the joint has two places to rest. A regression
-        that finds one errs.
     """
 
     kind: str
@@ -48,7 +45,6 @@ class Start:
     t: float
     left: float
     kept: bool = True
-    between_wells: bool = False
 
     @property
     def words(self) -> tuple[str, ...]:

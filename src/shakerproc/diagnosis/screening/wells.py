@@ -55,7 +55,6 @@ def with_wells(screening: Screening, law: Law, start: Start) -> tuple[Start, ...
                 stiffness=tuple(map(float, change)),
                 damping=(0.0,) * change.size,
                 kept=True,
-                between_wells=True,
             )
         )
     return tuple(found)
