@@ -15,7 +15,7 @@ from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
 from shakerproc.compare.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.compare.held_out import held_out
 from shakerproc.compare.joints import JointMotion, joint_motions
-from shakerproc.compare.measured import Measured, usable_tests, with_repeats
+from shakerproc.compare.measured import Measured, check_driven, usable_tests, with_repeats
 from shakerproc.compare.noise import NOT_REFUTED
 from shakerproc.compare.prediction import Prediction, predict
 from shakerproc.compare.refit import Refit, refit
@@ -193,6 +193,7 @@ def compare_tests(
     `windows` are those of another model, by the name of the test, so that both models are
     scored alike.
     """
+    check_driven(model)
     fitted = None
     if fit:
         fitted = refit(model, tests, tell)

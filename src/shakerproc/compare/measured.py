@@ -23,7 +23,9 @@ from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.remarks import unused_lines
 from shakerproc.runs.roles import moving
+from shakerproc.spectra.decays import free_start
 from shakerproc.testlog import Test, TestLog
+from shakerproc.testlog.log import PULSES
 from shakerproc.units import near_miss, quoted
 
 UNIT_OF: Final = {
@@ -308,10 +310,13 @@ def measure(
                 f"it. Give it the role response in the log, or take it out of the sensors."
             )
         part = _part(recording, test, most)
+        if model.excitation.role is None:
+            part = _free_part(recording, test, part, rows)
         samples = recording.samples(part.first, part.last)
         _check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
         _check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
-        chosen = (samples[inputs], samples[rows])
+        nothing = np.zeros((1, samples.shape[1]))
+        chosen = (samples[inputs] if inputs else nothing, samples[rows])
         found = _measured(
             recording, test, chosen, tuple(model.sensors), part,
             centred=not model.excitation.imposed,  # where in its play a joint stands counts
@@ -370,6 +375,8 @@ def _check_sizes(
     NotMeasuredError
         If one is, as no structure and no sensor makes it, but a wrong unit does.
     """
+    if not inputs:
+        return
     size = np.sqrt(np.mean(np.square(samples), axis=1))
     drive = float(size[inputs].max())
     for row in rows:
@@ -502,6 +509,34 @@ def _part(recording: Recording, test: Test, most: int) -> _Part:
     return _Part(first, stop, start, stop, tuple(notes))
 
 
+def _free_part(recording: Recording, test: Test, part: _Part, rows: list[int]) -> _Part:
+    """Return the part in which the structure is left to itself; what is before tells nothing.
+
+    Raises
+    ------
+    DiagnosisError
+        If the test is driven all along, or has no free part.
+    """
+    if test.excitation not in (None, *PULSES):
+        raise DiagnosisError(
+            f"{recording.run}: its excitation is {test.excitation}, but nothing excites the "
+            "model, which takes a free decay. Give what excites it in the model: "
+            "{base: acceleration}, say."
+        )
+    samples = recording.samples(part.start, part.stop)
+    driving = [i for i, c in enumerate(recording.channels) if c.role in {"control", "force"}]
+    try:
+        start = part.start + free_start(samples[rows], samples[driving])
+    except SpectrumError as error:
+        raise DiagnosisError(f"{recording.run}: {error}") from error
+    if part.stop - start < _SHORTEST:
+        raise DiagnosisError(
+            f"{recording.run}: {part.stop - start} samples of free decay are too few; "
+            f"{_SHORTEST} are the least."
+        )
+    return replace(part, first=start, start=start, last=part.stop)
+
+
 def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int) -> int:
     """Return where the most telling part of so many samples begins.
 
@@ -560,8 +595,24 @@ def sensor_row(recording: Recording, name: str, sensor: Sensor) -> int:
     )
 
 
+def check_driven(model: Model) -> None:
+    """Pass a model that an input drives, whose whole tests can be foretold.
+
+    Raises
+    ------
+    DiagnosisError
+        If nothing does.
+    """
+    if model.excitation.role is None:
+        raise DiagnosisError(
+            f"{model.title}: a free decay has no input, and where its motion begins only a fit "
+            "tells: see diagnose and add. Or give what excites it in the model: "
+            "{base: acceleration}, say."
+        )
+
+
 def input_rows(recording: Recording, model: Model) -> list[int]:
-    """Return the rows of the channels that drive the model.
+    """Return the rows of the channels that drive the model; none of a free decay.
 
     Raises
     ------
@@ -570,10 +621,7 @@ def input_rows(recording: Recording, model: Model) -> list[int]:
     """
     on, role, unit = model.excitation.on, model.excitation.role, model.excitation.unit
     if role is None:
-        raise DiagnosisError(
-            f"{model.title}: a free decay has no input, so no channel drives the model. Give "
-            f"what excites it in the model: {{base: acceleration}}, say."
-        )
+        return []
     rows = [i for i, c in enumerate(recording.channels) if c.role == role]
     if on is not None and any(recording.channels[i].at == on for i in rows):
         rows = [i for i in rows if recording.channels[i].at == on]

@@ -8,8 +8,7 @@ import numpy as np
 from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.linear import LinearModel
-from shakerproc.diagnosis.estimation.linear_parameters import Chain
+from shakerproc.diagnosis.estimation.linear import as_given
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
@@ -49,7 +48,7 @@ def search_component_tests(
         )
     return Found(
         data=data,
-        linear_model=_as_given(model, tests),
+        linear_model=as_given(model, tests),
         form=form,
         before=as_it_is(model, linear),
         linear=bare[0],
@@ -58,10 +57,3 @@ def search_component_tests(
         ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
     )
-
-
-def _as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
-    """Return the linear model of tests whose chain of measurement is taken as it is."""
-    sensors, controls = len(model.sensors), len(tests[0].arrays.controls)
-    chain = Chain(np.ones(sensors), np.zeros(sensors), np.full(controls, 1.0 / controls))
-    return LinearModel(model, chain, (), (), {}, (), ())

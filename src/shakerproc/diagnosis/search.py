@@ -47,6 +47,8 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     say : callable
         Called with what is being tried.
     """
+    if model.excitation.role is None:
+        return _searched(model, fit_linear(model, tests), tests, say)
     say("linear model")
     signs, late = signs_and_delays(model, tests)
     found = _with_chain(model, turned(tests, signs, late), say)

@@ -148,13 +148,18 @@ def judged(
     measured: "Sequence[Measured]",
     tell: Callable[[str], None],
     warn: Callable[[str], None],
-) -> "Models":
-    """Return a model and the one that a diagnosis leads to, run free against the same tests."""
+) -> "Models | None":
+    """Return a model and the one that a diagnosis leads to, run free against the same tests.
+
+    None where nothing drives them: a whole test cannot be foretold then.
+    """
     from shakerproc.compare import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
     from shakerproc.report.evidence_figures import Models
 
+    if model.excitation.role is None:
+        return None
     before = compare_tests(model, measured, tell=tell)
     new = updated_model(model, diagnosis)
     after: Comparison | None = None

@@ -59,7 +59,7 @@ def diagnose(
     show(result, json)
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
-    for text in models.before.warnings:
+    for text in models.before.warnings if models is not None else ():
         output.warning(text)
     document = {**result.as_json(), **options.effects_of(own)}
     output.write_json(document, json)

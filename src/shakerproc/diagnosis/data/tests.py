@@ -128,8 +128,11 @@ class Test:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the recording begins at rest, so that the start of the motion is known."""
-        return self.quiet is not None
+        """Whether the recording begins at rest, so that the start of the motion is known.
+
+        What nothing drives does not come from rest.
+        """
+        return self.quiet is not None and bool(np.any(self.input))
 
     def shaken(self, generator: np.random.Generator) -> "Test":
         """Return the test with as much noise again on its input and its responses."""

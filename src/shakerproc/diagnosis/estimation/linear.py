@@ -140,6 +140,8 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
         Whether stiffness and damping of the model are fitted; not where an effect that it has
         was fitted with them, beside which only chain and further modes are sought.
     """
+    if model.excitation.role is None:
+        return as_given(model, tests)
     chosen = [_prepared(model, test) for test in _lowest(tests)]
     parameters = LinearParameters(model, len(tests[0].arrays.controls))
     none = [np.zeros_like(test.density) for test in chosen]
@@ -160,6 +162,16 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     solution = _settled(chosen, richer, values, moving)
     solution.covariance[free.size :] = with_modes.covariance[free.size :]
     return _result(tests, richer, solution)
+
+
+def as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
+    """Return the linear model of tests whose chain of measurement is taken as it is.
+
+    No linear response tells it where a motion is imposed, or where nothing drives.
+    """
+    sensors, controls = len(model.sensors), len(tests[0].arrays.controls)
+    chain = Chain(np.ones(sensors), np.zeros(sensors), np.full(controls, 1.0 / controls))
+    return LinearModel(model, chain, (), (), {}, (), ())
 
 
 def signs_and_delays(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
