@@ -35,7 +35,9 @@ def test_the_joint_rests_in_wells_that_are_as_stiff_as_the_file_says(searched):
 
 
 def test_only_a_law_that_pushes_back_on_both_sides_makes_wells(searched):
-    assert {start.kind for start in searched[2] if start.stiffness[0] < -1.0} == {"cubic_stiffness"}
+    assert {start.kind for start in searched[2] if start.stiffness[0] < -1.0} == {
+        "cubic_stiffness"
+    }
 
 
 def test_the_model_of_such_a_start_has_that_stiffness(searched):

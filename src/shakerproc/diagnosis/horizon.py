@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.data_set import Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
@@ -20,6 +20,9 @@ from shakerproc.errors import DiagnosisError
 PARTED: Final = 0.1
 """Share of the response by which noise of the input and the spread of the numbers may part two
 motions that are predicted: beyond, a test cannot be foretold, whatever the model [-]."""
+
+FEWEST_BLOCKS: Final = 3
+"""Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
 LONGER: Final = 0.2
 """Fall of the gain over the model without an effect, of the logarithm of the residual's square,
@@ -58,10 +61,12 @@ def usable_forms(campaign: Campaign) -> list[Form]:
     DiagnosisError
         If the tests are too short for any.
     """
-    forms = [f for f in forms_of(campaign.data) if _holds(f.fitted) and _holds(f.held_out)]
+    data = campaign.data
+    held = [f for f in forms_of(data) if _holds(f.fitted) and _holds(f.held_out)]
+    forms = [f for f in held if _blocks(data, f.held_out) >= FEWEST_BLOCKS] or held[:1]
     if not forms:
         raise DiagnosisError(
-            f"{campaign.data.model.title}: the tests are too short, or their drive repeats "
+            f"{data.model.title}: the tests are too short, or their drive repeats "
             "itself too often, to fit to one part and judge by another; record two seconds at "
             "least, or mark another test hold_out: true."
         )
@@ -71,6 +76,12 @@ def usable_forms(campaign: Campaign) -> list[Form]:
 def _holds(windows: Windows) -> bool:
     """Return whether windows hold more than the filter of the residual takes."""
     return len(windows) > 0 and int(windows.table[:, 2].min()) > 2 * TAPS
+
+
+def _blocks(data: DataSet, windows: Windows) -> int:
+    """Return how many blocks windows are scored in."""
+    block = data.block_s * data.tests[0].sample_rate
+    return sum(max(1, round(float(size) / block)) for size in windows.table[:, 2])
 
 
 def compared(

@@ -184,7 +184,8 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         responses = responses - responses[:, rest].mean(axis=1, keepdims=True)
     low, high = arrays.band
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
-    start = quiet.stop if quiet is not None else min(round(rate), responses.shape[1] // 10)
+    run_in = min(round(rate), responses.shape[1] // 10) if np.any(controls) else 0
+    start = quiet.stop if quiet is not None else run_in
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
     inside = noise.frequency <= highest
     own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))

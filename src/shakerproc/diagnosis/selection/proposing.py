@@ -104,6 +104,8 @@ def proposed(
     """
     if laboratory.model.excitation.imposed:  # as far as a machine for component tests moves
         return ()
+    if laboratory.model.excitation.role is None:  # a start is no waveform
+        return ()
     if verdict == "outside library":
         free = [found.free] if found.free is not None else []
         return _between(laboratory, [*free, *found.effects][:2])
