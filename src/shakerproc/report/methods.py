@@ -105,6 +105,14 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "M. Jin, W. Chen, M. R. W. Brake and H. Song, Identification of instantaneous "
         "frequency and damping from transient decay data, J. Vib. Acoust. 142, 051111, 2020.",
     ),
+    "multisine": (
+        "Of a multisine, whole periods are transformed, after the first ones that do not yet "
+        "repeat. The best linear approximation is the mean over realisations of response over "
+        "input at the excited lines; noise is what does not repeat, even and odd distortion "
+        "what lines hold that are not excited, and scatter what differs between realisations.",
+        "R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, "
+        "2nd ed., Wiley, 2012, chapter 4.",
+    ),
     "integration": (
         "Velocity and displacement are acceleration over iω and its square, the baseline of "
         "the run taken out, with a high-pass 1/(1 + (f_c/f)⁸) without phase shift; without a "

@@ -6,6 +6,7 @@ from shakerproc.testlog.facts import facts_of
 from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.levels import level_of
 from shakerproc.testlog.log import (
+    BROADBAND,
     PULSES,
     Crop,
     Excitation,
@@ -26,15 +27,18 @@ from shakerproc.testlog.log import (
     Welch,
 )
 from shakerproc.testlog.merging import threshold_of
+from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.reading import read_testlog
 
 __all__ = [
+    "BROADBAND",
     "PULSES",
     "Crop",
     "Excitation",
     "Expectation",
     "Hammer",
     "Modal",
+    "Multisine",
     "NotchFilter",
     "Peaks",
     "Processing",

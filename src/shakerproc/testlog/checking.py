@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from shakerproc.testlog.facts import reserved_names
-from shakerproc.testlog.log import Test
+from shakerproc.testlog.log import BROADBAND, Test
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.schema import TestSection
 from shakerproc.units import quoted
@@ -14,6 +14,11 @@ _NEEDED: Final[Mapping[str, Mapping[str, str]]] = {
     "sine sweep": {"start": "from: 5 Hz", "stop": "to: 500 Hz"},
     "stepped sine": {"start": "from: 5 Hz", "stop": "to: 500 Hz"},
     "random": {"start": "from: 5 Hz", "stop": "to: 1000 Hz"},
+    "multisine": {
+        "start": "from: 5 Hz",
+        "stop": "to: 500 Hz",
+        "multisine": "multisine: {period: 2 s, periods: 9}",
+    },
     "sine": {"frequency": "frequency: 50 Hz"},
 }
 """Fields that a kind of excitation needs, and how they may be written."""
@@ -22,6 +27,7 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
     "sine sweep": ("frequency",),
     "stepped sine": ("frequency",),
     "random": ("frequency", "rate"),
+    "multisine": ("frequency", "rate"),
     "sine": ("start", "stop", "rate"),
     "shock": ("frequency", "rate"),
     "hammer": ("frequency", "rate"),
@@ -51,6 +57,7 @@ def check_keys(section: TestSection) -> None:
         if field in section.model_fields_set:
             key = _KEY.get(field, field)
             raise MisfitError(f"means nothing for excitation: {kind}; take it out", key)
+    _check_multisine(section, kind)
     if (section.start is None) != (section.stop is None):
         given = "to" if section.start is None else "from"
         raise MisfitError('expected both "from" and "to", or neither', given)
@@ -58,8 +65,30 @@ def check_keys(section: TestSection) -> None:
         return
     if section.start == section.stop:
         raise MisfitError("expected two frequencies that differ", "to")
-    if kind == "random" and section.start > section.stop:
+    if kind in BROADBAND and section.start > section.stop:
         raise MisfitError("expected from below to; only a sweep can go down", "to")
+
+
+def _check_multisine(section: TestSection, kind: str) -> None:
+    """Pass a test that says how it repeats only where it does, without contradiction.
+
+    Raises
+    ------
+    MisfitError
+        If another kind repeats, or realisations lie on each other.
+    """
+    said = section.multisine
+    if said is None:
+        return
+    if kind != "multisine":
+        raise MisfitError("means something for excitation: multisine only", "multisine")
+    if said.every is not None:
+        if said.every < said.period * (said.periods or 1):
+            raise MisfitError(
+                "expected no less than the periods of a realisation take", "multisine", "every"
+            )
+        if said.periods is None:
+            raise MisfitError("expected periods beside it", "multisine", "every")
 
 
 class Sharing:

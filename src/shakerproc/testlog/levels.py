@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from shakerproc.testlog.log import Excitation, LevelUnit
+from shakerproc.testlog.log import BROADBAND, Excitation, LevelUnit
 from shakerproc.units import is_unit_of, quoted, to_si
 
 _AMPLITUDES: Final[tuple[LevelUnit, ...]] = ("m/s^2", "N")
@@ -63,15 +63,15 @@ def tidy(written: object) -> str:
 
 
 def _allowed(excitation: Excitation | None) -> tuple[LevelUnit, ...]:
-    if excitation == "random":
+    if excitation in BROADBAND:
         return _DENSITIES + _RMS
     return _AMPLITUDES if excitation is not None else _AMPLITUDES + _DENSITIES + _RMS
 
 
 def _examples(excitation: Excitation | None) -> str:
-    if excitation == "random":
+    if excitation in BROADBAND:
         return (
-            "the level of a random test as a density, such as 0.0002 g^2/Hz, "
+            f"the level of a {excitation} test as a density, such as 0.0002 g^2/Hz, "
             "or an rms value, such as 0.45 g rms"
         )
     if excitation is None:

@@ -19,15 +19,19 @@ from shakerproc.testlog.analyses import (
     Waterfall,
 )
 from shakerproc.testlog.hammer import Hammer
+from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
 Excitation: TypeAlias = Literal[
-    "sine sweep", "random", "sine", "stepped sine", "shock", "hammer", "free decay"
+    "sine sweep", "random", "multisine", "sine", "stepped sine", "shock", "hammer", "free decay"
 ]
 PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 """Kinds of excitation that are over soon, and whose shape no key of the log says."""
+
+BROADBAND: Final[tuple[Excitation, ...]] = ("random", "multisine")
+"""Kinds of excitation whose level is a density or an rms value."""
 
 LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
 Tag: TypeAlias = str | float
@@ -446,6 +450,8 @@ class Test:
         Channels of other recorders or of other groups.
     events : tuple of Event
         What happened during the test.
+    multisine : Multisine, optional
+        How a multisine repeats.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -481,6 +487,7 @@ class Test:
     continued: tuple[str, ...] = ()
     beside: tuple[Beside, ...] = ()
     events: tuple[Event, ...] = ()
+    multisine: Multisine | None = None
 
     @property
     def band(self) -> tuple[float, float] | None:

@@ -28,6 +28,7 @@ from shakerproc.testlog.merging import (
 )
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.parts import Beside, Event
+from shakerproc.testlog.multisine import multisine_of
 from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.profiles import fitting_profile, profile_of
 from shakerproc.testlog.schema import BesideSection, LogSection, TestSection
@@ -158,6 +159,7 @@ class _Reader:
             profile=profile,
             continued=self._continued(i, section),
             beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
+            multisine=multisine_of(section.multisine),
             events=tuple(Event(event.at, event.note) for event in section.events),
         )
         with _At(self.document, "tests", i):

@@ -24,6 +24,7 @@ from shakerproc.testlog.analysis_sections import (
 )
 from shakerproc.testlog.hammer import HammerSection
 from shakerproc.testlog.log import Excitation
+from shakerproc.testlog.multisine import MultisineSection
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 
 WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")
@@ -353,6 +354,7 @@ class TestSection(Section):
     rate: Any = None
     frequency: Hertz = None
     notch: Hertz = None
+    multisine: MultisineSection | None = None
     discarded: bool = False
     comment: Remark = ""
     hold_out: bool = False

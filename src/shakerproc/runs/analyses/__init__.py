@@ -12,6 +12,7 @@ from shakerproc.runs.analyses.distribution import DistributionAnalysis
 from shakerproc.runs.analyses.driving_point import DrivingPointAnalysis
 from shakerproc.runs.analyses.fatigue import FatigueAnalysis
 from shakerproc.runs.analyses.integration import IntegrationAnalysis
+from shakerproc.runs.analyses.multisine import MultisineAnalysis
 from shakerproc.runs.analyses.octaves import OctaveAnalysis
 from shakerproc.runs.analyses.orders import OrderAnalysis
 from shakerproc.runs.analyses.profile import ProfileJudgement
@@ -31,6 +32,7 @@ _KINDS: Final = (
     ResonanceAnalysis(),
     DrivingPointAnalysis(),
     DecayAnalysis(),
+    MultisineAnalysis(),
     IntegrationAnalysis(),
     OctaveAnalysis(),
     DistributionAnalysis(),

@@ -1,0 +1,110 @@
+"""What a multisine says of a response in words."""
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from shakerproc.runs.multisines import Reading
+from shakerproc.spectra.multisines import Share
+from shakerproc.spectra.multisines.judging import Kind
+
+NAMES: Final[Mapping[Kind, str]] = {
+    "even": "even distortion",
+    "odd": "odd distortion",
+    "all": "distortion over the realisations",
+}
+"""What each kind is called."""
+
+HINTS: Final[Mapping[Kind, str]] = {
+    "even": "even: a law that differs between push and pull",
+    "odd": "odd: a law that is the same both ways, such as a hardening spring, play or friction",
+}
+"""What a kind of distortion is a sign of."""
+
+
+def sentence(name: str, shares: Mapping[Kind, Share], band: tuple[float, float]) -> str:
+    """Return whether a response is linear, and within how much, else how it is distorted."""
+    where = f"{name}, {band[0]:.4g} to {band[1]:.4g} Hz"
+    if not shares:
+        return f"{where}: distortion is not known."
+    found = [one for one in shares.values() if one.bands]
+    if not found:
+        most = max(one.limit for one in shares.values())
+        return f"{where}: linear within {_percent(most)} of the response."
+    rest = [one for one in shares.values() if not one.bands]
+    parts = [
+        f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
+        f"{_bands(one)}, {_percent(one.largest)} at {one.at:.4g} Hz"
+        for one in found
+    ]
+    parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
+    hints = [HINTS[one.kind] for one in found if one.kind in HINTS]
+    return f"{where}: {'; '.join(parts)}.{f' {_first_upper(hints)}.' if hints else ''}"
+
+
+def _first_upper(hints: list[str]) -> str:
+    text = "; ".join(hints)
+    return text[:1].upper() + text[1:]
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"
+
+
+def _bands(share: Share) -> str:
+    first = [f"from {low:.4g} to {high:.4g} Hz" for low, high in share.bands[:3]]
+    more = len(share.bands) - len(first)
+    return " and ".join(first) + (f" and in {more} more bands" if more else "")
+
+
+def about(reading: Reading) -> Iterator[str]:
+    """Yield what was used, and which figures are not available and why."""
+    layout, grid = reading.layout, reading.grid
+    used = layout.periods - layout.left_out
+    spacing = grid.frequency[0] / grid.number[0]
+    yield (
+        f"{layout.realisations} realisation{'s' * (layout.realisations > 1)} of {used} "
+        f"period{'s' * (used > 1)} of {1.0 / spacing:.6g} s; {int(grid.excited.sum())} of "
+        f"{grid.number.size} lines from {grid.frequency[0]:.4g} to {grid.frequency[-1]:.4g} Hz "
+        f"are excited, {spacing:.4g} Hz apart, {int(grid.even.sum())} even and "
+        f"{int(grid.odd.sum())} odd ones detect distortion."
+    )
+    if layout.left_out:
+        yield (
+            f"The first {layout.left_out} of {layout.periods} periods do not repeat (a "
+            "transient) and are left out."
+        )
+    elif layout.periods == 2:
+        yield "Two periods do not tell whether the first still holds a transient."
+    if layout.realisations == 1:
+        yield (
+            "One realisation: distortion at the excited lines is not known; two or more tell "
+            "it, seven tell it within 3 dB."
+        )
+    if not grid.even.any():
+        yield _no_detection(reading)
+
+
+def problems(reading: Reading) -> Iterator[str]:
+    """Yield what keeps a measurement from telling noise or distortion."""
+    if reading.layout.periods - reading.layout.left_out == 1:
+        yield (
+            "one period only: the noise is not known, and distortion holds it; record two "
+            "periods or more of each realisation, better eight"
+        )
+    if not reading.grid.even.any() and reading.layout.realisations == 1:
+        yield (
+            "no detection lines and one realisation: noise is known and distortion is not; "
+            "excite odd lines only and leave some of them out, or record several realisations"
+        )
+
+
+def _no_detection(reading: Reading) -> str:
+    if reading.grid.excited.all():
+        return (
+            "No detection lines: every line is excited, so that even and odd distortion are "
+            "not told apart."
+        )
+    return (
+        "No detection lines: even lines are excited too, so that even and odd distortion are "
+        "not told apart."
+    )

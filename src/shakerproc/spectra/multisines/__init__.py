@@ -1,0 +1,19 @@
+"""Multisines: response function, noise, even and odd distortion of every line, before any model."""
+
+from shakerproc.spectra.multisines.judging import Share, shares_of
+from shakerproc.spectra.multisines.lines import Grid, grid_of
+from shakerproc.spectra.multisines.measuring import LineSpectra, line_spectra
+from shakerproc.spectra.multisines.periods import Layout, cut, layout_of, settled
+
+__all__ = [
+    "Grid",
+    "Layout",
+    "LineSpectra",
+    "Share",
+    "cut",
+    "grid_of",
+    "layout_of",
+    "line_spectra",
+    "settled",
+    "shares_of",
+]

@@ -1,0 +1,55 @@
+"""The periods and realisations of a multisine, and the keys that say so."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, TypeAlias, final
+
+from pydantic import Field
+
+from shakerproc.documents import Section
+from shakerproc.units import in_unit
+
+LineGrid: TypeAlias = Literal["all", "odd", "odd with detection"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Multisine:
+    """How a multisine repeats.
+
+    Attributes
+    ----------
+    period : float
+        After this time it repeats; one over it is the distance of its lines [s].
+    periods : int, optional
+        How many each realisation lasts; by default as many as the run holds.
+    realisations : int
+        How many with phases of their own follow each other in the recording.
+    every : float, optional
+        From the beginning of one realisation to that of the next [s]; by default they follow
+        each other without a pause.
+    lines : {"all", "odd", "odd with detection"}
+        Which multiples of one over the period are excited where a test is simulated: of the
+        last, one of four odd ones in a row, at random, is left out. Of a recording they are
+        found in its input.
+    """
+
+    period: float
+    periods: int | None = None
+    realisations: int = 1
+    every: float | None = None
+    lines: LineGrid = "odd with detection"
+
+
+class MultisineSection(Section):
+    """How a multisine repeats."""
+
+    period: Annotated[float, in_unit("s", positive=True)]
+    periods: Annotated[int, Field(ge=1, le=1_000_000)] | None = None
+    realisations: Annotated[int, Field(ge=1, le=10_000)] = 1
+    every: Annotated[float | None, in_unit("s", positive=True)] = None
+    lines: LineGrid = "odd with detection"
+
+
+def multisine_of(section: MultisineSection | None) -> Multisine | None:
+    """Return what the log says of a multisine; None where it says nothing."""
+    return None if section is None else Multisine(**dict(section))
