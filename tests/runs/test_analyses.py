@@ -37,7 +37,7 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "driving_point", "resonances", "decays"}
+UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine"}
 """What nobody asks for: it comes with a force that drives the run, or with a free decay."""
 
 REFUSED = {

@@ -199,7 +199,7 @@ def _apart(tests: list[_AtLevel], tolerance: float) -> list[_AtLevel]:
 def _drift(worst: TestComparison) -> str:
     """Say whether the error grows during the test, where no sweep explains that."""
     time = worst.time
-    if worst.measured.test.excitation not in {"random", "sine"}:
+    if worst.measured.test.excitation not in {"random", "multisine", "sine"}:
         return ""
     slope = float(time.slope[np.argmax(np.abs(time.slope))])
     if abs(slope) < 0.5:

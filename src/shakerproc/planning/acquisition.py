@@ -37,10 +37,12 @@ def rate_at(test: Test, frequency: float) -> float | None:
 
 
 def duration_of_test(test: Test, otherwise: float | None = None) -> float | None:
-    """Return how long a test runs [s]: by its sweep, by what the log expects, or as given."""
-    swept = nominal_duration(test)
-    if swept is not None:
-        return swept
+    """Return how long a test runs [s]: by sweep or periods, by expectation, or as given."""
+    needed = nominal_duration(test)
+    if needed is None and test.multisine is not None:
+        needed = test.multisine.duration
+    if needed is not None:
+        return needed
     return test.expect.duration if test.expect.duration is not None else otherwise
 
 

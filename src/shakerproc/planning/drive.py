@@ -8,13 +8,14 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import LogError
 from shakerproc.planning.acquisition import duration_of_test
+from shakerproc.planning.multisines import played
 from shakerproc.simulate.excitations import (
     harmonic,
     linear_sweep,
     logarithmic_sweep,
     stepped_sine,
 )
-from shakerproc.simulate.noise import faded, flat_profile, random_noise
+from shakerproc.simulate.noise import Profile, faded, flat_profile, random_noise
 from shakerproc.simulate.pieces import Signal
 from shakerproc.testlog import PULSES, Test, nominal_duration
 
@@ -43,6 +44,8 @@ def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
         If the recording that the log expects is too short for the rest or the sweep.
     """
     swept, expected = nominal_duration(test), test.expect.duration
+    if test.multisine is not None and test.multisine.duration is not None:
+        return test.multisine.duration
     if expected is None:
         return duration_of_test(test, otherwise) or otherwise
     if swept is not None:
@@ -85,12 +88,17 @@ def drive_of_test(
     """
     if test.level is None or test.level_unit is None or test.excitation in {None, *PULSES}:
         raise LogError(f"{test.source}: test {test.id}: {_lacking(test)}")
+    ramp = min(RAMP, 0.1 * duration)
+    if test.excitation == "multisine":
+        profile = _profile(test, test.level)
+        return played(test, profile, sample_rate, ramp, generator)
     if test.excitation == "random":
-        samples = _random(test, test.level, duration, sample_rate, generator)
+        profile = _profile(test, test.level)
+        samples = random_noise(profile, duration, sample_rate, generator)
     else:
         signal = _signal(test, test.level, duration)
         samples = signal(np.arange(round(duration * sample_rate)) / sample_rate)
-    return faded(samples, sample_rate, min(RAMP, 0.1 * duration))
+    return faded(samples, sample_rate, ramp)
 
 
 def _lacking(test: Test) -> str:
@@ -101,13 +109,11 @@ def _lacking(test: Test) -> str:
     return "the log does not say its level; add it"
 
 
-def _random(
-    test: Test, level: float, duration: float, sample_rate: float, rng: np.random.Generator
-) -> FloatArray:
+def _profile(test: Test, level: float) -> Profile:
     low, high = _band(test)
     rms = str(test.level_unit).endswith("rms")
     density = level**2 / (high - low) if rms else level
-    return random_noise(flat_profile(low, high, density), duration, sample_rate, rng)
+    return flat_profile(low, high, density)
 
 
 def _signal(test: Test, level: float, duration: float) -> Signal:

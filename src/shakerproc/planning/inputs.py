@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.simulate.closed_forms import displacement_amplitude
-from shakerproc.testlog import Test
+from shakerproc.testlog import BROADBAND, Test
 
 PEAK_FACTOR: Final = 3.0
 """Peak of random motion as a multiple of its rms value [-]; controllers clip at about 3."""
@@ -180,7 +180,7 @@ def input_of_test(test: Test) -> AbstractInput | None:
         return None
     quantity: Quantity = "force" if test.level_unit.startswith("N") else "base acceleration"
     band = test.band
-    if test.excitation == "random":
+    if test.excitation in BROADBAND:
         if band is None or not band[0] < band[1]:
             return None
         rms = test.level_unit.endswith("rms")

@@ -19,7 +19,13 @@ from shakerproc.planning.limits import ShakerLimits
 from shakerproc.planning.play import Play, Warming, Which, play_of_test
 from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
 from shakerproc.spectra.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
-from shakerproc.testlog import PULSES, Test, TestLog, ThresholdCrop
+from shakerproc.testlog import PULSES, Multisine, Test, TestLog, ThresholdCrop
+
+LINES_OF_A_MODE: Final = 4.0
+"""Lines of a multisine within the half-power width of a mode: two are excited [-]."""
+
+ENOUGH_PERIODS: Final = 3
+"""Periods of a realisation: one for the transient, two for the noise [-]."""
 
 ENOUGH_ERROR: Final = 0.1
 """Random error of a gain that calls for no remark [-]."""
@@ -360,6 +366,9 @@ def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
 def _about_averages(
     planned: PlannedTest, wish: Wish, rate: float | None, modes: list[Mode]
 ) -> Iterator[str]:
+    if planned.test.multisine is not None:
+        yield from _about_lines(planned.test.multisine, modes)
+        return
     if not isinstance(planned.shaken, RandomInput) or rate is None:
         return
     welch = planned.test.processing.welch
@@ -383,6 +392,25 @@ def _about_averages(
             f"{100.0 * planned.averaging.gain_error:.2g} % of random error at a coherence of "
             f"{wish.coherence:g}; {longer:.3g} s would leave {100.0 * ENOUGH_ERROR:.0f} %"
         )
+
+
+def _about_lines(said: Multisine, modes: list[Mode]) -> Iterator[str]:
+    """Say what the periods and realisations of a multisine do not tell."""
+    for mode in modes:
+        half_power = 2.0 * mode.damping_ratio * mode.frequency
+        if 0.0 < half_power < LINES_OF_A_MODE / said.period:
+            yield (
+                f"lines {1.0 / said.period:.3g} Hz apart are coarse for the "
+                f"{half_power:.3g} Hz half-power width at {mode.frequency:.4g} Hz: take a "
+                f"period of {LINES_OF_A_MODE / half_power:.3g} s or more"
+            )
+    if said.periods is not None and said.periods < ENOUGH_PERIODS:
+        yield (
+            f"periods: {said.periods} leaves no two that repeat after a transient, and without "
+            f"these the noise is not known: take {ENOUGH_PERIODS} or more"
+        )
+    if said.lines != "odd with detection" and said.realisations == 1:
+        yield "one realisation without odd detection lines does not tell odd distortion"
 
 
 def _next_power(number: float) -> int:

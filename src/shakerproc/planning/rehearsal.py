@@ -15,6 +15,7 @@ from shakerproc.errors import LogError, SimulationError
 from shakerproc.models import BASE, Model
 from shakerproc.planning.acquisition import sample_rate_of_test
 from shakerproc.planning.drive import drive_of_test, length_of_run
+from shakerproc.planning.multisines import check_period
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
 from shakerproc.simulate import Input, InterpolationError, Simulation, prepare, simulate
@@ -147,6 +148,7 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
     """
     _check_drive(model, test)
     rate = sample_rate_of_test(test, staging.sample_rate) or staging.sample_rate
+    check_period(test, rate)
     excited, noisy = _generators(staging, test)
     quiet = staging.lead_in + staging.lead_out
     seconds = length_of_run(test, quiet, staging.duration)

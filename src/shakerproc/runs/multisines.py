@@ -109,11 +109,7 @@ def _roles(result: RunResult) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """
     force = lone_force(result.channels)
     driving = result.controls or (() if force is None else (force,))
-    rows = tuple(
-        i
-        for i, channel in enumerate(result.channels)
-        if i not in driving and channel.role != "condition"
-    )
+    rows = tuple(i for i in range(len(result.channels)) if i not in driving)
     if not driving or not rows:
         there = ", ".join(f"{c.name} ({c.role})" for c in result.channels)
         raise SpectrumError(

@@ -51,6 +51,10 @@ FINER: Final = 16
 SEGMENTS: Final = 8
 """Segments without overlap that must remain then."""
 
+LINES_APART: Final = 4
+"""Distance that excited lines of a multisine may have, so that segments do not resolve them
+[lines]; whole periods are read by an analysis of their own."""
+
 _DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
 
 
@@ -226,11 +230,18 @@ def _averaged(
         return averaged_blows(recording, crop, test)
     if test.rings:
         test = _short_segments(test, crop.n_samples)
+    if test.multisine is not None:
+        period = round(test.multisine.period * recording.sample_rate)
+        test = _short_segments(test, max(period // LINES_APART, 8))
     return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
 
 
 def _short_segments(test: Test, n_samples: int) -> Test:
-    """Return a test whose segments are no longer than its run: a decay may be over soon."""
+    """Return a test whose segments are no longer than so many samples.
+
+    That is its run, for a decay may be over soon, or part of the period of a multisine, so that
+    its lines are not resolved: between them nothing is excited.
+    """
     averaging = test.processing.welch
     segment = min(averaging.segment, n_samples)
     if segment == averaging.segment:

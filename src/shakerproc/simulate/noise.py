@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
@@ -104,10 +105,12 @@ def multisine(
     generator: np.random.Generator,
     *,
     periods: int = 1,
+    excited: NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """Return sines on every line of a profile, with random phases and amplitudes that are not.
+    """Return sines on lines of a profile, with random phases and amplitudes that are not.
 
-    Its density on its own lines is exactly that of the profile, in every period.
+    Its density is exactly that of the profile, in every period: on its own lines, or, where
+    some are left out, spread over as many as there would be.
 
     Parameters
     ----------
@@ -121,6 +124,8 @@ def multisine(
         Where the phases come from.
     periods : int
         How many periods to return.
+    excited : (n_lines,) array, optional
+        Which multiples of one over the period, from the first, are excited; by default all.
 
     Returns
     -------
@@ -129,6 +134,10 @@ def multisine(
     """
     n, frequency = _lines(period, sample_rate)
     spectrum = np.exp(2j * np.pi * generator.random(frequency.size))
+    if excited is not None:
+        inside = profile.at(frequency) > 0.0
+        left = inside & excited[: frequency.size]
+        spectrum *= np.where(left, np.sqrt(inside.sum() / max(left.sum(), 1)), 0.0)
     one = _from_lines(spectrum, profile, frequency, n, sample_rate)
     return np.tile(one, periods)
 

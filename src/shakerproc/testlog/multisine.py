@@ -39,6 +39,14 @@ class Multisine:
     every: float | None = None
     lines: LineGrid = "odd with detection"
 
+    @property
+    def duration(self) -> float | None:
+        """How long all realisations take [s]; None where their periods are not said."""
+        if self.periods is None:
+            return None
+        one = self.periods * self.period
+        return one + (self.realisations - 1) * (one if self.every is None else self.every)
+
 
 class MultisineSection(Section):
     """How a multisine repeats."""

@@ -27,8 +27,8 @@ from shakerproc.testlog.merging import (
     modal_of,
 )
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.multisine import multisine_of
+from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.profiles import fitting_profile, profile_of
 from shakerproc.testlog.schema import BesideSection, LogSection, TestSection

@@ -168,6 +168,11 @@ def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
             "excitation",
             f"{excitation or kind!r} is not one of {', '.join(get_args(Excitation))}",
         )
+    if kind == "multisine" and test.multisine is None:
+        raise ArgumentError(
+            "excitation",
+            "a multisine needs its period: give a log with multisine: {period: ...} instead",
+        )
     test = replace(test, excitation=kind)
     if level is not None:
         try:

@@ -55,7 +55,10 @@ class MultisineAnalysis(AbstractAnalysis):
                 _panel(i, reading, result) for i in range(min(len(reading.rows), DRAWN))
             ),
             told=(
-                *(sentence(*one, band) for one in zip(names, shares, strict=True)),
+                *(
+                    sentence(name, share, one.noise_share, band)
+                    for name, share, one in zip(names, shares, reading.spectra, strict=True)
+                ),
                 *about(reading),
             ),
             problems=tuple(problems(reading)),
@@ -103,8 +106,7 @@ def _columns(reading: Reading, result: RunResult) -> dict[str, Any]:
 def _row(name: str, spectra: LineSpectra, shares: Mapping[Kind, Share]) -> dict[str, Cell]:
     """Return a response in one line, everything as a share of its rms at excited lines."""
     excited = spectra.grid.excited
-    whole = float(np.sqrt(np.mean(spectra.level[excited] ** 2)))
-    noise = 100.0 * float(np.sqrt(np.mean(spectra.noise**2))) / whole
+    noise = spectra.noise_share
     cells: dict[str, Cell] = {
         "channel": name,
         "from_hz": float(spectra.grid.frequency[0]),
@@ -112,7 +114,7 @@ def _row(name: str, spectra: LineSpectra, shares: Mapping[Kind, Share]) -> dict[
         "excited_lines": float(excited.sum()),
         "realisations": float(spectra.realisations),
         "periods": float(spectra.periods),
-        "noise_percent": noise if spectra.periods > 1 else None,
+        "noise_percent": None if noise is None else 100.0 * noise,
     }
     kinds: tuple[Kind, ...] = ("even", "odd", "all")
     for kind in kinds:
@@ -160,4 +162,3 @@ def _panel(i: int, reading: Reading, result: RunResult) -> Panel:
         Scale(f"{response.name} over {name} [{unit}]"),
         tuple(lines),
     )
-

@@ -16,20 +16,38 @@ NAMES: Final[Mapping[Kind, str]] = {
 
 HINTS: Final[Mapping[Kind, str]] = {
     "even": "even: a law that differs between push and pull",
-    "odd": "odd: a law that is the same both ways, such as a hardening spring, play or friction",
+    "odd": "odd: a law that is the same both ways: a hardening spring, play, friction",
 }
 """What a kind of distortion is a sign of."""
 
 
-def sentence(name: str, shares: Mapping[Kind, Share], band: tuple[float, float]) -> str:
-    """Return whether a response is linear, and within how much, else how it is distorted."""
+def sentence(
+    name: str,
+    shares: Mapping[Kind, Share],
+    noise: float | None,
+    band: tuple[float, float],
+) -> str:
+    """Return whether a response is linear, and within how much, else how it is distorted.
+
+    Parameters
+    ----------
+    name : str
+        The response.
+    shares : mapping
+        What is known of each kind of distortion.
+    noise : float, optional
+        Share of the response that does not repeat [-]; None where it is not known.
+    band : (float, float)
+        First and last excited line [Hz].
+    """
     where = f"{name}, {band[0]:.4g} to {band[1]:.4g} Hz"
+    beside = "noise not known" if noise is None else f"noise {_percent(noise)}"
     if not shares:
-        return f"{where}: distortion is not known."
+        return f"{where}: {beside} of the response; distortion is not known."
     found = [one for one in shares.values() if one.bands]
     if not found:
         most = max(one.limit for one in shares.values())
-        return f"{where}: linear within {_percent(most)} of the response."
+        return f"{where}: linear within {_percent(most)} of the response; {beside}."
     rest = [one for one in shares.values() if not one.bands]
     parts = [
         f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
@@ -37,6 +55,7 @@ def sentence(name: str, shares: Mapping[Kind, Share], band: tuple[float, float])
         for one in found
     ]
     parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
+    parts.append(beside)
     hints = [HINTS[one.kind] for one in found if one.kind in HINTS]
     return f"{where}: {'; '.join(parts)}.{f' {_first_upper(hints)}.' if hints else ''}"
 

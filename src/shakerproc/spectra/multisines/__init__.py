@@ -1,9 +1,15 @@
-"""Multisines: response function, noise, even and odd distortion of every line, before any model."""
+"""Multisines: response function, noise, even and odd distortion, before any model."""
 
 from shakerproc.spectra.multisines.judging import Share, shares_of
 from shakerproc.spectra.multisines.lines import Grid, grid_of
 from shakerproc.spectra.multisines.measuring import LineSpectra, line_spectra
-from shakerproc.spectra.multisines.periods import Layout, cut, layout_of, settled
+from shakerproc.spectra.multisines.periods import (
+    Layout,
+    cut,
+    layout_of,
+    samples_of_period,
+    settled,
+)
 
 __all__ = [
     "Grid",
@@ -14,6 +20,7 @@ __all__ = [
     "grid_of",
     "layout_of",
     "line_spectra",
+    "samples_of_period",
     "settled",
     "shares_of",
 ]

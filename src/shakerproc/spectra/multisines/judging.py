@@ -36,8 +36,9 @@ class Share:
     lines : int
         How many lines show it.
     value, limit : float
-        Of the root mean squares over the band, the noise taken away; and its upper limit, 95 %
-        [-]. With one period the noise is in both.
+        Of the root mean squares over the band, the noise taken away; and its upper limit, 95 %,
+        as far as noise hides it in these realisations [-]. With one period the noise is in
+        both.
     largest, at : float
         Largest share of neighbouring lines [-], and where [Hz]; NaN where none stands out.
     bands : sequence of (float, float)
@@ -89,8 +90,9 @@ def _share(
     noise = spectra.noise**2 if known else np.zeros(power.size)
     noisy = spectra.realisations * (spectra.periods - 1)
     value = max(float(np.mean(power[lines] - noise[lines])), 0.0)
-    spread = np.sum(power[lines] ** 2) / repeats
-    spread += np.sum(noise[lines] ** 2) / noisy if known else 0.0
+    seen, quiet = np.maximum(power[lines], noise[lines]), noise[lines]
+    spread = np.sum((2.0 * seen - quiet) * quiet) / repeats
+    spread += np.sum(quiet**2) / noisy if known else 0.0
     limit = value + LIMIT * float(np.sqrt(spread)) / lines.size
     blocks = np.array_split(lines, max(1, lines.size // BLOCK))
     share, place, stands = [], [], []

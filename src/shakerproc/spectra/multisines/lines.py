@@ -11,8 +11,8 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 
 REACH: Final = 10
-"""Lines to each side among which an excited one is looked for [-]: one of four odd lines is left
-out at random, so that eight lines hold some."""
+"""Lines to each side among which an excited one is looked for [-]: of four odd lines one is
+left out at random, so that eight lines hold some."""
 
 STANDS: Final = 0.2
 """Amplitude of an excited line over the largest near it, at least [-]: a force falls less than
@@ -47,17 +47,18 @@ class Grid:
     @property
     def even(self) -> NDArray[np.bool_]:
         """Lines that show even distortion alone: even ones, none of them excited."""
-        return ~self.excited & (self.number % 2 == 0) & self._alone
+        return self._detecting(0)
 
     @property
     def odd(self) -> NDArray[np.bool_]:
         """Odd lines that are not excited."""
-        return ~self.excited & (self.number % 2 == 1) & self._alone
+        return self._detecting(1)
 
-    @property
-    def _alone(self) -> bool:
-        """Whether only odd lines are excited: else sums of them are even and odd alike."""
-        return bool(np.all(self.number[self.excited] % 2 == 1))
+    def _detecting(self, parity: int) -> NDArray[np.bool_]:
+        """Return lines of a parity that detect: sums of even lines are even and odd alike."""
+        odd_only = bool(np.all(self.number[self.excited] % 2 == 1))
+        result: NDArray[np.bool_] = ~self.excited & (self.number % 2 == parity) & odd_only
+        return result
 
 
 def grid_of(
@@ -98,4 +99,4 @@ def grid_of(
             f"{band[1]:.4g} Hz; correct from, to, period or the role of the input"
         )
     part = slice(int(chosen[0]), int(chosen[-1]) + 1)
-    return Grid(number[part], number[part] * spacing, excited[part])
+    return Grid(number[part], np.asarray(number[part] * spacing, float), excited[part])

@@ -50,6 +50,14 @@ class LineSpectra:
     realisations: int
     periods: int
 
+    @property
+    def noise_share(self) -> float | None:
+        """Noise over the response, root mean squares over the band [-]; None if not known."""
+        if self.periods == 1:
+            return None
+        whole = np.mean(self.level[self.grid.excited] ** 2)
+        return float(np.sqrt(np.mean(self.noise**2) / whole))
+
 
 def line_spectra(driving: ComplexArray, response: ComplexArray, grid: Grid) -> LineSpectra:
     r"""Return what a response does at every line.

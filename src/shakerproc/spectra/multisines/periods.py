@@ -9,11 +9,14 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 
 WHOLE: Final = 0.01
-"""By how many samples a period may miss a whole number: it is written with so many digits [-]."""
+"""By how many samples a period may miss a whole number: it is written in so many digits [-]."""
+
+SHORTEST: Final = 8
+"""Samples that a period has at least [-]."""
 
 TRANSIENT: Final = 2.0
-"""Power of the difference of two periods over that of later ones from which on the first of the
-two is taken for a transient [-]: that of noise over a hundred lines rarely varies by as much."""
+"""Power of the difference of two periods over that of later ones from which on the first of
+the two is taken for a transient [-]: noise over a hundred lines rarely varies by as much."""
 
 ROUNDING: Final = 1e-16
 """Power of a difference over that of the signal below which it is that of numbers [-]."""
@@ -82,14 +85,7 @@ def layout_of(
     SpectrumError
         If a period is no whole number of samples, or the run is too short.
     """
-    exact = period * sample_rate
-    n_period = round(exact)
-    if abs(exact - n_period) > WHOLE or n_period < 8:
-        raise SpectrumError(
-            f"a period of {period:.9g} s is {exact:.9g} samples at {sample_rate:.9g} Hz, and a "
-            f"whole number of them is needed; write {max(n_period, 8) / sample_rate:.9g} s if it "
-            "was that, else record with the clock of the generator, or resample"
-        )
+    n_period = samples_of_period(period, sample_rate)
     if periods is None:
         periods = n_samples // (n_period * realisations)
     step = periods * n_period if every is None else round(every * sample_rate)
@@ -101,6 +97,26 @@ def layout_of(
             "correct period, periods or realisations under multisine, or the crop"
         )
     return Layout(n_period, periods, realisations, step)
+
+
+def samples_of_period(period: float, sample_rate: float) -> int:
+    """Return how many samples a period [s] has at a sample rate [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If that is no whole number, or below eight.
+    """
+    exact = period * sample_rate
+    n_period = round(exact)
+    if abs(exact - n_period) > WHOLE or n_period < SHORTEST:
+        raise SpectrumError(
+            f"a period of {period:.9g} s is {exact:.9g} samples at {sample_rate:.9g} Hz, and a "
+            f"whole number from {SHORTEST} on is needed; write "
+            f"{max(n_period, SHORTEST) / sample_rate:.9g} s if it was that, else record with "
+            "the clock of the generator, or resample"
+        )
+    return n_period
 
 
 def cut(samples: FloatArray, layout: Layout) -> FloatArray:

@@ -1,0 +1,190 @@
+"""A multisine as a run: table, figure, sentences, flags; and a real one."""
+
+import csv
+
+import numpy as np
+import pytest
+from tests.in_process import run
+
+from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.runs import process_recording
+from shakerproc.testlog import Multisine, Processing, Test
+
+RATE, N = 512.0, 1024
+CHANNELS = (
+    Channel("force", "N", "force", "N", "force"),
+    Channel("point", "m/s^2", "point", "g", "response"),
+)
+G = 9.80665
+
+
+def lines(seed=1, *, every=False):
+    number = np.arange(11, 200, 1 if every else 2)
+    rng = np.random.default_rng(seed)
+    left_out = [] if every else [rng.choice(group) for group in np.array_split(number, 24)]
+    return np.setdiff1d(number, left_out)
+
+
+def force_of(count, periods, *, every=False, seed=1):
+    """Realisations of amplitude 1 N at every line, each so many periods."""
+    rng = np.random.default_rng(seed)
+    number = lines(every=every)
+    spectrum = np.zeros((count, N // 2 + 1), dtype=complex)
+    spectrum[:, number] = 0.5 * N * np.exp(2j * np.pi * rng.random((count, number.size)))
+    return np.tile(np.fft.irfft(spectrum, N, axis=1), periods).ravel()
+
+
+def processed(force, law, said=None, *, noise=0.01, channels=CHANNELS, transient=0.0):
+    time = np.arange(force.size) / RATE
+    response = law(force) + noise * np.random.default_rng(5).standard_normal(force.size)
+    response += transient * np.exp(-2.0 * time) * np.sin(300.0 * time)
+    test = Test(
+        1,
+        excitation="multisine",
+        from_hz=5.0,
+        to_hz=100.0,
+        multisine=said or Multisine(2.0),
+        processing=Processing(crop=None),
+    )
+    rows = np.array([force, response])
+    return process_recording(recording_of_arrays("run", channels, rows, RATE), test)
+
+
+def found(result):
+    (one,) = [one for one in result.analyses if one.kind == "multisine"]
+    return one
+
+
+def test_the_table_has_every_line_with_units_and_the_function_of_the_excited_ones():
+    one = found(processed(force_of(1, 6), lambda f: 3.0 * f))
+    columns = one.columns
+    chosen = np.array(columns["kind"]) == "excited"
+    assert list(np.array(columns["line"])[chosen]) == list(lines())
+    gain = np.array(columns["magnitude_point_over_force_g_per_N"])
+    assert gain[chosen] == pytest.approx(3.0 / G, rel=0.01)
+    assert np.isnan(gain[~chosen]).all()
+    assert columns["input_force_N"][chosen] == pytest.approx(1.0, rel=1e-6)
+    noise = np.sqrt(np.mean(np.square(columns["noise_point_g"])))
+    assert noise == pytest.approx(0.02 / np.sqrt(N * 6) / G, rel=0.1)
+    assert one.told[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
+    assert "even and 24 odd ones detect" in one.told[1]
+    assert not one.problems
+
+
+def test_even_and_odd_laws_are_named_with_their_bands():
+    one = found(processed(force_of(1, 4), lambda f: 3.0 * f + 0.005 * f**2))
+    assert "even distortion of" in one.told[0]
+    assert "out of the noise from" in one.told[0]
+    assert "odd distortion below" in one.told[0]
+    assert one.told[0].endswith("a law that differs between push and pull.")
+    (panel,) = one.panels
+    assert [line.label for line in panel.lines] == [
+        "response function", "noise", "even distortion", "odd distortion"
+    ]  # fmt: skip
+    one = found(processed(force_of(1, 4), lambda f: 3.0 * f + 0.001 * f**3))
+    assert "odd distortion of" in one.told[0]
+    assert "even distortion below" in one.told[0]
+
+
+def test_a_transient_is_left_out_and_told():
+    one = found(processed(force_of(1, 6), lambda f: 3.0 * f, transient=50.0))
+    assert "The first 2 of 6 periods do not repeat (a transient) and are left out." in one.told
+    assert one.told[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
+
+
+def test_what_a_multisine_cannot_tell_is_a_flag_of_one_line():
+    one = found(processed(force_of(1, 1), lambda f: 3.0 * f))
+    (told,) = one.problems
+    assert told.startswith("one period only: the noise is not known")
+    one = found(processed(force_of(1, 4, every=True), lambda f: 3.0 * f))
+    (told,) = one.problems
+    assert told.startswith("no detection lines and one realisation")
+    assert "noise 0." in one.told[0]
+    said = Multisine(2.0, periods=3, realisations=3)
+    one = found(processed(force_of(3, 3, every=True), lambda f: 3.0 * f + 0.001 * f**3, said))
+    assert not one.problems
+    assert "distortion over the realisations of" in one.told[0]
+    result = processed(force_of(1, 4), lambda f: 3.0 * f, Multisine(1.5))
+    (flag,) = [flag for flag in result.flags if flag.kind == "multisine"]
+    assert flag.message.startswith("the periods do not repeat")
+    assert "it repeats after 2 s" in flag.message
+    no_input = (Channel("a", "m/s^2", "a", "g", "response"), CHANNELS[1])
+    (told,) = found(processed(force_of(1, 4), lambda f: f, channels=no_input)).problems
+    assert "needs controls or one force as its input" in told
+
+
+LOG = """testlog: 1
+recordings: .
+channels:
+  f: {role: force, at: coupon, unit: N}
+  x: {role: response, at: coupon, unit: m/s^2}
+processing: {crop: {from: 0.5 s, to: 24.6 s}, sample_rate: 512 Hz}
+tests:
+  - {id: 1, recording: one.tdms, excitation: multisine, level: 20 N rms, from: 5 Hz, to: 120 Hz,
+     multisine: {period: 2 s, periods: 4, realisations: 3}}
+"""
+MODEL = """model: 1
+title: hardening coupon
+masses: {coupon: 1 kg}
+elements:
+  - {kind: spring, between: [base, coupon], stiffness: 1e5 N/m}
+  - {kind: damper, between: [base, coupon], damping: 12 N s/m}
+  - {kind: cubic_stiffness, between: [base, coupon], coefficient: 1e9 N/m^3}
+excitation: {force on: coupon}
+sensors:
+  x: {at: coupon, measures: acceleration}
+"""
+
+
+def test_what_simulate_plays_batch_reads(tmp_path):
+    """A hardening spring is odd: the even lines stay within the noise."""
+    log = tmp_path / "log.yaml"
+    log.write_text(LOG)
+    (tmp_path / "model.yaml").write_text(MODEL)
+    assert run("plan", log, "--model", tmp_path / "model.yaml", "--out", tmp_path / "p") == 0
+    assert run("simulate", tmp_path / "model.yaml", log, "--out", tmp_path) == 0
+    assert run("batch", log, "--out", tmp_path / "out", "--no-figures") == 0
+    with (tmp_path / "out" / "multisine.csv").open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["even_stands_out"], row["odd_stands_out"]) == ("false", "true")
+    assert float(row["realisations"]) == 3.0
+    assert float(row["periods"]) == 3.0
+    assert float(row["odd_percent"]) > 3.0 > 100.0 * float(row["even_limit_percent"])
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for text in ("odd distortion of", "Pintelon", "(a transient) and are left out"):
+        assert text in page
+
+
+def test_a_period_that_no_recorder_hits_is_refused_before_anything_is_simulated(
+    tmp_path, capsys
+):
+    (tmp_path / "log.yaml").write_text(LOG.replace("period: 2 s", "period: 2.001 s"))
+    (tmp_path / "model.yaml").write_text(MODEL)
+    log = tmp_path / "log.yaml"
+    assert run("simulate", tmp_path / "model.yaml", log, "--out", tmp_path) == 1
+    assert "a period of 2.001 s is 1024.512 samples at 512 Hz" in capsys.readouterr().err
+
+
+@pytest.mark.shared
+def test_nine_periods_of_an_aircraft(shared):
+    """The noise of each line against numpy's: deviation of eight periods over root eight."""
+    file = shared / "data" / "f16_level1" / "F16Data_FullMSine_Level1.csv"
+    force, wing = np.loadtxt(file, delimiter=",", skiprows=1, usecols=(0, 3)).T
+    test = Test(
+        1,
+        excitation="multisine",
+        from_hz=2.0,
+        to_hz=15.0,
+        multisine=Multisine(20.48),
+        processing=Processing(crop=None),
+    )
+    rows = recording_of_arrays("f16", CHANNELS, np.array([force, wing]), 400.0)
+    one = found(process_recording(rows, test))
+    assert "The first 1 of 9 periods do not repeat (a transient) and are left out." in one.told
+    number = np.array(one.columns["line"])
+    assert list(number) == list(range(41, 308))
+    u, y = (np.fft.rfft(x.reshape(9, 8192)[1:])[:, number] / 4096.0 for x in (force, wing))
+    rest = y - u * (y.mean(axis=0) / u.mean(axis=0))
+    deviation = np.std(rest, axis=0, ddof=1) / np.sqrt(8.0) / G
+    assert one.columns["noise_point_g"] == pytest.approx(deviation, rel=1e-9)
+    assert one.summary[0]["noise_percent"] == pytest.approx(0.085, abs=0.001)
