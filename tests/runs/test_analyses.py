@@ -38,7 +38,7 @@ ASKED = {
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
 UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine"}
-"""What nobody asks for: it comes with a force that drives the run, or with a free decay."""
+"""What nobody asks for: it comes with a force that drives the run, or with an excitation."""
 
 REFUSED = {
     "response_functions: [{input: ch9, output: ch4}]": "no channel 'ch9'; the run has",
@@ -238,6 +238,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
     assert {one.kind for one in result.analyses} == set(ANALYSES) - {
         "blows",
         "decays",
+        "multisine",
         "driving_point",
         "orders",
     }

@@ -25,7 +25,7 @@ from shakerproc.testlog.paths import is_inside
 from shakerproc.units import near_miss
 
 Excitation: TypeAlias = Literal[
-    "sine sweep", "random", "multisine", "sine", "stepped sine", "shock", "hammer", "free decay"
+    "sine sweep", "random", "sine", "multisine", "stepped sine", "shock", "hammer", "free decay"
 ]
 PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 """Kinds of excitation that are over soon, and whose shape no key of the log says."""
