@@ -4,11 +4,13 @@ import csv
 
 import numpy as np
 import pytest
+from configs.benchmarks import convert
+from scipy import io
 from tests.in_process import run
 
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.runs import process_recording
-from shakerproc.testlog import Multisine, Processing, Test
+from shakerproc.runs import process_recording, process_test
+from shakerproc.testlog import Multisine, Processing, Test, read_testlog
 
 RATE, N = 512.0, 1024
 CHANNELS = (
@@ -96,6 +98,7 @@ def test_what_a_multisine_cannot_tell_is_a_flag_of_one_line():
     one = found(processed(force_of(1, 1), lambda f: 3.0 * f))
     (told,) = one.problems
     assert told.startswith("one period only: the noise is not known")
+    assert one.told[0].endswith("of the response (rms), with the noise in them.")
     one = found(processed(force_of(1, 4, every=True), lambda f: 3.0 * f))
     (told,) = one.problems
     assert told.startswith("no detection lines and one realisation")
@@ -188,3 +191,30 @@ def test_nine_periods_of_an_aircraft(shared):
     deviation = np.std(rest, axis=0, ddof=1) / np.sqrt(8.0) / G
     assert one.columns["noise_point_g"] == pytest.approx(deviation, rel=1e-9)
     assert one.summary[0]["noise_percent"] == pytest.approx(0.085, abs=0.001)
+
+
+@pytest.mark.shared
+def test_the_silverbox_is_odd(shared, tmp_path):
+    """Ten realisations of odd lines only; shares by numpy from the file alone."""
+    data = io.loadmat(shared / "data" / "silverbox" / "SNLS80mV.mat")
+    first, step, number = round(67.1418 * 610.35), 8692, np.arange(7, 2684)
+    u, y = (
+        np.array([np.fft.rfft(data[name].ravel()[k : k + 8192])[number] for k in starts])
+        for name in ("V1", "V2")
+        for starts in [first + step * np.arange(10)]
+    )
+    odd = number % 2 == 1
+    whole = np.mean(np.abs(y[:, odd]) ** 2)
+    ratio = y[:, odd] / u[:, odd]
+    scatter = np.std(ratio, axis=0, ddof=1) * np.sqrt(np.mean(np.abs(u[:, odd]) ** 2, axis=0))
+    path = convert.folder_of("silverbox", tmp_path) / "multisines.yaml"
+    log = read_testlog(path)
+    one = found(process_test(log, log.tests[0]))
+    (row,) = one.summary
+    assert row["excited_lines"] == odd.sum()
+    share = 100.0 * np.sqrt(np.mean(scatter**2) / whole)
+    assert row["scatter_percent"] == pytest.approx(share, rel=1e-6)
+    even = 100.0 * np.sqrt(np.mean(np.abs(y[:, ~odd]) ** 2) / whole)
+    assert row["even_percent"] == pytest.approx(even, rel=0.2)  # ours without the input's part
+    assert row["even_percent"] < 0.05 * row["scatter_percent"]
+    assert row["noise_percent"] is None

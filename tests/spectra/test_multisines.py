@@ -53,6 +53,14 @@ def test_lines_that_are_excited_are_found_whatever_their_phases():
     assert grid.frequency == pytest.approx(grid.number / 2.0)
 
 
+def test_hum_at_an_even_line_does_not_hide_that_the_multisine_is_odd():
+    lines, force = sines(3)
+    hum = 0.4 * np.sin(2.0 * np.pi * 100.0 * np.arange(N) / N)
+    grid = measured(force + hum, force + hum, 1).grid
+    assert list(grid.number[grid.excited]) == list(lines)
+    assert grid.even.any()
+
+
 def test_a_static_law_of_second_and_third_order_splits_into_even_and_odd():
     """Squares of odd lines lie at even lines, cubes at odd ones; the share is numpy's alone."""
     lines, force = sines(12)

@@ -41,10 +41,14 @@ def sentence(
         First and last excited line [Hz].
     """
     where = f"{name}, {band[0]:.4g} to {band[1]:.4g} Hz"
-    beside = "noise not known" if noise is None else f"noise {_percent(noise)}"
     if not shares:
-        return f"{where}: {beside} of the response; distortion is not known."
+        told = "is not known" if noise is None else f"{_percent(noise)} of the response"
+        return f"{where}: noise {told}; distortion is not known."
+    if noise is None:
+        parts = [f"{NAMES[one.kind]} {_percent(one.value)}" for one in shares.values()]
+        return f"{where}: {', '.join(parts)} of the response (rms), with the noise in them."
     found = [one for one in shares.values() if one.bands]
+    beside = f"noise {_percent(noise)}"
     if not found:
         most = max(one.limit for one in shares.values())
         return f"{where}: linear within {_percent(most)} of the response; {beside}."

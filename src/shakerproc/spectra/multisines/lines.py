@@ -21,6 +21,10 @@ that within a few lines, and what is not excited lies below in a shaker that is 
 LOWEST: Final = 0.01
 """The same over the largest of all lines [-]."""
 
+STRAY: Final = 0.05
+"""Share of even lines among those that seem excited up to which they are disturbances, such as
+mains hum, and the multisine is odd [-]."""
+
 NOISES: Final = 5.0
 """Amplitude of an excited line over the deviation of its mean, at least [-]."""
 
@@ -92,6 +96,8 @@ def grid_of(
         count = lines.shape[0] * lines.shape[1]
         power = np.mean(np.var(lines, axis=1, ddof=1), axis=0)
         excited &= mean > NOISES * np.sqrt(power / count)
+    if np.sum(excited & (number % 2 == 0)) <= STRAY * np.sum(excited):
+        excited &= number % 2 == 1
     chosen = np.flatnonzero(excited)
     if chosen.size < 4:
         raise SpectrumError(
