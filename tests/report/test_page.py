@@ -76,7 +76,9 @@ def report_of(runs, **more):
 
 
 def test_the_page_opens_with_what_matters(many):
-    text = "".join(Page(html(report_of(many)).split("<main>")[1]).text)
+    main = html(report_of(many)).split("<main>")[1]
+    shown = re.sub(r'<section class="contents".*?</section>', "", main, flags=re.DOTALL)
+    text = "".join(Page(shown).text)
     places = [
         text.index(words)
         for words in (
@@ -197,6 +199,25 @@ def test_every_text_can_be_read():
     for name in ("ink", "soft", "good", "bad", "warn", "link"):
         assert contrast(colours[name], "#ffffff") >= 4.5, name
         assert contrast(colours[name], colours["tint"]) >= 4.5, name
+
+
+def test_every_text_can_be_read_in_the_dark_too():
+    """Figures stay dark on white there, as they are drawn."""
+    text = html(report_of([]))
+    (dark,) = re.findall(r"prefers-color-scheme: dark\) \{\s*html \{([^}]*)\}", text)
+    colours = dict(re.findall(r"--(\w+): (#\w{6})", dark))
+    for name in ("ink", "soft", "good", "bad", "warn", "link"):
+        assert contrast(colours[name], colours["paper"]) >= 4.5, name
+        assert contrast(colours[name], colours["tint"]) >= 4.5, name
+
+
+def test_a_column_that_holds_nothing_is_left_out(many, summary):
+    facts = {k: v for k, v in summary.facts.items() if k not in {"joint", "specimen"}}
+    bare = "".join(Page(html(report_of([replace(summary, facts=facts)]))).text)
+    assert "joint" in "".join(Page(html(report_of(many))).text)
+    table = bare[bare.index("All runs") :]
+    assert "joint" not in table[: table.index("Click a heading")]
+    assert "orientation" in table
 
 
 def test_a_report_of_nothing_is_still_a_page():

@@ -15,9 +15,10 @@ from shakerproc import __version__, files
 from shakerproc.report import attention, live, runs_table, style, svg, trend_view
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
+from shakerproc.report.header import HeaderView
 from shakerproc.report.methods import Methods, methods_of
 from shakerproc.report.run_view import RunView, run_view
-from shakerproc.report.runs_table import COLUMNS, Cell, Column
+from shakerproc.report.runs_table import Cell, Column
 from shakerproc.report.sections import Section
 from shakerproc.report.watched import Watched
 from shakerproc.runs import telling
@@ -55,6 +56,8 @@ class Report:
         What was done; by default what the runs tell.
     watched : Watched, optional
         How the page follows a folder; by default it does not.
+    header : HeaderView, optional
+        What the log says for the customer.
     """
 
     title: str
@@ -69,6 +72,7 @@ class Report:
     inputs: Sequence[tuple[str, str, str]] = ()
     methods: Methods | None = None
     watched: Watched | None = None
+    header: HeaderView | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,7 @@ class _Page:
     with_runs: bool
     channel: str
     watched: Watched | None
+    header: HeaderView | None
 
 
 UPLOT: Final = "1.6.32"
@@ -167,6 +172,7 @@ def _page(report: Report) -> _Page:
     shown = [run for run in report.runs if run.status != "discarded"]
     views = [run_view(run, i) for i, run in enumerate(shown, 1)]
     methods = report.methods or methods_of(shown)
+    columns, rows = runs_table.table(shown, views, report.channel)
     with_runs = bool(report.runs) or not report.sections
     opening = attention.tally(report.runs) if with_runs else ""
     return _Page(
@@ -175,8 +181,8 @@ def _page(report: Report) -> _Page:
         verdict=" ".join(filter(None, (opening, report.verdict or _told(report)))),
         counts=attention.counts(report.runs),
         attention=attention.attention(shown, views),
-        columns=COLUMNS,
-        rows=runs_table.rows(shown, views, report.channel),
+        columns=columns,
+        rows=rows,
         table_note=runs_table.table_note(report.runs, report.channel),
         trends=[trend_view.drawing(trend) for trend in report.trends],
         not_drawn=_not_drawn(report),
@@ -192,6 +198,7 @@ def _page(report: Report) -> _Page:
         with_runs=with_runs,
         channel=report.channel,
         watched=report.watched,
+        header=report.header,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Final
 from shakerproc.report import analysis_figures
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.run_drawings import figures, marked
+from shakerproc.report.sections import filled
 from shakerproc.runs import peak_rows, trends
 from shakerproc.runs.summary import (
     AnalysisSummary,
@@ -64,6 +65,7 @@ PEAK_COLUMNS: Final = tuple(name.replace("zeta", "ζ") for name in peak_rows.COL
 def run_view(run: RunSummary, number: int) -> RunView:
     """Return a run as the page shows it; `number` makes its anchor."""
     rows = peak_rows.peak_rows(run)
+    channels = filled("", CHANNEL_COLUMNS, [_channel_row(c, run) for c in run.channels])
     return RunView(
         test=run.test,
         anchor=f"run-{number}",
@@ -74,8 +76,8 @@ def run_view(run: RunSummary, number: int) -> RunView:
         detail=run.detail,
         flags=run.flags,
         figures=[*figures(run), *(marked(d, run) for d in analysis_figures.drawings(run))],
-        channel_columns=CHANNEL_COLUMNS,
-        channels=[_channel_row(c, run) for c in run.channels],
+        channel_columns=channels.columns,
+        channels=channels.rows,
         spectrum=_spectrum_note(run),
         peaks_of=peak_rows.quantity_of(run),
         peak_columns=PEAK_COLUMNS,

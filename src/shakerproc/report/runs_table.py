@@ -51,11 +51,13 @@ COLUMNS: Final = (
 )
 
 
-def rows(
+def table(
     runs: Sequence[RunSummary], views: Sequence[RunView], channel: str
-) -> list[list[Cell]]:
-    """Return a row of cells for each run."""
-    return [_row(run, view, channel) for run, view in zip(runs, views, strict=True)]
+) -> tuple[Sequence[Column], list[list[Cell]]]:
+    """Return the columns that hold something, and a row of their cells for each run."""
+    rows = [_row(run, view, channel) for run, view in zip(runs, views, strict=True)]
+    kept = [i for i, _ in enumerate(COLUMNS) if not rows or any(row[i].shown for row in rows)]
+    return [COLUMNS[i] for i in kept], [[row[i] for i in kept] for row in rows]
 
 
 def _row(run: RunSummary, view: RunView, channel: str) -> list[Cell]:

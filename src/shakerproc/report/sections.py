@@ -33,3 +33,9 @@ class Section:
     tables: Sequence[Table] = ()
     figures: Sequence[Drawing] = ()
     parts: "Sequence[Section]" = ()
+
+
+def filled(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """Return a table without the columns that hold nothing."""
+    kept = [i for i, _ in enumerate(columns) if any(row[i] for row in rows)]
+    return Table(caption, [columns[i] for i in kept], [[row[i] for i in kept] for row in rows])

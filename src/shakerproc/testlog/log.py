@@ -19,6 +19,7 @@ from shakerproc.testlog.analyses import (
     Waterfall,
 )
 from shakerproc.testlog.hammer import Hammer
+from shakerproc.testlog.header import Header
 from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import is_inside
@@ -591,6 +592,8 @@ class TestLog:
         What the shaker can do, where the log says it.
     modal : Modal
         How modes are looked for.
+    header : Header, optional
+        What stands at the top of the report, where the log says it.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -603,6 +606,7 @@ class TestLog:
     document: Document[Any]
     shaker: Shaker = Shaker()
     modal: Modal = Modal()
+    header: Header | None = None
 
     @property
     def active(self) -> tuple[Test, ...]:

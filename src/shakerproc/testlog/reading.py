@@ -8,6 +8,8 @@ from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
 from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
+from shakerproc.testlog.header import Header
+from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
 from shakerproc.testlog.log import (
     Expectation,
@@ -108,7 +110,14 @@ class _Reader:
             document=self.document,
             shaker=Shaker(**dict(self.section.shaker)),
             modal=self.modal,
+            header=self._header(),
         )
+
+    def _header(self) -> Header | None:
+        if self.section.report is None:
+            return None
+        with _At(self.document, "report"):
+            return header_of(self.section.report, Below(self.document.path.parent).path)
 
     def _test(self, i: int, section: TestSection) -> Test:
         line = self.document.line(("tests", i))

@@ -23,6 +23,7 @@ from shakerproc.testlog.analysis_sections import (
     WaterfallSection,
 )
 from shakerproc.testlog.hammer import HammerSection
+from shakerproc.testlog.header_section import HeaderSection
 from shakerproc.testlog.log import Excitation
 from shakerproc.testlog.multisine import MultisineSection
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
@@ -397,6 +398,7 @@ class LogSection(Section):
     testlog: Literal[1]
     title: Remark = ""
     recordings: str = "recordings"
+    report: HeaderSection | None = None
     calibration: str | None = None
     channels: Channels = Field(default_factory=dict)
     processing: ProcessingSection = ProcessingSection()

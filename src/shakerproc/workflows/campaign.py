@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Unpack, final
 from shakerproc.batch.jobs import Products, relative_recording
 from shakerproc.batch.lock import locked
 from shakerproc.errors import ArgumentError, ShakerprocError
+from shakerproc.report.header import header_view
 from shakerproc.runs import RunSummary, tables, telling
 from shakerproc.runs.trends import Trend
 from shakerproc.testlog import Test, TestLog, facts_of
@@ -162,6 +163,7 @@ def batch(
     wish = Wish(channel, tuple(trend), tuple(by), figures=figures, command=command)
     if out is None:
         return Campaign(known.title, _in_threads(known, workers), wish)
+    wish = replace(wish, header=header_view(known))
     root = path_of("out", out, "a folder")
     own_folder(root, "batch")
     with locked(root):

@@ -9,6 +9,7 @@ from shakerproc import __version__, files
 from shakerproc.batch.campaign import Campaign
 from shakerproc.batch.collecting import write_tables
 from shakerproc.batch.manifest import settle
+from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.report.watched import Watched
@@ -33,6 +34,8 @@ class Wish:
         Whether to draw files.
     command : str
         How the report was asked for, as one may type it again.
+    header : HeaderView, optional
+        What stands at the top of the report; by default nothing but the title.
     watched : Watched, optional
         How the page follows a folder that is watched; by default it does not.
     """
@@ -42,6 +45,7 @@ class Wish:
     by: tuple[str, ...] = ()
     figures: bool = True
     command: str = ""
+    header: HeaderView | None = None
     watched: Watched | None = None
 
 
@@ -135,6 +139,7 @@ def _written_up(
         evidence.inputs,
         methods_of(runs, evidence),
         wish.watched,
+        wish.header,
     )
     write_report(root / "report.html", report)
     content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}

@@ -93,6 +93,7 @@ def batch(
     from shakerproc.batch.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
+    from shakerproc.report.header import header_view
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.evidence import held_against
     from shakerproc.workflows.machines import Machines
@@ -118,7 +119,9 @@ def batch(
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
-    wish = Wish(channel, tuple(trend or ()), _words(by), figures, output.command())
+    wish = Wish(
+        channel, tuple(trend or ()), _words(by), figures, output.command(), header_view(log)
+    )
     with locked(root):
         campaign = work_through_log(
             log,

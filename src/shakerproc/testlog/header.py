@@ -1,0 +1,72 @@
+"""The head of a report for a customer: who asked for the tests, of what, measured with what."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, final
+
+MOST_BYTES: Final = 20_000_000
+"""Largest photo of a specimen [byte]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """An instrument and its calibration.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    serial : str
+        Its serial number.
+    calibrated, valid_until : str
+        Days, as 2026-03-31; empty where the log says none.
+    """
+
+    name: str
+    serial: str = ""
+    calibrated: str = ""
+    valid_until: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What the log says for the top of the report; text is empty where it says nothing.
+
+    Attributes
+    ----------
+    client, order, specimen, operator, standard : str
+        One line each.
+    photo : Path, optional
+        Picture of the specimen.
+    instruments : tuple of Instrument
+        In the order of the log.
+    """
+
+    client: str = ""
+    order: str = ""
+    specimen: str = ""
+    operator: str = ""
+    standard: str = ""
+    photo: Path | None = None
+    instruments: tuple[Instrument, ...] = ()
+
+
+def checked_photo(path: Path) -> Path:
+    """Return the path of a photo that is there and not too large.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    if not path.is_file():
+        raise ValueError(f"no file {path}; put the photo there, or take the key out")
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise ValueError(
+            f"expected a photo of at most {MOST_BYTES / 1e6:g} MB, {path.name} has "
+            f"{size / 1e6:.1f} MB; save it smaller"
+        )
+    return path

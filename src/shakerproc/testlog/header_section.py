@@ -1,0 +1,96 @@
+"""The keys of ``report:`` in a test log."""
+
+from collections.abc import Callable
+from datetime import date, datetime
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from pydantic import AfterValidator, BeforeValidator
+
+from shakerproc.documents import FromList, Section
+from shakerproc.testlog.header import Header, Instrument, checked_photo
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.units import quoted
+
+
+def _as_text(written: object) -> object:
+    """Return numbers and days, such as an order of digits alone, as the text that they are."""
+    plain = isinstance(written, int | float | date) and not isinstance(written, bool)
+    return str(written) if plain else written
+
+
+def _one_line(text: str) -> str:
+    if not text.strip() or not text.isprintable() or len(text) > 200:
+        raise ValueError(f"expected one line of text, got {quoted(text)}")
+    return text.strip()
+
+
+def _day(text: str) -> str:
+    for form in ("%Y-%m-%d", "%d.%m.%Y"):
+        try:
+            return datetime.strptime(text.strip(), form).date().isoformat()  # noqa: DTZ007
+        except ValueError:
+            continue
+    raise ValueError(f"expected a day such as 2026-03-31, got {quoted(text)}")
+
+
+Line: TypeAlias = Annotated[str, BeforeValidator(_as_text), AfterValidator(_one_line)]
+Day: TypeAlias = Annotated[str, BeforeValidator(_as_text), AfterValidator(_day)]
+
+
+class InstrumentSection(Section):
+    """An instrument and its calibration."""
+
+    instrument: Line
+    serial: Line | None = None
+    calibrated: Day | None = None
+    valid_until: Day | None = None
+
+
+class HeaderSection(Section):
+    """The head of the report."""
+
+    client: Line | None = None
+    order: Line | None = None
+    specimen: Line | None = None
+    photo: str | None = None
+    operator: Line | None = None
+    standard: Line | None = None
+    instruments: Annotated[tuple[InstrumentSection, ...], FromList] = ()
+
+
+def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
+    """Return the head of the report.
+
+    Parameters
+    ----------
+    section : HeaderSection
+        What the log says.
+    below : callable
+        From a path in the log to one below its folder.
+
+    Raises
+    ------
+    MisfitError
+        If the photo cannot be used.
+    """
+    photo = None
+    if section.photo is not None:
+        try:
+            photo = checked_photo(below(section.photo))
+        except ValueError as error:
+            raise MisfitError(str(error), "photo") from error
+    return Header(
+        client=section.client or "",
+        order=section.order or "",
+        specimen=section.specimen or "",
+        operator=section.operator or "",
+        standard=section.standard or "",
+        photo=photo,
+        instruments=tuple(
+            Instrument(
+                one.instrument, one.serial or "", one.calibrated or "", one.valid_until or ""
+            )
+            for one in section.instruments
+        ),
+    )
