@@ -102,8 +102,8 @@ def remainder_note(left: float, floor: float) -> str:
 def doubted_note(faults: Sequence[Finding]) -> str:
     """Return which faults a model that lacks a force would have: they may stand for it."""
     return (
-        f"The model alone would ask for a {_faults(faults)}; as a force is missing, that may "
-        "stand for it and is not named as a fault."
+        f"The model would ask for a {_faults(faults)}; as it leaves more than noise, that may "
+        "stand for what is missing, and is not named as a fault."
     )
 
 

@@ -70,11 +70,11 @@ def judged(
     faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
     laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
     far = {} if found.rigid else far_numbers(fit)
-    doubted: list[Finding] = []
+    doubted = _doubted(found, chosen, faults)
+    faults = [fault for fault in faults if fault not in doubted]
     if is_outside(found, chosen):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
-        outside, doubted = _curve(found), [] if found.late else _of_the_model(faults)
-        faults = [fault for fault in faults if fault not in doubted]
+        outside = _curve(found)
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
@@ -182,8 +182,14 @@ def _faults(found: Found, fit: Fit) -> list[Finding]:
     return out
 
 
-def _of_the_model(faults: Sequence[Finding]) -> list[Finding]:
-    """Return the faults that only a model tells: where physics is missing, it may err."""
+def _doubted(found: Found, chosen: Score, faults: Sequence[Finding]) -> list[Finding]:
+    """Return the faults that only a model tells which leaves more than noise.
+
+    They may stand for what is missing in it; not a delay that was seen before all else.
+    """
+    known = np.isfinite(found.floor_under(chosen)) and not found.is_explained_by(chosen)
+    if not known or found.late:
+        return []
     return [fault for fault in faults if fault.kind in {"sensor_gain", "sensor_delay"}]
 
 
