@@ -1,6 +1,7 @@
 """A multisine as a run: table, figure, sentences, flags; and a real one."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tests.in_process import run
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.runs import process_recording, process_test
-from shakerproc.testlog import Multisine, Processing, Test, read_testlog
+from shakerproc.testlog import Multisine, Peaks, Processing, Test, read_testlog
 
 RATE, N = 512.0, 1024
 CHANNELS = (
@@ -218,3 +219,44 @@ def test_the_silverbox_is_odd(shared, tmp_path):
     assert row["even_percent"] == pytest.approx(even, rel=0.2)  # ours without the input's part
     assert row["even_percent"] < 0.05 * row["scatter_percent"]
     assert row["noise_percent"] is None
+
+
+def test_a_multisine_that_the_log_calls_random_is_processed_all_the_same():
+    """Segments as long as its period leave holes in the spectrum, which no mode fits."""
+    force = force_of(1, 4)
+    time = np.arange(force.size) / RATE
+    noise = 0.01 * np.random.default_rng(5).standard_normal(force.size)
+    response = 3.0 * force + noise + 50.0 * np.exp(-2.0 * time) * np.sin(300.0 * time)
+    test = Test(
+        1,
+        excitation="random",
+        from_hz=40.0,
+        to_hz=60.0,
+        processing=Processing(crop=None, peaks=Peaks(count=4)),
+    )
+    channels = (replace(CHANNELS[0], role="response"), CHANNELS[1])
+    rows = recording_of_arrays("run", channels, np.array([force, response]), RATE)
+    assert process_recording(rows, test).psd.shape[0] == 2
+
+
+def test_a_base_that_shakes_is_the_mean_of_its_controls():
+    force = force_of(1, 4)
+    noise = 0.01 * np.random.default_rng(5).standard_normal((2, force.size))
+    uneven = 0.1 * np.sin(np.arange(force.size))
+    rows = np.array([force + uneven, force - uneven, 2.0 * force + noise[0]])
+    channels = tuple(
+        Channel(name, "m/s^2", name, "g", role)
+        for name, role in (("c1", "control"), ("c2", "control"), ("ch3", "response"))
+    )
+    test = Test(
+        1,
+        excitation="multisine",
+        from_hz=5.0,
+        to_hz=100.0,
+        multisine=Multisine(2.0),
+        processing=Processing(crop=None),
+    )
+    one = found(process_recording(recording_of_arrays("run", channels, rows, RATE), test))
+    assert [row["channel"] for row in one.summary] == ["ch3"]
+    chosen = np.array(one.columns["kind"]) == "excited"
+    assert one.columns["magnitude_ch3_over_controls"][chosen] == pytest.approx(2.0, rel=0.01)

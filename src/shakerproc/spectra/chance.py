@@ -230,7 +230,7 @@ def _of_density(
 ) -> Chance:
     """Return the errors of a density: its own periodogram is what scatters."""
     nodes, share, amplitude, here = grid
-    least = LEAST_NOISE * float(here.real.max())
+    least = LEAST_NOISE * float(np.abs(here.real).max())  # poor fits are negative all over
     density = np.sqrt(np.maximum(here.real, least))
     parts = [amplitude**2 * np.sqrt(share) * density**2]
     apart = frequency[:, np.newaxis] - nodes
