@@ -1,7 +1,6 @@
 """`shakerproc watch`: each finished recording is worked through once, none is lost."""
 
 import os
-import re
 import shutil
 import signal
 import time
@@ -11,9 +10,10 @@ from tests.batch.watched import kill_and_compare, watch
 from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.batch.arrivals import looked, recordings_in, standing
+from shakerproc.batch.arrivals import Stamp, looked, recordings_in, standing
 from shakerproc.batch.jobs import Products
-from shakerproc.errors import RecordingError
+from shakerproc.cli.watched_log import DraftedLog, GivenLog, WatchedLog
+from shakerproc.errors import LogError, RecordingError
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.watching import Pace, Watch
@@ -46,21 +46,20 @@ def test_results_are_no_recordings(tmp_path):
 
 
 @pytest.mark.slow
-def test_tests_whose_recordings_have_come_are_run_and_the_others_are_named(tmp_path, capsys):
+def test_tests_are_run_as_they_come_and_again_when_they_change(tmp_path):
     log = write_campaign(tmp_path, 2)
-    late = tmp_path / "recordings" / "test_2.tdms"
+    first, late = (tmp_path / "recordings" / f"test_{i}.tdms" for i in (1, 2))
+    page = tmp_path / "results" / "report.html"
     late.rename(tmp_path / "kept")
-    write_recording(tmp_path / "recordings" / "other.tdms", 300.0)
-    pages = []
+    known, told, pages = read_testlog(log), [], []
 
     def logs(still):
-        page = tmp_path / "results" / "report.html"
         pages.append(page.read_text(encoding="utf-8") if page.exists() else "")
-        if "test_1" in str(list(still)) and not late.exists() and "1 of 1" in pages[-1]:
+        if first in still and not late.exists() and "1 of 1" in pages[-1]:
+            first.write_bytes(first.read_bytes()[:-15000])  # as where a recorder was stopped
             (tmp_path / "kept").rename(late)
         return known
 
-    known, told = read_testlog(log), []
     watched = Watch(
         tmp_path / "recordings",
         tmp_path / "results",
@@ -70,21 +69,47 @@ def test_tests_whose_recordings_have_come_are_run_and_the_others_are_named(tmp_p
         wish=Wish(figures=False),
         tell=told.append,
     )
-    watched.run(Pace(0.2, 0.1, 0.6))
-    assert [re.match(r"test \d", line)[0] for line in told] == ["test 1", "test 2"]
-    assert any("Waiting for the recordings of: 2." in page for page in pages)
-    assert 'data-refresh="2"' in (tmp_path / "results" / "report.html").read_text("utf-8")
+    watched.run(Pace(0.2, 0.1, 0.3))
+    assert told[0] == "test 1 (test_1.tdms): done"
+    again = (
+        "test 1 (test_1.tdms) again: the recording changed: up to its last complete row: inc"
+    )
+    assert told[1].startswith(again)
+    assert told[2:] == ["test 2 (test_2.tdms): done"]
+    assert any("Waiting for the recordings of: 2." in text for text in pages)
+    assert 'data-refresh="2"' in page.read_text("utf-8")
     assert watched.last()["counts"]["processed"] == 2
-    last = (tmp_path / "results" / "report.html").read_text("utf-8")
-    assert "data-refresh" not in last
-    assert 'http-equiv="refresh"' not in last
-    # a recording that is cut off, and changes: read up to its last complete row, told
-    late.write_bytes(late.read_bytes()[:-15000])
-    assert run("watch", tmp_path / "recordings", "--log", log, *QUICK) == 0
-    shown = capsys.readouterr()
-    assert "1 reused" in shown.out
-    assert "test 2 (test_2.tdms) again: the recording changed: up to its last" in shown.out
-    assert "other.tdms is in no test of testlog.yaml" in shown.err
+    assert "data-refresh" not in page.read_text("utf-8")
+    assert 'http-equiv="refresh"' not in page.read_text("utf-8")
+
+
+def test_a_recording_that_no_test_names_is_told_once(tmp_path):
+    told = []
+    given = GivenLog(
+        WatchedLog(write_campaign(tmp_path, 1), told.append), tmp_path, told.append
+    )
+    still = dict.fromkeys(recordings_in(tmp_path))
+    other = dict.fromkeys([tmp_path / "recordings" / "other.tdms"])
+    for _ in range(2):
+        given(still | other)
+    assert told == [
+        "recordings/other.tdms is in no test of testlog.yaml; add one to process it"
+    ]
+
+
+def test_each_new_recording_is_drafted_once_and_edits_are_kept(tmp_path):
+    told, path = [], tmp_path / "testlog.yaml"
+    for name, peak in (("run_1", 300.0), ("run_2", 250.0)):
+        write_recording(tmp_path / f"{name}.tdms", peak, seconds=2.0)
+        drafted = DraftedLog(tmp_path, None, told.append)  # as a watch that was started again
+        log = drafted(dict.fromkeys(recordings_in(tmp_path), Stamp(1, 1)))
+        path.write_text(path.read_text("utf-8").replace("title: ", "title: my "), "utf-8")
+    assert [str(test.id) for test in log.tests] == ["1", "2"]
+    assert path.read_text("utf-8").count("my my") == 1
+    path.write_text(path.read_text("utf-8") + "shaker: {}\n", "utf-8")
+    write_recording(tmp_path / "run_3.tdms", 200.0, seconds=2.0)
+    with pytest.raises(LogError, match=r"tests: is not there\. Move tests: to the end"):
+        drafted(dict.fromkeys(recordings_in(tmp_path), Stamp(1, 1)))
 
 
 def test_a_folder_that_vanishes_is_told_in_one_line(tmp_path):
@@ -124,8 +149,6 @@ def test_an_interrupt_ends_it_at_once_and_the_page_stands_still(tmp_path):
 
 
 def test_a_log_with_an_error_counts_as_it_was_until_it_is_corrected(tmp_path):
-    from shakerproc.cli.watched_log import WatchedLog
-
     path, told = write_campaign(tmp_path, 1), []
     watched = WatchedLog(path, told.append)
     first, text = watched.read(), path.read_text(encoding="utf-8")
@@ -148,4 +171,5 @@ def test_a_folder_that_another_watch_has_is_locked(tmp_path):
 
 @pytest.mark.slow
 def test_nothing_is_lost_and_nothing_done_twice_though_it_is_killed(tmp_path):
-    assert kill_and_compare(tmp_path, 2, 2)[0] > 6
+    compared, _ = kill_and_compare(tmp_path, 2, 2, pause=0.1, most=6)
+    assert compared > 6

@@ -53,9 +53,9 @@ def results(folder):
     }
 
 
-def wait_until_busy(folder, rng):
+def wait_until_busy(folder, rng, most):
     """Wait until log or results have changed some times, or for 15 s, and a bit."""
-    left, seen, end = rng.randint(1, 14), None, time.monotonic() + 15.0
+    left, seen, end = rng.randint(1, most), None, time.monotonic() + 15.0
     while left and time.monotonic() < end:
         now = written(folder)
         left -= now != seen
@@ -80,14 +80,14 @@ def done_in(folder):
     return sum(entry["status"] == "done" for entry in runs.values())
 
 
-def kill_and_compare(folder, kills, recordings, *, seed=1):
+def kill_and_compare(folder, kills, recordings, *, seed=1, pause=PAUSE, most=14):
     """Return how many files were compared, and how many results stood after each kill."""
     rng, said, stood = random.Random(seed), [], []
     (folder / "in").mkdir(parents=True)
-    writer = start("tests.batch.slow_writer", folder / "in", recordings, PAUSE)
+    writer = start("tests.batch.slow_writer", folder / "in", recordings, pause)
     for _ in range(kills):
         process = watch(folder / "in")
-        wait_until_busy(folder / "in", rng)
+        wait_until_busy(folder / "in", rng, most)
         process.kill()
         out, errors = process.communicate()
         assert process.returncode == -9, errors
