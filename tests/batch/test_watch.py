@@ -162,6 +162,13 @@ def test_a_log_with_an_error_counts_as_it_was_until_it_is_corrected(tmp_path):
     assert watched.read().tests[0].level == pytest.approx(0.0007 * 9.80665**2)
 
 
+def test_results_around_the_recordings_are_refused(tmp_path, capsys):
+    (tmp_path / "in").mkdir()
+    for out in (tmp_path, tmp_path / "in"):
+        assert run("watch", tmp_path / "in", "--out", out, *QUICK) == 2
+        assert "may not lie around the recordings" in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_folder_that_another_watch_has_is_locked(tmp_path):
     from shakerproc.batch.lock import locked
 

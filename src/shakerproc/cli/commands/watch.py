@@ -91,6 +91,11 @@ def watch(
     if log is not None and sample_rate_hz is not None:
         raise typer.BadParameter("goes without --log", param_hint="--sample-rate-hz")
     root = (folder if log is None else log.parent) / "results" if out is None else out
+    if folder.resolve().is_relative_to(root.resolve()):
+        raise typer.BadParameter(
+            "results may not lie around the recordings; name a folder beside or below FOLDER",
+            param_hint="--out",
+        )
     watched = Watch(
         folder,
         root,
