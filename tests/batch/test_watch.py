@@ -158,6 +158,10 @@ def test_a_log_with_an_error_counts_as_it_was_until_it_is_corrected(tmp_path):
     assert len(told) == 1
     assert "recordin" in told[0]
     assert "\n" not in told[0]
+    (tmp_path / "photo.jpg").write_text("no picture", encoding="utf-8")
+    path.write_text(text + "report: {photo: photo.jpg}\n", encoding="utf-8")
+    assert watched.read() is first
+    assert "no photo that can be read" in told[1]
     path.write_text(text.replace("0.0005", "0.0007"), encoding="utf-8")
     assert watched.read().tests[0].level == pytest.approx(0.0007 * 9.80665**2)
 

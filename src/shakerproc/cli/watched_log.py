@@ -11,6 +11,7 @@ from shakerproc.cli.draft_channels import controls_of_seen, crop_of, entries, ow
 from shakerproc.cli.draft_log import log_text, test_lines
 from shakerproc.cli.recordings_seen import Seen, seen_of
 from shakerproc.errors import LogError, ShakerprocError
+from shakerproc.report.header import header_view
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
 
 LOG: Final = "testlog.yaml"
@@ -47,7 +48,9 @@ class WatchedLog:
         if self._log is not None and now == self._stamp:
             return self._log
         try:
-            self._log = read_testlog(self.path)
+            log = read_testlog(self.path)
+            header_view(log)  # a photo that cannot be read is an error of the log too
+            self._log = log
         except ShakerprocError as error:
             if self._log is None:
                 raise
