@@ -20,6 +20,10 @@ TOLD: Final = 1.0
 """Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
 not tell it: a factor of e [-]."""
 
+FEW: Final = 4
+"""Draws that tell how far noise carries a motion: their mean square over all windows is known
+to a few per cent [-]."""
+
 NEARBY: Final = 1e-3
 """Change of a coordinate within which a residual has to follow its slope, as no model is held
 to less (see `MODEL_SHARE`) [-]."""
@@ -40,6 +44,7 @@ def under_noise(
     windows: Windows,
     numbers: FloatArray | None = None,
     *,
+    n_draws: int = DRAWS,
     starts: bool = False,
 ) -> Iterator[Predicted]:
     """Yield the same with as much noise again, drawn afresh each time.
@@ -48,12 +53,14 @@ def under_noise(
     ----------
     data, found, windows
         As for `prediction_of`.
-    numbers : (DRAWS, n_x) array, optional
+    numbers : (n_draws, n_x) array, optional
         Coordinates of each draw; those of the fit.
+    n_draws : int
+        How many, `DRAWS` at most.
     starts : bool
         Whether what noise of the responses makes of the starts of windows counts too.
     """
-    for i, shaken in enumerate(data.shaken):
+    for i, shaken in enumerate(data.shaken[:n_draws]):
         settled = found if numbers is None else replace(found, x=numbers[i])
         if starts and windows.run_in is not None:
             settled = with_starts_fitted(shaken, settled, windows) or settled
@@ -102,7 +109,8 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
         model = found.hypothesis.model_at(found.x)
         settled = replace(settled, starts=completed(data, model, windows.table))
     still = prediction_of(data, settled, windows)
-    noisy = list(under_noise(data, settled, windows)) if still is not None else []
+    few = under_noise(data, settled, windows, n_draws=FEW)
+    noisy = list(few) if still is not None else []
     if still is None or not noisy:
         return windows
     passed = []

@@ -41,8 +41,8 @@ def resting_places(
 ) -> tuple[FloatArray, ...]:
     """Return where the masses may lie in each window, (n_places, n_masses) arrays [m].
 
-    The place nearest to none comes first; (0, 0, ...) alone where the mean was measured, or the
-    model is linear.
+    The place nearest to none comes first; (0, 0, ...) alone where the mean was measured, or
+    every joint pushes back alike on both sides.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def resting_places(
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
     """
-    joints = [joint for joint in joints_of(model) if _is_nonlinear(model, joint)]
+    joints = [joint for joint in joints_of(model) if _may_shift(data, model, joint)]
     measured = any(sensor.measures == "displacement" for sensor in model.sensors.values())
     if measured or not joints:
         return (np.zeros((1, len(model.masses))),) * len(table)
@@ -80,12 +80,20 @@ def _elements(model: Model, joint: Joint) -> list[Element]:
     return [one for one in model.elements if set(one.between) == set(joint)]
 
 
-def _is_nonlinear(model: Model, joint: Joint) -> bool:
-    """Return whether a joint has more than springs and dampers, of laws without memory."""
+def _may_shift(data: DataSet, model: Model, joint: Joint) -> bool:
+    """Return whether a joint may rest elsewhere than at none, all its laws without memory.
+
+    Not if its force is as large on both sides and pushes away on neither.
+    """
     effects = [one.effect for one in _elements(model, joint)]
-    known = [isinstance(effect, AbstractMemorylessEffect) for effect in effects]
-    linear = [isinstance(effect, (Spring, Damper)) for effect in effects]
-    return all(known) and not all(linear)
+    if not all(isinstance(effect, AbstractMemorylessEffect) for effect in effects):
+        return False
+    if all(isinstance(effect, (Spring, Damper)) for effect in effects):
+        return False
+    largest = max(float(np.max(np.abs(one.displacement))) for one in data.across(joint))
+    z = largest * PLACES[PLACES > 0.0]
+    force, other = _static_force(model, joint, z), _static_force(model, joint, -z)
+    return not np.allclose(force, -other, atol=0.0) or bool(np.any(force < 0.0))
 
 
 def _apart(model: Model, joint: Joint) -> FloatArray:
@@ -119,12 +127,17 @@ def _mean_force(model: Model, joint: Joint, z: FloatArray) -> tuple[FloatArray, 
     """
     places = PLACES * np.sqrt(np.mean(z**2, axis=1, keepdims=True))
     moved = places[:, :, np.newaxis] + z[:, np.newaxis]
-    force = np.zeros_like(moved)
+    return places, _static_force(model, joint, moved).mean(axis=2)
+
+
+def _static_force(model: Model, joint: Joint, z: FloatArray) -> FloatArray:
+    """Return the force of all laws of a joint at rest, at displacements [N]."""
+    force = np.zeros_like(z)
     for element in _elements(model, joint):
         sign, law = 1.0 if element.between == joint else -1.0, element.effect
         if isinstance(law, AbstractMemorylessEffect):
-            force += sign * law.force_at(sign * moved, np.zeros_like(moved))
-    return places, force.mean(axis=2)
+            force += sign * law.force_at(sign * z, np.zeros_like(z))
+    return force
 
 
 def _roots(places: FloatArray, force: FloatArray) -> list[list[float]]:

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from shakerproc.compare.floor import floor_draws, over_draws
 from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
+from shakerproc.compare.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.passed_noise import prediction_of, under_noise
+from shakerproc.diagnosis.estimation.passed_noise import FEW, prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
@@ -89,21 +90,26 @@ def parted(
     infinite where it runs away.
     """
     moved, whole = 0.0, 0.0
-    for one, apart in _moved_tests(data, found, windows, numbers).values():
+    for one, apart in _moved_tests(data, found, windows, numbers, n_draws=FEW).values():
         moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
         whole += float(np.sum(one.measured[:, one.counted] ** 2))
     return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")
 
 
 def _moved_tests(
-    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
+    data: DataSet,
+    found: Fit,
+    windows: Windows,
+    numbers: FloatArray | None = None,
+    *,
+    n_draws: int = DRAWS,
 ) -> dict[int, tuple[Scored, FloatArray]]:
     """Return each test, and by how much draws of noise move its motion, by its number."""
     settled = with_starts_fitted(data, found, windows)
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
         return {}
-    noisy = list(under_noise(data, settled, windows, numbers, starts=True))
+    noisy = list(under_noise(data, settled, windows, numbers, n_draws=n_draws, starts=True))
     out = {}
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
