@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -246,3 +247,25 @@ def test_what_an_effect_is_confused_with_is_another_known_one():
     for kind, others in notes.items():
         assert others
         assert set(others) <= set(notes) - {kind}
+
+
+def test_the_page_of_the_house_has_every_room_in_the_order_of_the_contract():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    layers = contracts["tool"]["importlinter"]["contracts"][0]["layers"]
+    wanted = [line.replace("|", " ").split() for line in layers if line != "__main__"]
+    page = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    picture = page.split("```")[1].splitlines()[1:]
+    names = {room for rooms in wanted for room in rooms}
+    drawn = [[word for word in line.split() if word in names] for line in picture]
+    assert [set(rooms) for rooms in drawn] == [set(rooms) for rooms in wanted]
+    told = page.split("## The rooms")[1].split("## The way")[0]
+    assert all(f"**{room}**" in told for room in names)
+
+
+def test_every_file_on_the_way_through_the_house_is_there():
+    page = (DOCS / "architecture.md").read_text(encoding="utf-8").split("## The way", 1)[1]
+    files = {word for word in re.findall(r"`([a-z_/]+\.py)`", page) if "/" in word}
+    assert files
+    house = ROOT / "src" / "shakerproc"
+    missing = [f for f in files if not any(house.rglob(f))]
+    assert not missing

@@ -100,7 +100,7 @@ class _Page:
 
 
 UPLOT: Final = "1.6.32"
-"""Version of the script that draws on top of the figures (docs/decisions/0011)."""
+"""Version of the script that draws on top of the figures (docs/decisions/0007)."""
 
 LOOK: Final = {"colours": style.COLOURS, "dashes": style.DASHES, "markers": svg.MARKERS}
 
