@@ -67,6 +67,10 @@ def test_every_command_of_the_tutorial_prints_what_it_shows(tutorial):
 def test_the_comparison_of_outputs_finds_what_differs():
     assert console.disagreement(("a 1.00", "...", "b"), "a 1.04\nx\ny\nb\n") is None
     assert console.disagreement(("a 1.00",), "a 1.06\n") == "a 1.00"
+    assert console.disagreement(("a 1.2",), "a 1.3\n") is None
+    assert console.disagreement(("a 1.2e-3",), "a 1.3e-3\n") is None
+    assert console.disagreement(("a 1.2",), "a 1.4\n") == "a 1.2"
+    assert console.disagreement(("12 tests",), "13 tests\n") == "12 tests"
     assert console.disagreement(("a", "b"), "a\nx\nb\n") == "b"
     assert "nothing more" in console.disagreement(("a",), "a\nb\n")
     assert console.disagreement(("gap 1",), "stop 1\n") == "gap 1"
