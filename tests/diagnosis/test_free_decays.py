@@ -93,6 +93,6 @@ def test_a_driven_test_is_no_decay(log):
         usable_tests(log("random"), beam())
 
 
-def test_a_whole_decay_cannot_be_foretold(log):
+def test_a_whole_decay_has_no_free_run_error(log):
     with pytest.raises(DiagnosisError, match="a free decay has no input"):
         compare(beam(), log("free decay"))

@@ -143,18 +143,40 @@ def run_windows(
         Joined; 0 outside the windows. Accelerations are means over the interval to the next
         sample, as those of `free_runs` are, and `measured` must be.
     """
-    fit = _Starts(model, given, measured, windows, motion_sizes)
-    starts = fit.solved()
+    starts = fitted_starts(model, given, measured, windows, motion_sizes)
+    sizes = _rms(measured)
     rows = np.column_stack([
         np.zeros_like(windows.first),
         windows.first,
         np.full_like(windows.first, windows.n_samples),
     ])
-    found = free_runs(model, Runs((given,), rows, starts, fit.sizes))
+    found = free_runs(model, Runs((given,), rows, starts, sizes))
     joined = np.zeros_like(measured)
     for first, output in zip(windows.first, found.outputs, strict=True):
         joined[:, first : first + windows.n_samples] = output
     return joined
+
+
+def fitted_starts(
+    model: Model,
+    given: Input,
+    measured: FloatArray,
+    windows: Windows,
+    motion_sizes: FloatArray,
+) -> FloatArray:
+    """Return the motion with which each window of `run_windows` begins.
+
+    Returns
+    -------
+    (n_windows, n_motions) array
+        In the order of `motions_of` [SI].
+    """
+    return _Starts(model, given, measured, windows, motion_sizes).solved()
+
+
+def _rms(rows: FloatArray) -> FloatArray:
+    sizes: FloatArray = np.sqrt(np.mean(rows**2, axis=1))
+    return sizes
 
 
 @final
@@ -174,7 +196,7 @@ class _Starts:
         self.rows = np.column_stack([
             np.zeros(n, np.int64), windows.first, np.full(n, windows.run_in)
         ])  # fmt: skip
-        self.sizes = np.sqrt(np.mean(measured**2, axis=1))
+        self.sizes = _rms(measured)
         scale = np.where(self.sizes > 0.0, self.sizes, 1.0)[:, None]
         self.scale = scale
         self.wanted = [

@@ -153,11 +153,16 @@ def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
 def drawings(run: RunSummary) -> list[Drawing]:
     """Return the figures of the analyses of a run for the page."""
     chosen = _chosen([c.name for c in run.channels], [c.role for c in run.channels])
-    return [_drawing(p, run, chosen) for one in run.analyses for p in one.panels]
+    return [
+        drawing(_panel(panel), f"{panel.title} of test {run.test}", chosen)
+        for one in run.analyses
+        for panel in one.panels
+    ]
 
 
-def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) -> Drawing:
-    lines = [_line(line) for line in panel.lines]
+def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
+    """Return a figure for the page; `title` is for who cannot see it."""
+    lines = panel.lines
     x_low, x_high = _ends([line.x for line in lines], panel.x)
     y_low, y_high = limits(lines, panel.y)
     if panel.equal:
@@ -170,7 +175,7 @@ def _drawing(panel: PanelSummary, run: RunSummary, chosen: Mapping[str, int]) ->
             svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
             svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
             most=STILL,
-            title=f"{panel.title} of test {run.test}",
+            title=title,
         ),
     )
 
@@ -186,6 +191,11 @@ def _equal(
         for middle, size in zip(middles, PAGE_BOX, strict=True)
     )
     return wide, high
+
+
+def _panel(panel: PanelSummary) -> Panel:
+    lines = tuple(_line(line) for line in panel.lines)
+    return Panel("", panel.title, panel.caption, panel.x, panel.y, lines, equal=panel.equal)
 
 
 def _line(line: LineSummary) -> Line:

@@ -180,6 +180,7 @@ def methods_of(
     *,
     compared: bool = False,
     diagnosed: bool = False,
+    analyses: Sequence[str] = (),
     kinds: Sequence[str] = (),
 ) -> Methods:
     """Return the methods that were used.
@@ -190,15 +191,17 @@ def methods_of(
         Runs that were processed.
     compared, diagnosed : bool
         Whether a model was held against the tests, and whether an effect was sought.
+    analyses : sequence of str
+        Kinds of further analyses besides those of the runs.
     kinds : sequence of str
         Effects of the models; each brings its own references.
     """
     swept = any("sweep" in str(run.facts.get("excitation", "")) for run in runs)
     paragraphs = [_SPECTRA, _PEAKS, *([_SWEEP] if swept else [])]
     references = list(_REFERENCES if swept else _REFERENCES[:2])
-    if not runs and (compared or diagnosed):
+    if not runs and (compared or diagnosed or analyses):
         paragraphs, references = [], [_REFERENCES[1]]
-    asked = dict.fromkeys(one.kind for run in runs for one in run.analyses)
+    asked = dict.fromkeys([*(one.kind for run in runs for one in run.analyses), *analyses])
     found = [_ANALYSES[kind] for kind in asked if kind in _ANALYSES]
     paragraphs += [text for text, _ in found]
     references += [source for _, source in found if source]

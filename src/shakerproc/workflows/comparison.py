@@ -18,6 +18,7 @@ from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, model_of
+from shakerproc.workflows.decays import DecayComparison, compare_free_decays
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
@@ -121,7 +122,9 @@ class Comparison(Shown):
         return html(f"{self.model.title}, compared", told, errors)
 
 
-def compare(model: Any, log: TestLog, *, before: Any = None, fit: bool = False) -> Comparison:
+def compare(
+    model: Any, log: TestLog, *, before: Any = None, fit: bool = False
+) -> Comparison | DecayComparison:
     """Return where, and by how much, a model and the tests of a log disagree.
 
     Parameters
@@ -137,8 +140,9 @@ def compare(model: Any, log: TestLog, *, before: Any = None, fit: bool = False) 
 
     Returns
     -------
-    Comparison
-        Errors as shares of the measured response [-], tables and figures.
+    Comparison or DecayComparison
+        Errors as shares of the measured response [-], tables and figures; where nothing drives
+        the model, frequency and damping against amplitude.
 
     Raises
     ------
@@ -150,7 +154,9 @@ def compare(model: Any, log: TestLog, *, before: Any = None, fit: bool = False) 
         If a recording cannot be used, or the model's motion runs away.
     """
     older = None if before is None else model_of(before).model
-    return compare_models(model_of(model).model, log_of(log), before=older, fit=fit)
+    shaken = model_of(model).model
+    how = compare_free_decays if shaken.excitation.role is None else compare_models
+    return how(shaken, log_of(log), before=older, fit=fit)
 
 
 def compare_models(

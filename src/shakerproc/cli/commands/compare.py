@@ -12,11 +12,24 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from shakerproc.compare import Comparison, Refit
+    from shakerproc.models import Model
+    from shakerproc.testlog import TestLog
     from shakerproc.workflows.evidence import Document, Evidence
 
 _SHOWN = (
     "test", "level", "sensor", "error", "noise", "PSD", "H1", "peak [Hz]", "model [Hz]",
     "gain", "model gain",
+)  # fmt: skip
+
+_DECAY_KEYS = (
+    "test", "mode", "sensor", "measured_hz", "model_hz",
+    "frequency_difference_at_largest_percent", "frequency_difference_at_smallest_percent",
+    "damping_difference_at_largest_percent", "damping_difference_at_smallest_percent",
+    "outside_percent",
+)  # fmt: skip
+_DECAY_SHOWN = (
+    "test", "mode", "sensor", "line [Hz]", "model [Hz]", "f, large [%]", "f, small [%]",
+    "zeta, large [% of critical]", "zeta, small", "outside [%]",
 )  # fmt: skip
 
 
@@ -48,7 +61,8 @@ def compare(
     """Hold a model against every test of a log: where, and by how much, it fails.
 
     The model is driven by the measured control signal (the mean of the controls, or the
-    measured force) and its sensors are held against the channels of the same name.
+    measured force) and its sensors are held against the channels of the same name. Where
+    nothing drives it, frequency and damping over amplitude are held against free decays.
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.compare import document_of, sentence
@@ -70,6 +84,10 @@ def compare(
     if before is not None:
         older, older_hash = read_hashed(read_model, before)
         documents.insert(0, ("model", before, older_hash))
+    if shaken.excitation.role is None:
+        shaken_alone = (shaken, older, campaign)
+        _decays(folder, shaken_alone, documents, fit=fit, figures=figures, json=json, pdf=pdf)
+        return
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_models(shaken, campaign, before=older, fit=fit, tell=advance)
     found, measured = compared.found, [test.measured for test in compared.found.tests]
@@ -86,6 +104,45 @@ def compare(
     output.write_json(document, json)
     _print(found, folder, json)
     output.data(sentence(found), json_target=json)
+    output.message(f"results in {folder}, report: {page}")
+    output.print_if(pdf, page)
+
+
+def _decays(
+    folder: Path,
+    asked: "tuple[Model, Model | None, TestLog]",
+    documents: "Sequence[Document]",
+    *,
+    fit: bool,
+    figures: bool,
+    json: str | None,
+    pdf: bool,
+) -> None:
+    """Compare a model that nothing drives with free decays."""
+    from shakerproc import files
+    from shakerproc.workflows.decays import compare_free_decays
+    from shakerproc.workflows.evidence import inputs_of
+
+    model, older, campaign = asked
+    with output.progress("compare", len(campaign.tests)) as advance:
+        compared = compare_free_decays(model, campaign, before=older, fit=fit, tell=advance)
+    document = {**_provenance(documents[-2:]), **compared.as_json()}
+    inputs = inputs_of(documents, compared.measured)
+    with output.results(folder, "compare"):
+        files.write_json(folder / "compare.json", document)
+        page = compared.write(folder, campaign.title, output.command(), inputs, figures=figures)
+    output.write_json(document, json)
+    output.print_table(
+        _DECAY_SHOWN,
+        [tuple(row[key] for key in _DECAY_KEYS) for row in compared.rows],
+        title="Free decays, measured less model",
+        json_target=json,
+        elsewhere=str(folder / "decay_differences.csv"),
+    )
+    for text in compared.sentences:
+        output.data(f"{text[0].upper()}{text[1:]}", json_target=json)
+    for text in compared.found.left_out:
+        output.warning(text)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 

@@ -77,11 +77,11 @@ def signature(trend: Trend, readings: Sequence[Reading]) -> str:
         if trend.damps
         else "no trend of damping"
     )
-    law = _law(trend)
+    law = law_words(trend)
     return f"{frequency}; {damping}.{f' {law}' if law else ''}"
 
 
-def _law(trend: Trend) -> str:
+def law_words(trend: Trend) -> str:
     """Return which laws would do that; empty where nothing changes."""
     shift = trend.shift if trend.shifts else 0.0
     found = (

@@ -9,8 +9,9 @@ import numpy as np
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.decay_panels import Amplitude, decay_panels
 from shakerproc.runs.analyses.decay_words import harmonic_of, remarks, signature
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra.decays import (
     DecayCurve,
@@ -33,9 +34,6 @@ LONGEST: Final = 2**25
 
 DRAWN: Final = 6
 """Modes that are drawn at most, two figures each [-]."""
-
-MARGIN: Final = 0.03
-"""Room above and below the limits in a figure, over the distance of both [-]."""
 
 
 @final
@@ -246,29 +244,12 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
 
 def _panels(mode: Mode) -> list[Panel]:
     """Return frequency and damping against amplitude, both methods over each other."""
-    about = f"mode {mode.number}, {mode.curve.line.frequency:.4g} Hz"
-    return [
-        _panel(mode, "frequency", f"Frequency of {about}", "natural frequency [Hz]", 1.0),
-        _panel(mode, "damping", f"Damping of {about}", "damping ratio [%]", 100.0),
-    ]
-
-
-def _panel(mode: Mode, quantity: str, title: str, label: str, factor: float) -> Panel:
-    """Return one quantity against amplitude, the limits of both methods beneath."""
-    limits, curves = [], []
-    for style, (method, readings) in enumerate(mode.methods):
-        x = mode.factor * np.array([one.amplitude for one in readings])
-        y = factor * np.array([getattr(one, quantity) for one in readings])
-        half = factor * np.array([getattr(one, f"{quantity}_error") for one in readings])
-        limits += [Line("", x, edge, look="paper") for edge in (y - half, y + half)]
-        curves.append(Line(method, x, y, style=style))
-    low, high = (end([end(line.y) for line in limits]) for end in (min, max))
-    margin = MARGIN * (high - low)
-    return Panel(
-        f"decays_{mode.number}_{quantity}",
-        title,
+    curves = [(name, style, readings) for style, (name, readings) in enumerate(mode.methods)]
+    return decay_panels(
+        f"decays_{mode.number}",
+        f"mode {mode.number}, {mode.curve.line.frequency:.4g} Hz",
         "Two methods over each other; grey: 95 % limits of each.",
-        Scale(f"amplitude of {mode.channel} [{mode.unit}]"),
-        Scale(label, logarithmic=False, ends=(float(low - margin), float(high + margin))),
-        (*limits, *curves),
+        Amplitude(mode.channel, mode.unit, mode.factor),
+        curves,
+        limited=len(curves),
     )

@@ -6,6 +6,7 @@ from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.decays.reading import Reading
@@ -60,31 +61,79 @@ class Trend:
     law: int
 
 
-def trend_of(readings: Sequence[Reading]) -> Trend | None:
+def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> Trend | None:
     """Return how a mode depends on its amplitude; None where too few readings tell.
 
     Parameters
     ----------
     readings : sequence of Reading
         Of one method along the decay, each sharing half of its stretch with the one before.
+    beside : sequence of Reading
+        Those of a model: then the trend is that of frequency over the model's and of damping
+        less the model's, at amplitudes that both have.
     """
     used = [one for one in readings if one.damping > 0.0]
+    base = at_amplitudes(beside, [one.amplitude for one in used]) if beside else None
+    if base is not None:
+        used = [one for one, known in zip(used, base.known, strict=True) if known]
     if len(used) < LEAST:
         return None
-    amplitude, frequency, damping = (
-        np.array([getattr(one, name) for one in used])
-        for name in ("amplitude", "frequency", "damping")
-    )
-    errors = np.array([one.damping_error for one in used])
-    damps = _changes(damping, errors)
-    much = float(damping.max() / damping.min()) > MUCH
+    amplitude, frequency, damping, frequency_error, damping_error = columns_of(used)
+    floor = FLOOR * damping
+    exponent = float(np.polyfit(np.log(amplitude), np.log(damping), 1)[0])
+    least = (MUCH - 1.0) * float(damping.min())
+    if base is not None:
+        frequency = frequency / base.frequency
+        frequency_error = (frequency_error + base.frequency_error) / base.frequency
+        damping, damping_error = damping - base.damping, damping_error + base.damping_error
+    damps = _changes(damping, damping_error)
+    errors = np.hypot(damping_error, floor)
     return Trend(
         shift=float(frequency[0] / frequency[-1] - 1.0),
-        shifts=_changes(frequency, np.array([one.frequency_error for one in used])),
-        exponent=float(np.polyfit(np.log(amplitude), np.log(damping), 1)[0]),
+        shifts=_changes(frequency, frequency_error),
+        exponent=exponent,
         damps=damps,
-        law=_law(amplitude, damping, errors) if damps and much else 0,
+        law=_law(amplitude, damping, errors) if damps and np.ptp(damping) > least else 0,
     )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Readings at given amplitudes.
+
+    Attributes
+    ----------
+    frequency, damping : (n_known,) array
+        Between the readings, straight over the logarithm of amplitude [Hz], [-].
+    frequency_error, damping_error : (n_known,) array
+        Half the widths of their intervals [Hz], [-].
+    known : (n,) array of bool
+        Which of the amplitudes the readings reach.
+    """
+
+    frequency: FloatArray
+    damping: FloatArray
+    frequency_error: FloatArray
+    damping_error: FloatArray
+    known: NDArray[np.bool_]
+
+
+def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> Curve:
+    """Return what readings say at amplitudes between their smallest and their largest."""
+    amplitude, *others = columns_of(readings)
+    rising = np.argsort(amplitude)
+    wanted = np.asarray(amplitudes, float)
+    known = (wanted >= amplitude.min()) & (wanted <= amplitude.max())
+    place, along = np.log(amplitude[rising]), np.log(wanted[known])
+    frequency, damping, *errors = (np.interp(along, place, row[rising]) for row in others)
+    return Curve(frequency, damping, errors[0], errors[1], known)
+
+
+def columns_of(readings: Sequence[Reading]) -> tuple[FloatArray, ...]:
+    """Return amplitude, frequency, damping and the half widths of both intervals as arrays."""
+    names = ("amplitude", "frequency", "damping", "frequency_error", "damping_error")
+    return tuple(np.array([getattr(one, name) for one in readings]) for name in names)
 
 
 def _changes(values: FloatArray, errors: FloatArray) -> bool:
@@ -97,7 +146,7 @@ def _changes(values: FloatArray, errors: FloatArray) -> bool:
 
 def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
     """Return the power n of the law a + b A^n, b above 0, that explains damping; 0 of none."""
-    weights = 1.0 / (errors**2 + (FLOOR * damping) ** 2)
+    weights = 1.0 / errors**2
     mean = float(weights @ damping / weights.sum())
     whole = float(weights @ (damping - mean) ** 2)
     root = np.sqrt(weights)
