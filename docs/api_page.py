@@ -3,7 +3,7 @@
 import inspect
 import re
 from dataclasses import is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -49,8 +49,9 @@ def result_classes() -> list[type]:
     found: dict[str, type] = {}
     for name in shakerproc.API:
         made = inspect.signature(getattr(shakerproc, name), eval_str=True).return_annotation
-        if issubclass(made, Shown):
-            found[made.__name__] = made
+        for one in get_args(made) or (made,):  # a function may return one of two
+            if issubclass(one, Shown):
+                found[one.__name__] = one
     return list(found.values())
 
 

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from configs.benchmarks import convert
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from tests.in_process import run
@@ -167,3 +168,13 @@ def test_a_decay_in_which_nothing_rings_is_one_line(tmp_path):
     log, model = written(tmp_path, noise)
     with pytest.raises(DiagnosisError, match="no mode stands out of the noise"):
         compared(log, model)
+
+
+@pytest.mark.shared
+def test_a_jointed_structure_slips_where_a_linear_model_does_not(shared, tmp_path):
+    folder = convert.folder_of("ringdown", tmp_path, shared / "data")
+    found = compared(folder / "decay.yaml", folder / "decay_model.yaml")
+    assert "slip in a joint" in found.sentence
+    row = found.rows[0]
+    assert_allclose(row["frequency_at_smallest_hz"], 151.7, rtol=1e-3)  # of the paper's curve
+    assert 0.05 < row["frequency_difference_at_smallest_percent"] < 2.0

@@ -606,8 +606,8 @@ def check_driven(model: Model) -> None:
     if model.excitation.role is None:
         raise DiagnosisError(
             f"{model.title}: a free decay has no input, and where its motion begins only a fit "
-            "tells: see diagnose and add. Or give what excites it in the model: "
-            "{base: acceleration}, say."
+            "tells, so that there is no free-run error: see compare_decays. Or give what "
+            "excites it in the model: {base: acceleration}, say."
         )
 
 
