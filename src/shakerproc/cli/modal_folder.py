@@ -11,6 +11,7 @@ from shakerproc.cli.modal_tables import (
     document_of,
     mode_columns,
     print_analysis,
+    reciprocity_columns,
     shape_columns,
     track_columns,
 )
@@ -35,6 +36,8 @@ def write_folder(
         files.write_csv(folder / "modes.csv", mode_columns(analysis))
         files.write_csv(folder / "shapes.csv", shape_columns(analysis))
         files.write_csv(folder / "tracks.csv", track_columns(analysis))
+        if analysis.reciprocals:
+            files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
         files.write_json(folder / "report.json", document)
         if figures:
             from shakerproc.report.modal_figures import draw_modal

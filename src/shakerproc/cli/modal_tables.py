@@ -28,6 +28,15 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
             json_target=json,
             elsewhere="tracks.csv",
         )
+    if analysis.reciprocals:
+        pairs = reciprocity_columns(analysis)
+        output.print_table(
+            list(pairs),
+            list(zip(*pairs.values(), strict=True)),
+            title="reciprocity:",
+            json_target=json,
+            elsewhere="reciprocity.csv",
+        )
     for note in analysis.notes:
         output.data(f"note: {note}", json_target=json)
     for name, reason in analysis.failed:
@@ -170,9 +179,21 @@ def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     return columns
 
 
+def reciprocity_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
+    """Return one row for each pair of functions between the same two places."""
+    pairs = analysis.reciprocals
+    return {
+        "function": [pair.names[0] for pair in pairs],
+        "reciprocal": [pair.names[1] for pair in pairs],
+        "correlation": [pair.correlation for pair in pairs],
+        "size_ratio": [pair.ratio for pair in pairs],
+        "agrees": [not pair.problem for pair in pairs],
+    }
+
+
 def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
     """Return what the JSON holds."""
-    columns = track_columns(analysis)
+    columns, pairs = track_columns(analysis), reciprocity_columns(analysis)
     return {
         "schema": SCHEMA,
         "shakerproc": __version__,
@@ -194,6 +215,9 @@ def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
             for i, track in enumerate(analysis.tracks)
         ],
         "mac_between_tests": _between(analysis),
+        "reciprocity": [
+            dict(zip(pairs, row, strict=True)) for row in zip(*pairs.values(), strict=True)
+        ],
         "failed": [{"test": name, "reason": reason} for name, reason in analysis.failed],
         "notes": list(analysis.notes),
     }

@@ -1,7 +1,7 @@
 """Modes of the tests of a log, and what goes with them."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 from shakerproc.data import Channel, ComplexArray, FloatArray
 from shakerproc.modal.mode_set import ModeSet
@@ -9,6 +9,14 @@ from shakerproc.modal.tracking import Track
 from shakerproc.testlog import Test
 
 Place = tuple[float, float, float]
+
+ALIKE: Final = 0.95
+"""Least correlation of two functions that are one [-]: a shift of a resonance by a third of its
+half-power width, as a sensor's mass makes it, leaves as much."""
+
+LEVEL: Final = 0.1
+"""Largest difference of their sizes [-]: sensitivities of a hammer and of a sensor are known to
+some per cent each."""
 
 
 @final
@@ -50,6 +58,9 @@ class TestModes:
         Where they sit [m] and measure [-]; None where the log does not say it.
     inputs : tuple of str
         Names of the inputs.
+    input_places : tuple
+        Position and direction of each force, None where the log does not say them, or where
+        the input is the mean of controls.
     band : (float, float)
         Where modes were looked for [Hz].
     modes : ModeSet
@@ -74,6 +85,7 @@ class TestModes:
     positions: tuple[Place | None, ...]
     directions: tuple[Place | None, ...]
     inputs: tuple[str, ...]
+    input_places: tuple[tuple[Place | None, Place | None], ...]
     band: tuple[float, float]
     modes: ModeSet
     functions: Functions | None
@@ -86,6 +98,54 @@ class TestModes:
     def sensor_names(self) -> list[str]:
         """Names of the sensors, in the order of the shapes."""
         return [channel.name for channel in self.sensors]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Reciprocal:
+    """Two response functions between the same two places, one there and one back.
+
+    Attributes
+    ----------
+    names : (str, str)
+        Test, response and input of each.
+    frequency : (n_frequencies,) array
+        Lines that both have [Hz].
+    functions : (2, n_frequencies) complex array
+        Both, turned the same way round.
+    correlation : float
+        Real part of their correlation over the lines, -1 to 1 [-].
+    ratio : float
+        Rms of the second over that of the first [-].
+    """
+
+    names: tuple[str, str]
+    frequency: FloatArray
+    functions: ComplexArray
+    correlation: float
+    ratio: float
+
+    @property
+    def problem(self) -> str:
+        """What is wrong; empty where both agree."""
+        first, second = self.names
+        if self.correlation <= -ALIKE:
+            return (
+                f"{first} and {second} are reciprocal with the opposite sign: one of their "
+                "sensors or forces is the wrong way round"
+            )
+        if self.correlation < ALIKE:
+            return (
+                f"{first} and {second} should be reciprocal, but correlate by "
+                f"{self.correlation:.2f} only: places or directions in the log are wrong, the "
+                "structure is not linear, or a sensor that was moved shifts its resonances"
+            )
+        if abs(self.ratio - 1.0) > LEVEL:
+            return (
+                f"{second} is {self.ratio:.3g} times its reciprocal {first}: check the "
+                "sensitivities of forces and sensors"
+            )
+        return ""
 
 
 @final
@@ -105,6 +165,8 @@ class ModalAnalysis:
         Names of those that could not, and why.
     notes : tuple of str
         What concerns several tests.
+    reciprocals : tuple of Reciprocal
+        Response functions between the same two places, there and back.
     """
 
     title: str
@@ -112,3 +174,4 @@ class ModalAnalysis:
     tracks: tuple[Track, ...]
     failed: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
+    reciprocals: tuple[Reciprocal, ...] = ()

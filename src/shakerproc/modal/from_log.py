@@ -8,9 +8,9 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc import spectra
-from shakerproc.data import FloatArray, Recording
+from shakerproc.data import ChannelUse, FloatArray, Recording
 from shakerproc.errors import ShakerprocError, SpectrumError
-from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
+from shakerproc.modal.analysis import Functions, ModalAnalysis, Place, TestModes
 from shakerproc.modal.choosing import (
     SINGLE_FREQUENCIES,
     band_of,
@@ -22,6 +22,7 @@ from shakerproc.modal.identification import identify_samples
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
+from shakerproc.modal.reciprocity import reciprocals_of
 from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
 from shakerproc.runs import find_crop, open_test
@@ -76,7 +77,9 @@ def analyse_log(
             failed.append((name, str(error)))
         progress(name)
     tracks = tracks_of([one.modes for one in found], [one.sensor_names for one in found])
-    return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), _unequal(found))
+    pairs = reciprocals_of(found)
+    notes = (*_unequal(found), *(pair.problem for pair in pairs if pair.problem))
+    return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), notes, pairs)
 
 
 def _unequal(tests: Sequence[TestModes]) -> tuple[str, ...]:
@@ -150,6 +153,7 @@ def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
         positions=tuple(uses[row].position if uses else None for row in rows),
         directions=tuple(uses[row].direction if uses else None for row in rows),
         inputs=tuple(name for name, _ in groups),
+        input_places=tuple(_place(recording, members, uses) for _, members in groups),
         band=band,
         modes=modes,
         functions=functions,
@@ -158,6 +162,15 @@ def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
         notes=(*modes.notes, *remarks_of(recording, sensors, uses, rows, modes)),
         sha256=recording.file.sha256() if recording.file is not None else "",
     )
+
+
+def _place(
+    recording: Recording, members: tuple[int, ...], uses: Sequence[ChannelUse]
+) -> tuple[Place | None, Place | None]:
+    """Return position and direction of a force; the mean of controls acts in no one place."""
+    if not uses or recording.channels[members[0]].role != "force":
+        return None, None
+    return uses[members[0]].position, uses[members[0]].direction
 
 
 def _inputs(samples: FloatArray, groups: Sequence[tuple[str, tuple[int, ...]]]) -> FloatArray:

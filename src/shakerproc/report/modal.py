@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
@@ -66,6 +67,8 @@ def modal_report(
         Files that went in: what they are, their names and their SHA-256.
     """
     sections = [_test_section(one, i) for i, one in enumerate(analysis.tests, 1)]
+    if analysis.reciprocals:
+        sections.append(_reciprocity(analysis))
     over = _over_tests(analysis)
     if over is not None:
         sections.insert(0, over)
@@ -176,14 +179,13 @@ def _synthesis(one: TestModes) -> list[Drawing]:
             top = float(np.nanmax(measured))
             if not top > 0.0:
                 continue
-            low = max(float(np.nanmin(measured[measured > 0.0])), 1e-5 * top)
             drawing = svg.plot(
                 [
                     svg.Curve("measured", functions.frequency, measured, 7, wide=True),
                     svg.Curve("modal model", functions.frequency, model, 1),
                 ],
                 svg.Axis("frequency [Hz]", *one.band),
-                svg.Axis("|H1|", low / 1.5, 2.0 * top, logarithmic=True),
+                _magnitude(measured),
                 title=f"Response function of {sensor.name} over {name}",
             )
             caption = f"The model leaves {one.unexplained[k]:.2%} rms of the response."
@@ -211,6 +213,44 @@ def _own_mac(one: TestModes) -> list[Drawing]:
     drawing = matrix(labels, labels, mac(one.modes.shapes, one.modes.shapes), "MAC")
     caption = "Of every pair of modes [Hz]. Off the diagonal large: too few sensors to tell."
     return [Drawing("MAC", caption, drawing)]
+
+
+def _reciprocity(analysis: ModalAnalysis) -> Section:
+    """Return functions between the same two places over each other."""
+    rows = [
+        (*pair.names, f"{pair.correlation:.3f}", f"{pair.ratio:.3g}", pair.problem or "agree")
+        for pair in analysis.reciprocals
+    ]
+    columns = ("function", "reciprocal", "correlation", "size ratio", "")
+    told = (
+        "A linear structure answers alike where force and motion change places: correlation "
+        "over the band and ratio of the sizes are 1."
+    )
+    figures = [
+        Drawing(
+            f"{pair.names[0]} and back",
+            f"Correlation {pair.correlation:.3f}, size ratio {pair.ratio:.3g}.",
+            svg.plot(
+                [
+                    svg.Curve(name, pair.frequency, np.abs(values), look)
+                    for name, values, look in zip(
+                        pair.names, pair.functions, (0, 1), strict=True
+                    )
+                ],
+                svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
+                _magnitude(np.abs(pair.functions)),
+                title=f"Reciprocity of {pair.names[0]}",
+            ),
+        )
+        for pair in analysis.reciprocals[:MOST_MODES]
+    ]
+    return Section("Reciprocity", "reciprocity", [told], [Table("", columns, rows)], figures)
+
+
+def _magnitude(values: FloatArray) -> svg.Axis:
+    top = float(np.nanmax(values, initial=1e-300))
+    low = max(float(np.nanmin(values[values > 0.0], initial=top)), 1e-5 * top)
+    return svg.Axis("|H1|", low / 1.5, 2.0 * top, logarithmic=True)
 
 
 def _over_tests(analysis: ModalAnalysis) -> Section | None:

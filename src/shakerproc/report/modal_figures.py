@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.modal.analysis import ModalAnalysis, TestModes
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
@@ -38,6 +38,8 @@ def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
             ):
                 if drawn is not None:
                     written.append(save(drawn, folder / f"test_{name}_{kind}.png"))
+        for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
+            written.append(save(reciprocity_figure(pair), folder / f"reciprocity_{number}.png"))
         trend = trend_figure(analysis)
         if trend is not None:
             written.append(save(trend, folder / "modes_over_tests.png"))
@@ -206,6 +208,23 @@ def draw_mac(axis: "Axes", values: np.ndarray) -> None:
             column, row, f"{value:.2f}", ha="center", va="center", fontsize=6.5,
             color="white" if value > 0.6 else "black",
         )  # fmt: skip
+
+
+def reciprocity_figure(pair: Reciprocal) -> "Figure":
+    """Return two functions between the same places over each other, size and phase."""
+    figure, (upper, lower) = style.figure(7.4, 4.6, 2, sharex=True)
+    for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):
+        upper.semilogy(pair.frequency, np.abs(values), **style.line(how), label=name)
+        lower.plot(pair.frequency, np.angle(values, deg=True), **style.line(how))
+    upper.set_ylabel("|H1|")
+    lower.set_ylabel("phase [°]")
+    lower.set_yticks([-180, -90, 0, 90, 180])
+    lower.set_xlabel("frequency [Hz]")
+    upper.set_title(
+        f"reciprocity: correlation {pair.correlation:.3f}, size {pair.ratio:.3g}", fontsize=9
+    )
+    upper.legend(loc="best", fontsize=7)
+    return figure
 
 
 def trend_figure(analysis: ModalAnalysis) -> "Figure | None":

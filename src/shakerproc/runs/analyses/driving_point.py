@@ -3,21 +3,13 @@
 from collections.abc import Iterator
 from typing import ClassVar, Final, final
 
-import numpy as np
-
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.places import sense_of
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.runs.roles import uses_of
 from shakerproc.spectra.driving_point import INTEGRATIONS, power_share
-
-ALONG: Final = 0.9
-"""Least cosine between two directions that are one, about 25 degrees [-]: a sensor turned so
-far still measures nine tenths of the motion along the blow, and logs give round directions."""
-
-NEAR: Final = 1e-3
-"""Distance up to which two positions are one place [m]: logs give them in whole millimetres."""
 
 MUCH: Final = 0.5
 """Share of the power, net over gross, from which on it flows one way [-]: the middle between 1,
@@ -62,17 +54,11 @@ def _at_the_force(
     result: RunResult, uses: list[ChannelUse], force: int
 ) -> Iterator[tuple[int, float]]:
     """Yield each sensor at the place of the force, and 1, or -1 where it faces against it."""
-    where, along = uses[force].position, uses[force].direction
+    own = (uses[force].position, uses[force].direction)
     for row, use in enumerate(uses):
-        known = row != force and where is not None and use.position is not None
-        if not known or result.channels[row].unit not in INTEGRATIONS:
-            continue
-        apart = np.linalg.norm(np.subtract(use.position, where))  # type: ignore[arg-type]
-        sense = 1.0
-        if along is not None and use.direction is not None:
-            sense = float(np.dot(use.direction, along))
-        if apart <= NEAR and abs(sense) >= ALONG:
-            yield row, float(np.sign(sense))
+        sense = sense_of(own, (use.position, use.direction))
+        if row != force and sense and result.channels[row].unit in INTEGRATIONS:
+            yield row, sense
 
 
 def _share(result: RunResult, force: int, row: int, sense: float) -> float:
