@@ -1,11 +1,13 @@
 """``shakerproc modal`` from a log and recordings to tables, and what it says of bad input."""
 
+import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.modal_signals import draw
+from benchmarks.modal_signals import band_limited, draw, superposition
 from tests.in_process import run
 
 from shakerproc.errors import DocumentError
@@ -146,6 +148,55 @@ def test_mistakes_in_the_log_have_line_and_column(tmp_path: Path, good, bad, say
     with pytest.raises(DocumentError, match=r"log\.yaml:\d+:\d+: ") as told:
         read_testlog(path)
     assert says in str(told.value)
+
+
+@pytest.fixture(scope="module")
+def two_campaigns(tmp_path_factory):
+    """Two logs: a structure at two clearances, 1 % apart, and another one, 2 % lower."""
+    folder = tmp_path_factory.mktemp("campaigns")
+    made = draw(np.random.default_rng(3), 3, noise_db=50.0, duration=8.0)
+    frequency = np.array([30.0, 75.0, 140.0])
+    for number, factor in enumerate((1.0, 0.99, 0.98), 1):
+        fine = band_limited(np.random.default_rng(number), 1, made.force.shape[1])
+        load = made.shapes[:, [made.driven[0]]] @ fine
+        response = superposition(
+            factor * frequency, np.full(3, 0.01), made.shapes, load, made.sample_rate
+        )
+        noise = np.random.default_rng(10 + number).standard_normal(response.shape)
+        own = replace(
+            made, force=fine[:, ::8], response=response + 1e-3 * response.std() * noise
+        )
+        write_csv(folder / f"{number}.csv", own)
+    log = LOG.replace("modal:", "recordings: .\nmodal:")
+    line = (
+        "  - {{id: {0}, recording: {0}.csv, excitation: random, level: 1 N rms,\n"
+        "     from: 3 Hz, to: 215 Hz, clearance: {1} mm}}\n"
+    )
+    (folder / "old.yaml").write_text(log + line.format(1, 0) + line.format(2, 0.05))
+    (folder / "new.yaml").write_text(log + line.format(3, 0))
+    return folder
+
+
+def test_every_mode_is_followed_over_clearance_and_to_another_campaign(two_campaigns, capsys):
+    out = two_campaigns / "out"
+    logs = (two_campaigns / "old.yaml", "--against", two_campaigns / "new.yaml")
+    assert run("modal", *logs, "--out", out) == 0
+    with (out / "mode_trends.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["mode"] for row in rows} == {"1", "2", "3"}
+    for number, factors in (("clearance [mm]", (1.0, 0.98, 0.99)), ("campaign", None)):
+        points = [r for r in rows if r["mode"] == "2" and r["against"] == number]
+        assert points
+        if factors is not None:
+            found = sorted(float(row["frequency_hz"]) for row in points[:3])
+            assert found == pytest.approx(sorted(75.0 * np.array(factors)), rel=1e-3)
+    told = capsys.readouterr().out
+    assert "The frequency of mode 2 (75 Hz) falls from" in told
+    assert (out / "trends" / "mode_2_against_campaign.png").stat().st_size > 10_000
+    tracks = json.loads((out / "report.json").read_text())["tracks"]
+    assert [len(track["sightings"]) for track in tracks] == [3, 3, 3]
+    assert min(track["least_mac"] for track in tracks) > 0.99
+    assert "Frequency of mode 2" in (out / "report.html").read_text()
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from shakerproc import files
 from shakerproc.runs import RunSummary, tables
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 
 
 def write_tables(

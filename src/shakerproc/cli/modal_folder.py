@@ -14,6 +14,7 @@ from shakerproc.cli.modal_tables import (
     reciprocity_columns,
     shape_columns,
     track_columns,
+    trend_columns,
 )
 from shakerproc.modal.analysis import ModalAnalysis
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
@@ -36,6 +37,9 @@ def write_folder(
         files.write_csv(folder / "modes.csv", mode_columns(analysis))
         files.write_csv(folder / "shapes.csv", shape_columns(analysis))
         files.write_csv(folder / "tracks.csv", track_columns(analysis))
+        points = trend_columns(analysis)
+        if points["mode"]:
+            files.write_csv(folder / "mode_trends.csv", points)
         if analysis.reciprocals:
             files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
         files.write_json(folder / "report.json", document)

@@ -7,6 +7,7 @@ import numpy as np
 from shakerproc import __version__
 from shakerproc.cli import output
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
+from shakerproc.modal.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 from shakerproc.testlog import TestLog
@@ -37,6 +38,8 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
             json_target=json,
             elsewhere="reciprocity.csv",
         )
+    for sentence in told_of_modes(analysis):
+        output.data(sentence, json_target=json)
     for note in analysis.notes:
         output.data(f"note: {note}", json_target=json)
     for name, reason in analysis.failed:
@@ -179,6 +182,22 @@ def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     return columns
 
 
+def trend_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
+    """Return one row for each point of every trend of every mode."""
+    rows = [
+        (number, trend.name, trend.x_label, label, point.test, point.x, point.frequency_hz,
+         point.bin_width_hz)
+        for number, trends in trends_of_modes(analysis).items()
+        for trend in trends
+        for label, points in trend.series.items()
+        for point in points
+    ]  # fmt: skip
+    names = (
+        "mode", "trend", "against", "series", "test", "x", "frequency_hz", "interval_width_hz",
+    )  # fmt: skip
+    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+
 def reciprocity_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     """Return one row for each pair of functions between the same two places."""
     pairs = analysis.reciprocals
@@ -218,6 +237,7 @@ def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
         "reciprocity": [
             dict(zip(pairs, row, strict=True)) for row in zip(*pairs.values(), strict=True)
         ],
+        "told": list(told_of_modes(analysis)),
         "failed": [{"test": name, "reason": reason} for name, reason in analysis.failed],
         "notes": list(analysis.notes),
     }

@@ -9,10 +9,11 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
-from shakerproc.report import svg
+from shakerproc.report import svg, trend_view
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.methods import Methods
 from shakerproc.report.modal_drawings import matrix, moving_shape
@@ -285,7 +286,10 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
                 matrix(labels[0], labels[1], values, "MAC"),
             )
         )
-    notes = [f"{note[0].upper()}{note[1:]}." for note in analysis.notes]
+    notes = [*told_of_modes(analysis), *(f"{n[0].upper()}{n[1:]}." for n in analysis.notes)]
+    figures += [
+        trend_view.drawing(trend) for row in trends_of_modes(analysis).values() for trend in row
+    ]
     return Section(
         "Modes over the tests", "over-tests", notes, [Table("", columns, rows)], figures
     )

@@ -23,7 +23,7 @@ from shakerproc.report.sections import Section
 from shakerproc.report.watched import Watched
 from shakerproc.runs import telling
 from shakerproc.runs.summary import RunSummary
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 
 
 @dataclass(frozen=True, slots=True)

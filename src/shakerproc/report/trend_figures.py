@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from shakerproc.report import style, trend_view
 from shakerproc.report.run_figures import LEFT, save
-from shakerproc.runs.trends import Point, Trend
+from shakerproc.runs.trend import Point, Trend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,8 +34,8 @@ def trend_figure(trend: Trend) -> "Figure":
         if names:
             axis.set_xticks(list(names), list(names.values()))
         axis.set_xlabel(trend.x_label)
-        axis.set_ylabel("peak frequency [Hz]")
-        note = f"{trend.channel}; bars: width of a bin"
+        axis.set_ylabel(trend.quantity)
+        note = f"{trend.channel}; bars: {trend.bars}"
         if any(p.incomplete for points in trend.series.values() for p in points):
             note += "; hollow: incomplete recording"
         style.head(axis, trend.title.rstrip("."), note)

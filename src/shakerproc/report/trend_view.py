@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 
 
 def drawing(trend: Trend) -> Drawing:
@@ -13,7 +13,7 @@ def drawing(trend: Trend) -> Drawing:
     frequencies = [p.frequency_hz for points in trend.series.values() for p in points]
     margin = 0.12 * max(max(frequencies) - min(frequencies), 0.1 * max(frequencies))
     y_axis = svg.Axis(
-        "peak frequency [Hz]", max(0.0, min(frequencies) - margin), max(frequencies) + margin
+        trend.quantity, max(0.0, min(frequencies) - margin), max(frequencies) + margin
     )
     curves: list[svg.Curve] = []
     for i, (name, points) in enumerate(trend.series.items()):

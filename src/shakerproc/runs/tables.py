@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 from shakerproc.spectra import cumulative_rms
 
 Columns: TypeAlias = dict[str, Any]

@@ -5,13 +5,18 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.runs.summary import ControlSummary, RunSummary
-from shakerproc.runs.trends import Point, TrendRequest, shown, trend
+from shakerproc.runs.trend import Point, Seen, TrendRequest
+from shakerproc.runs.trends import peaks_of, shown, trend_over
 
 _ASKED: Final = (
     ("clearance_m", "random", ("joint", "orientation", "level")),
     ("clearance_m", "sine sweep", ("joint", "orientation", "level")),
     ("level_g2_per_hz", "random", ("joint", "clearance_m", "orientation")),
     ("level_g", "sine sweep", ("joint", "clearance_m", "orientation")),
+    ("level_n2_per_hz", "random", ("joint", "clearance_m", "orientation")),
+    ("level_n_rms", "random", ("joint", "clearance_m", "orientation")),
+    ("level_n_rms", "multisine", ("joint", "clearance_m", "orientation")),
+    ("level_n", "sine sweep", ("joint", "clearance_m", "orientation")),
 )
 """What is asked, in this order: quantity, excitation, and what else must be equal."""
 
@@ -63,14 +68,19 @@ def control_told(seen: ControlSummary, where: str) -> str:
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
-    """Return what the peak frequency does with clearance or level; empty if nothing is known.
+    """Return what the peak frequency does with clearance or level; empty if not known."""
+    return shift_sentence(peaks_of(runs, channel), f"peak frequency of {channel}")
+
+
+def shift_sentence(tests: Sequence[Seen], name: str) -> str:
+    """Return what a frequency does with clearance or level; empty if nothing is known.
 
     Of several series (joints, orientations) the one that moves most is told.
     """
     for column, excitation, equal in _ASKED:
         request = TrendRequest("", "", "", column, equal, (("excitation", excitation),))
-        alike = [run for run in runs if run.facts.get("excitation") == excitation]
-        found = trend(alike, request, channel)
+        alike = [one for one in tests if one.facts.get("excitation") == excitation]
+        found = trend_over(alike, request, "", "")
         if found is None or not found.numeric:
             continue
         spans = [
@@ -80,11 +90,11 @@ def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
         ]
         if spans:
             _, label, points = max(spans, key=lambda span: span[0])
-            return _sentence(channel, points, column, f"{excitation}, {label}")
+            return _sentence(name, points, column, f"{excitation}, {label}")
     return ""
 
 
-def _sentence(channel: str, points: Sequence[Point], column: str, where: str) -> str:
+def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> str:
     first, last = points[0], points[-1]
     start, stop = first.frequency_hz, last.frequency_hz
     low, high = (_place(p, column) for p in (first, last))
@@ -93,14 +103,14 @@ def _sentence(channel: str, points: Sequence[Point], column: str, where: str) ->
     word = "clearance" if column == "clearance_m" else "level"
     if abs(stop - start) < width:
         return (
-            f"The peak frequency of {channel} stays at {start:.{places}f} Hz from {low} to "
+            f"The {name} stays at {start:.{places}f} Hz from {low} to "
             f"{high} of {word}, "
-            f"within a bin of {width:.3g} Hz ({where})."
+            f"within the {width:.3g} Hz to which it is known ({where})."
         )
     verb = "falls" if stop < start else "rises"
     meaning = "" if word == "clearance" else ": the mark of a nonlinear joint"
     return (
-        f"The peak frequency of {channel} {verb} from {start:.{places}f} Hz at {low} to "
+        f"The {name} {verb} from {start:.{places}f} Hz at {low} to "
         f"{stop:.{places}f} Hz at {high} of {word}, by {_per_cent(stop / start - 1.0)} "
         f"({where}){meaning}."
     )

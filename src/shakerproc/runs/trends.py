@@ -2,12 +2,12 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from shakerproc.errors import LogError
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
+from shakerproc.runs.trend import Point, Seen, Trend, TrendRequest
 from shakerproc.units import near_miss
 
 SINGLE_FREQUENCY: Final = ("sine",)
@@ -15,100 +15,15 @@ SINGLE_FREQUENCY: Final = ("sine",)
 
 _UNITS: Final = {
     "_g2_per_hz": ("g²/Hz", 1.0),
+    "_n2_per_hz": ("N²/Hz", 1.0),
+    "_g_rms": ("g rms", 1.0),
+    "_n_rms": ("N rms", 1.0),
+    "_n": ("N", 1.0),
     "_m": ("mm", 1e3),
     "_hz": ("Hz", 1.0),
     "_g": ("g", 1.0),
     "_s": ("s", 1.0),
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One run in a trend.
-
-    Attributes
-    ----------
-    test : str
-        Its id.
-    x : float or str
-        Where it stands: a number, or a category.
-    frequency_hz : float
-        omega_e, interpolated [Hz].
-    bin_width_hz : float
-        Distance of the bins it was read from [Hz].
-    present_s, promised_s : float or None
-        How long its recording is, and how long it should be where it was cut short.
-    """
-
-    test: str
-    x: float | str
-    frequency_hz: float
-    bin_width_hz: float
-    present_s: float | None = None
-    promised_s: float | None = None
-
-    @property
-    def incomplete(self) -> bool:
-        """Whether its recording was cut short."""
-        return self.promised_s is not None
-
-
-@dataclass(frozen=True, slots=True)
-class Trend:
-    """omega_e against one quantity, in series.
-
-    Attributes
-    ----------
-    name : str
-        Name of its files.
-    title, caption, x_label : str
-        What it shows, and what to look for.
-    channel : str
-        Whose omega_e it is.
-    series : mapping
-        Points by the name of the series, in order of x.
-    """
-
-    name: str
-    title: str
-    caption: str
-    x_label: str
-    channel: str
-    series: Mapping[str, tuple[Point, ...]]
-
-    def connected(self, name: str) -> bool:
-        """Return whether a line through a series says something: one point for each number."""
-        places = [p.x for p in self.series[name]]
-        return self.numeric and len(places) > 1 and len(set(places)) == len(places)
-
-    @property
-    def numeric(self) -> bool:
-        """Whether x is a number."""
-        return all(isinstance(p.x, float) for points in self.series.values() for p in points)
-
-
-@dataclass(frozen=True, slots=True)
-class TrendRequest:
-    """What to set against what.
-
-    Attributes
-    ----------
-    name, title, caption : str
-        Name of its files, headline, what to look for.
-    x : str
-        Column along the axis.
-    by : tuple of str
-        Columns whose values make the series.
-    where : tuple of (str, str)
-        Columns and the value a run must have there to take part.
-    """
-
-    name: str
-    title: str
-    caption: str
-    x: str
-    by: tuple[str, ...]
-    where: tuple[tuple[str, str], ...] = ()
 
 
 def omega_e(run: RunSummary, channel: str) -> PeakSummary | None:
@@ -137,9 +52,9 @@ def _height(channel: ChannelSummary) -> float:
     return channel.psd_peaks[0].height
 
 
-def standard_trends(runs: Sequence[RunSummary]) -> list[TrendRequest]:
+def standard_trends(tests: Sequence[RunSummary | Seen]) -> list[TrendRequest]:
     """Return the thesis' trends (figures 5.45 to 5.49) and the further groupings."""
-    joints = list(dict.fromkeys(str(r.facts["joint"]) for r in runs if r.facts.get("joint")))
+    joints = list(dict.fromkeys(str(t.facts["joint"]) for t in tests if t.facts.get("joint")))
     numbers = {"radial": ("5.46", "5.48"), "slot": ("5.47", "5.49")}
     requests = [
         TrendRequest(
@@ -251,21 +166,59 @@ def column_of(name: str, known: Sequence[str]) -> str:
 
 
 def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Trend | None:
-    """Return a trend; None where fewer than two values of x have a run."""
+    """Return the trend of a peak; None where fewer than two values of x have a run."""
+    ending = f"Channel {channel}, tallest peak of the PSD in the band."
+    return trend_over(peaks_of(runs, channel), request, channel, ending)
+
+
+def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
+    """Return the tallest peak of a channel in every run."""
+    found = []
+    for run in runs:
+        peak = omega_e(run, channel)
+        found.append(
+            Seen(
+                run.test,
+                run.facts,
+                None if peak is None else peak.frequency_hz,
+                run.spectrum.bin_width_hz if run.spectrum else math.nan,
+                run.duration_s,
+                run.promised_s,
+                run.left_out if run.unusable else "",
+            )
+        )
+    return found
+
+
+def trend_over(
+    tests: Sequence[Seen], request: TrendRequest, channel: str, ending: str
+) -> Trend | None:
+    """Return what was seen against a quantity; None where it has fewer than two values.
+
+    Parameters
+    ----------
+    tests : sequence of Seen
+        In the order of the log.
+    request : TrendRequest
+        What to set against what.
+    channel, ending : str
+        Whose values they are, and the end of the caption.
+    """
     series: dict[str, list[Point]] = {}
     left_out: list[str] = []
-    for run in runs:
-        peak, x = omega_e(run, channel), run.facts.get(request.x)
-        if x is None or x == "" or not _takes_part(run, request, runs):
+    for one in tests:
+        x = one.facts.get(request.x)
+        if x is None or x == "" or not _takes_part(one, request, tests):
             continue
-        if run.unusable:
-            left_out.append(run.left_out)
-        if peak is None or run.unusable:
+        if one.left_out:
+            left_out.append(one.left_out)
+        if one.frequency_hz is None or one.left_out:
             continue
-        label = ", ".join(filter(None, (shown(c, run.facts.get(c)) for c in request.by)))
-        width = run.spectrum.bin_width_hz if run.spectrum else math.nan
+        label = ", ".join(filter(None, (shown(c, one.facts.get(c)) for c in request.by)))
         place = float(x) * _scale(request.x) if _is_number(x) else str(x)
-        point = Point(run.test, place, peak.frequency_hz, width, run.duration_s, run.promised_s)
+        point = Point(
+            one.test, place, one.frequency_hz, one.width_hz, one.present_s, one.promised_s
+        )
         series.setdefault(label or "all runs", []).append(point)
     if len({p.x for points in series.values() for p in points}) < 2:
         return None
@@ -275,18 +228,18 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
         str(p.x),
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
-    caption = f"{request.caption} Channel {channel}, tallest peak of the PSD in the band."
+    caption = f"{request.caption} {ending}"
     if left_out:
         caption += f" Left out: {'; '.join(left_out)}."
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
 
 
-def _takes_part(run: RunSummary, request: TrendRequest, runs: Sequence[RunSummary]) -> bool:
-    """Return whether a run has the values asked for, where any run has a value there."""
+def _takes_part(one: Seen, request: TrendRequest, tests: Sequence[Seen]) -> bool:
+    """Return whether a test has the values asked for, where any test has a value there."""
     return all(
-        run.facts.get(column) == value
+        one.facts.get(column) == value
         for column, value in request.where
-        if any(r.facts.get(column) for r in runs)
+        if any(other.facts.get(column) for other in tests)
     )
 
 

@@ -13,7 +13,7 @@ from shakerproc.batch.lock import locked
 from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.report.header import header_view
 from shakerproc.runs import RunSummary, tables, telling
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import AnyPath, log_of, path_of
 from shakerproc.workflows.folders import own_folder

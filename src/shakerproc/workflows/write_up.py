@@ -14,7 +14,7 @@ from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trend
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary, telling, trends
-from shakerproc.runs.trends import Trend
+from shakerproc.runs.trend import Trend
 from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
 
 SCHEMA: Final = "shakerproc-report/1"
