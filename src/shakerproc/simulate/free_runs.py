@@ -106,10 +106,10 @@ def free_runs(
     offsets = np.concatenate(([0], np.cumsum(counts)))
     flat = np.zeros((len(model.sensors), offsets[-1]))
     failed = np.zeros(len(runs.windows), np.bool_)
+    walk = Walk(model, system, tolerance)
     for test, given in enumerate(runs.inputs):
         members = np.flatnonzero(runs.windows[:, 0] == test)
         if members.size:
-            walk = Walk(model, system, given, tolerance)
             starts = np.zeros((members.size, system.n_motions))
             if runs.starts is not None:
                 starts[:] = runs.starts[members]
@@ -118,7 +118,7 @@ def free_runs(
             impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
             placed = Placed(first, count, offsets[members], rows)
-            failed[members] = walk.fill(placed, starts, flat, means=means)
+            failed[members] = walk.fill(given, placed, starts, flat, means=means)
             if means:
                 _repeat_last(model, placed, flat)
     outputs = tuple(flat[:, a:b] for a, b in pairwise(offsets))

@@ -12,11 +12,11 @@ from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulate.assembly import System
 from shakerproc.simulate.inputs import Input
-from shakerproc.simulate.kernels.carried_forces import room_to_carry
+from shakerproc.simulate.kernels.carried_forces import Carried, room_to_carry
 from shakerproc.simulate.kernels.dop853 import WORK_ROWS
-from shakerproc.simulate.kernels.table import Store, room_for_series
+from shakerproc.simulate.kernels.table import Series, Store, room_for_series
 from shakerproc.simulate.kernels.windows import walk_windows
-from shakerproc.simulate.propagators import build_store, no_store
+from shakerproc.simulate.propagators import build_store
 from shakerproc.simulate.response import dop853_tableau, least_sizes
 from shakerproc.simulate.window_sensing import Motion, base_motion, sense
 
@@ -91,44 +91,29 @@ class Placed:
 
 @final
 class Walk:
-    """A model, ready to be carried through windows of one test.
+    """A model, ready to be carried through windows of tests.
 
     Parameters
     ----------
     model, system : Model, System
         What is shaken, and the same assembled.
-    given : Input
-        What shakes it.
     tolerance : float
         Error of a step as a share of the largest motion so far [-].
     """
 
-    def __init__(self, model: Model, system: System, given: Input, tolerance: float) -> None:
-        self._model, self._system, self._given = model, system, given
-        self._tolerance = tolerance
-        degree = given.pieces.shape[1] - 1
-        store = _store(system, given.part, degree)
-        self._stiff = store is None
-        self._store = no_store() if store is None else store
-        n, n_lines = system.machine.mass.size, len(system.machine.lines)
-        n_y = system.n_motions
-        n_forces = self._store.push.shape[2]
-        self._series = room_for_series(system.machine, system.n_states)
-        self._room = np.zeros((4, n_y + n + 4 * n_lines + degree + 33))
-        self._carried = room_to_carry(n_y, n_forces, degree)
-        self._work = np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1))
-        self._least = np.zeros(n_y)
-        self._least[: 2 * n] = least_sizes(system.machine, given, _largest(given))
-        self._motion = np.zeros((ROWS + 1, n_y))
-        self._acceleration = np.zeros((ROWS + 1, n + len(system.machine.reading)))
+    def __init__(self, model: Model, system: System, tolerance: float) -> None:
+        self._model, self._system, self._tolerance = model, system, tolerance
+        self._rooms: dict[tuple[float, int], _Room | None] = {}
 
     def fill(
-        self, placed: Placed, starts: FloatArray, flat: FloatArray, *, means: bool
+        self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *, means: bool
     ) -> NDArray[np.bool_]:
-        """Set what the sensors record in windows; return which of them failed.
+        """Set what the sensors record in windows of one test; return which of them failed.
 
         Parameters
         ----------
+        given : Input
+            What shakes the model in that test.
         placed : Placed
             The windows.
         starts : (n, n_motions) array
@@ -138,38 +123,78 @@ class Walk:
         means : bool
             Whether accelerations are means over intervals.
         """
-        if self._stiff:
+        room = self._room(given)
+        if room is None:
             return np.ones(placed.first.size, np.bool_)
-        base, rate = base_motion(self._model, self._given), self._given.sample_rate
+        base, rate = base_motion(self._model, given), given.sample_rate
         windows = np.stack((placed.first, placed.rows), axis=1)
         cursor, failed = np.zeros(4, np.int64), np.zeros(len(windows), np.bool_)
         done, seen, total = 0, 0, int(np.sum(placed.rows))
         while done < total:
             kept = min(seen, 1)
-            new = self._advance(windows, starts, cursor, failed, kept)
+            new = self._advance(room, given, windows, starts, cursor, failed, kept)
             done, seen = done + new, kept + new
             ready = seen - (done < total)  # a mean needs the next sample as well
             samples, wanted, places = placed.between(done - seen, done, ready)
-            motion = Motion(self._motion[:seen], self._acceleration[:seen], samples, base)
+            motion = Motion(room.motion[:seen], room.acceleration[:seen], samples, base)
             recorded = sense(self._model, self._system, motion, rate, means=means)
             flat[:, places] = recorded[:, wanted]
-            self._motion[0] = self._motion[seen - 1]
-            self._acceleration[0] = self._acceleration[seen - 1]
+            room.motion[0] = room.motion[seen - 1]
+            room.acceleration[0] = room.acceleration[seen - 1]
         return failed
 
+    def _room(self, given: Input) -> "_Room | None":
+        """Return the room for tests of this sample rate; None for a model that is too stiff."""
+        degree = given.pieces.shape[1] - 1
+        if (given.part, degree) not in self._rooms:
+            store = _store(self._system, given.part, degree)
+            room = None if store is None else _room_for(self._system, store, degree)
+            self._rooms[given.part, degree] = room
+        return self._rooms[given.part, degree]
+
     def _advance(
-        self, windows: Whole, starts: FloatArray, cursor: Whole, failed: NDArray[np.bool_],
-        kept: int,
+        self, room: "_Room", given: Input, windows: Whole, starts: FloatArray, cursor: Whole,
+        failed: NDArray[np.bool_], kept: int,
     ) -> int:  # fmt: skip
         """Carry the windows on by as many rows as there is room, or fewer; return how many."""
-        given, system = self._given, self._system
+        system = self._system
+        least = np.zeros(system.n_motions)
+        own = least_sizes(system.machine, given, _largest(given))
+        least[: own.size] = own
         return walk_windows(
-            system.machine, self._store, system.analytic, dop853_tableau(), given.pieces,
-            given.part, given.stride, windows, starts, self._least, self._tolerance,
-            self._series, self._room, self._carried, self._work, cursor, failed,
-            self._motion[kept:], self._acceleration[kept:], np.zeros(7),
+            system.machine, room.store, system.analytic, dop853_tableau(), given.pieces,
+            given.part, given.stride, windows, starts, least, self._tolerance,
+            room.series, room.steps, room.carried, room.work, cursor, failed,
+            room.motion[kept:], room.acceleration[kept:], np.zeros(7),
             PATIENCE / len(system.names) ** 2,
         )  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Room:
+    """Propagators of a model, and the arrays that the compiled stepper writes to."""
+
+    store: Store
+    series: Series
+    steps: FloatArray
+    carried: Carried
+    work: FloatArray
+    motion: FloatArray
+    acceleration: FloatArray
+
+
+def _room_for(system: System, store: Store, degree: int) -> _Room:
+    n, n_lines, n_y = system.machine.mass.size, len(system.machine.lines), system.n_motions
+    return _Room(
+        store,
+        room_for_series(system.machine, system.n_states),
+        np.zeros((4, n_y + n + 4 * n_lines + degree + 33)),
+        room_to_carry(n_y, store.push.shape[2], degree),
+        np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1)),
+        np.zeros((ROWS + 1, n_y)),
+        np.zeros((ROWS + 1, n + len(system.machine.reading))),
+    )
 
 
 def _store(system: System, part: float, degree: int) -> Store | None:

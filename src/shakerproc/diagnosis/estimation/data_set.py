@@ -216,7 +216,27 @@ class DataSet:
 
     def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
         """Return, for each test, the motion of the second place less that of the first."""
-        return tuple(joint_motion(self.model, motion, joint) for motion in self.motions)
+        if joint not in self._across:
+            self._across[joint] = tuple(
+                joint_motion(self.model, motion, joint) for motion in self.motions
+            )
+        return self._across[joint]
+
+    @cached_property
+    def _across(self) -> dict[tuple[str, str], tuple[JointMotion, ...]]:
+        return {}
+
+    def largest_across(self, joint: tuple[str, str]) -> float:
+        """Return the largest displacement of the second place less that of the first [m]."""
+        if joint not in self._largest:
+            self._largest[joint] = max(
+                float(np.max(np.abs(one.displacement))) for one in self.across(joint)
+            )
+        return self._largest[joint]
+
+    @cached_property
+    def _largest(self) -> dict[tuple[str, str], float]:
+        return {}
 
     @cached_property
     def noise(self) -> tuple[FloatArray, ...]:

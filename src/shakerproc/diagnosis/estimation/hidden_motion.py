@@ -27,13 +27,17 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
     """
-    hidden = hidden_motions(data, model)
-    rows = [
-        _joined(data.motions[i][:, at] + _still(places[0]), hidden[i][:, at])
-        for (i, at, _), places in zip(table, resting_places(data, model, table), strict=True)
-    ]
+    n_masses, hidden = len(model.masses), hidden_motions(data, model)
+    masses = np.zeros((2 * n_masses, len(table)))
+    modes = np.zeros((len(hidden[0]), len(table)))
+    for i, own in enumerate(data.motions):
+        here = table[:, 0] == i
+        masses[:, here] = own[:, table[here, 1]]
+        modes[:, here] = hidden[i][:, table[here, 1]]
+    places = [own[0] for own in resting_places(data, model, table)]
+    masses[:n_masses] += np.reshape(places, (-1, n_masses)).T
     states = np.zeros((len(table), len(largest_states(model))))
-    return np.hstack([np.array(rows).reshape(len(table), -1), states])
+    return np.hstack([_joined(masses, modes).T, states])
 
 
 def elsewhere(
@@ -57,11 +61,6 @@ def elsewhere(
                 row[: len(model.masses)] += own[choice] - own[0]
         out.append(there)
     return out
-
-
-def _still(displacement: FloatArray) -> FloatArray:
-    """Return displacements and velocities of masses that rest."""
-    return np.concatenate([displacement, np.zeros_like(displacement)])
 
 
 def sizes(data: DataSet, model: Model) -> FloatArray:

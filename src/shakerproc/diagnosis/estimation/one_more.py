@@ -22,6 +22,9 @@ from shakerproc.models.identification import Contained
 STARTS: Final = 64
 """Starts of each effect in each joint that are tried in the shortest windows [-]."""
 
+STARTS_OF_WHOLE_TESTS: Final = 8
+"""Of these so many, the best of the screening, are tried in whole tests, too [-]."""
+
 FIRST_ROUNDS: Final = 2
 """Steps of a fit from the best of these: what they are worth shows by then [-]."""
 
@@ -235,7 +238,7 @@ class OneMore:
         first, whole = self.stages.windows[0], self.stages.whole
         found = [self._least(told, first), self._least(others, first)]
         if whole is not None and simplest:
-            found.append(self._least(told, whole))
+            found.append(self._least(told[:STARTS_OF_WHOLE_TESTS], whole))
         return list({id(one): one for one in found if one is not None}.values())
 
     def _least(self, tried: Sequence[_Tried], windows: Windows) -> _Tried | None:

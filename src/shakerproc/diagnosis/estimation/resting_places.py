@@ -90,8 +90,7 @@ def _may_shift(data: DataSet, model: Model, joint: Joint) -> bool:
         return False
     if all(isinstance(effect, (Spring, Damper)) for effect in effects):
         return False
-    largest = max(float(np.max(np.abs(one.displacement))) for one in data.across(joint))
-    z = largest * PLACES[PLACES > 0.0]
+    z = data.largest_across(joint) * PLACES[PLACES > 0.0]
     force, other = _static_force(model, joint, z), _static_force(model, joint, -z)
     return not np.allclose(force, -other, atol=0.0) or bool(np.any(force < 0.0))
 
