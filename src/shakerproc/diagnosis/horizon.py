@@ -24,6 +24,9 @@ motions that are predicted: beyond, a test cannot be foretold, whatever the mode
 FEWEST_BLOCKS: Final = 3
 """Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
+FORETOLD: Final = 24
+"""Windows that tell how far a motion can be foretold: its mean square over them [-]."""
+
 LONGER: Final = 0.2
 """Fall of the gain over the model without an effect, of the logarithm of the residual's square,
 that a longer horizon may cost: errors of the numbers add up over it by as much, what cannot be
@@ -139,8 +142,9 @@ def _foretold(campaign: Campaign, best: Fit, form: Form) -> bool:
     there = carried(data, best, [form])
     if there is None:
         return False
-    spread = parted(data, there, form.held_out, drawn_numbers(there))
-    usual = parted(data, there, form.held_out) + error_of(data, there, form.fitted)
+    windows = form.held_out.some(FORETOLD)
+    spread = parted(data, there, windows, drawn_numbers(there))
+    usual = parted(data, there, windows) + error_of(data, there, form.fitted)
     return spread <= min(PARTED, usual)
 
 

@@ -79,6 +79,19 @@ class Windows:
     def __len__(self) -> int:
         return len(self.table)
 
+    def some(self, count: int) -> "Windows":
+        """Return so many of the windows, evenly over all tests; all where there are no more."""
+        if len(self) <= count:
+            return self
+        chosen = np.linspace(0, len(self) - 1, count).round().astype(int)
+        return replace(
+            self,
+            table=self.table[chosen],
+            counted=tuple(self.counted[i] for i in chosen),
+            run_in=None if self.run_in is None else self.run_in.some(count),
+            passed=None if self.passed is None else tuple(self.passed[i] for i in chosen),
+        )
+
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -20,6 +21,9 @@ LENGTHS: Final = (2.0, 5.0, 15.0)
 WINDOWS: Final = (80, 60, 40)
 """Windows of each length: as many as tell the numbers to a few per cent."""
 
+LOOKED_AT: Final = 26
+"""Of the shortest windows so many in which starts of fits are compared: a third of them [-]."""
+
 LEAST_RESIDUALS: Final = 4.0
 """Residuals of a window at least over the numbers of its start, those of a mode besides: else
 any hypothesis fits [-]."""
@@ -29,7 +33,7 @@ ROUNDS: Final = (6, 4, 4)
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Stages:
     """Windows of growing length.
 
@@ -46,6 +50,11 @@ class Stages:
     windows: tuple[Windows, ...]
     rounds: tuple[int, ...] = ROUNDS
     whole: Windows | None = None
+
+    @cached_property
+    def looked_at(self) -> Windows:
+        """Some of the shortest windows, in which starts of fits are compared."""
+        return self.windows[0].some(LOOKED_AT)
 
 
 def stages_of(data: DataSet) -> Stages:

@@ -235,7 +235,7 @@ class OneMore:
         """
         told = [one for one in tried if one[2] is None]
         others = [one for one in tried if one[2] is not None]
-        first, whole = self.stages.windows[0], self.stages.whole
+        first, whole = self.stages.looked_at, self.stages.whole
         found = [self._least(told, first), self._least(others, first)]
         if whole is not None and simplest:
             found.append(self._least(told[:STARTS_OF_WHOLE_TESTS], whole))
