@@ -1,7 +1,7 @@
 """What the search found: every hypothesis with its held-out score."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, final
 
@@ -71,6 +71,8 @@ class Found:
     signs: tuple[float, ...] = ()
     late: tuple[float, ...] = ()
     hums: tuple[Hum, ...] = ()
+    _left: dict[Score, float] = field(default_factory=dict)
+    _floors: dict[Score, dict[int, FloatArray]] = field(default_factory=dict)
 
     @property
     def best(self) -> Score:
@@ -116,14 +118,6 @@ class Found:
     def as_it_is(self) -> Score | None:
         """The model as it is in its file, scored; None where it runs away."""
         return scored(self.data, self.before, self.form.held_out)
-
-    @cached_property
-    def _left(self) -> dict[Score, float]:
-        return {}
-
-    @cached_property
-    def _floors(self) -> dict[Score, dict[int, FloatArray]]:
-        return {}
 
 
 def is_within(left: float, floor: float) -> bool:

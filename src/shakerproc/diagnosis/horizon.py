@@ -115,9 +115,13 @@ def compared(
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         forms[i] = form.knowing(campaign.data, best)
-        if i and not _foretold(campaign, best, forms[i]):
+        there = carried(campaign.data, best, [forms[i]])
+        if i and (there is None or not _foretold(campaign, there, forms[i])):
             break
-        scores = along(campaign, standing, [forms[i]])
+        scores = scored_at(campaign, [
+            there if one is best else carried(campaign.data, one, [forms[i]])
+            for one in standing
+        ], forms[i])
         if not scores:
             continue
         best = min(scores, key=lambda score: score.mean).fit
@@ -131,17 +135,14 @@ def compared(
     return forms[: chosen + 1], base, effects
 
 
-def _foretold(campaign: Campaign, best: Fit, form: Form) -> bool:
-    """Return whether the best hypothesis so far, fitted at a horizon, foretells it.
+def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
+    """Return whether a fit at a horizon foretells it.
 
     What the spread of its numbers makes of the motion has to stay below what noise of the input
     makes of it and what the fit leaves of what it was fitted to: else a good fit is judged by
     where motions part.
     """
     data = campaign.data
-    there = carried(data, best, [form])
-    if there is None:
-        return False
     windows = form.held_out.some(FORETOLD)
     spread = parted(data, there, windows, drawn_numbers(there))
     usual = parted(data, there, windows) + error_of(data, there, form.fitted)
@@ -162,7 +163,14 @@ def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> lis
     forms : sequence of Form
         What they are carried over to.
     """
-    refitted = [carried(campaign.data, one, forms) for one in fits]
-    held_out = forms[-1].held_out
-    scores = [scored(campaign.sampled, one, held_out) for one in refitted if one is not None]
+    return scored_at(
+        campaign, [carried(campaign.data, one, forms) for one in fits], forms[-1]
+    )
+
+
+def scored_at(campaign: Campaign, fits: Sequence[Fit | None], form: Form) -> list[Score]:
+    """Return scores of fits at one horizon; those that run away are left out."""
+    scores = [
+        scored(campaign.sampled, one, form.held_out) for one in fits if one is not None
+    ]
     return [score for score in scores if score is not None]

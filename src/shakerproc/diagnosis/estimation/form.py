@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
+import numpy as np
+
 from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
@@ -37,14 +39,14 @@ class Form:
 
     def knowing(self, data: DataSet, found: Fit) -> "Form":
         """Return the form with what noise of the input becomes in the motion of a fit."""
-        fitted = with_passed_noise(data, found, self.fitted)
-        alike = self.scored_fitted is self.fitted
+        scored = with_passed_noise(data, found, self.scored_fitted)
+        alike = np.array_equal(self.fitted.table, scored.table)
         return replace(
             self,
-            fitted=fitted,
-            scored_fitted=fitted
+            fitted=replace(self.fitted, passed=scored.passed)
             if alike
-            else with_passed_noise(data, found, self.scored_fitted),
+            else with_passed_noise(data, found, self.fitted),
+            scored_fitted=scored,
             held_out=with_passed_noise(data, found, self.held_out),
         )
 

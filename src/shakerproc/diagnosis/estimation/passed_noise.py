@@ -52,7 +52,7 @@ def under_noise(
     Parameters
     ----------
     data, found, windows
-        As for `prediction_of`.
+        As for `prediction_of`; the starts of the fit are those of these windows.
     numbers : (n_draws, n_x) array, optional
         Coordinates of each draw; those of the fit.
     n_draws : int
@@ -63,7 +63,8 @@ def under_noise(
     for i, shaken in enumerate(data.shaken[:n_draws]):
         settled = found if numbers is None else replace(found, x=numbers[i])
         if starts and windows.run_in is not None:
-            settled = with_starts_fitted(shaken, settled, windows) or settled
+            near = with_starts_fitted(shaken, settled, windows, near=found.starts)
+            settled = near or settled
         noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
             yield noisy

@@ -3,10 +3,11 @@
 from dataclasses import replace
 from typing import Final
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 
 ROUNDS: Final = 12
@@ -14,7 +15,9 @@ ROUNDS: Final = 12
 resonator is not [-]."""
 
 
-def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | None:
+def with_starts_fitted(
+    data: DataSet, found: Fit, windows: Windows, *, near: FloatArray | None = None
+) -> Fit | None:
     """Return a fit whose numbers stand, with the starts of these windows fitted.
 
     Parameters
@@ -26,15 +29,21 @@ def with_starts_fitted(data: DataSet, found: Fit, windows: Windows) -> Fit | Non
     windows : Windows
         Starts are fitted to their run-in alone. Where all begin at rest there is nothing to
         fit.
+    near : (n_windows, n_motions) array, optional
+        Starts that are off by no more than noise, to begin with; the measured ones.
     """
     if windows.run_in is None:
         return replace(found, windows=windows, starts=None)
     linearisation = Linearisation(data, found.hypothesis, windows.run_in)
-    here = linearisation.point(found.x, found.channels)
+    if near is None:
+        here = linearisation.point(found.x, found.channels)
+    else:
+        here = Point(found.x, *found.channels, near)
     state = linearisation.residual(here)
     if state is None:
         return None
-    here, state = with_best_starts(linearisation, here, state)
+    if near is None:
+        here, state = with_best_starts(linearisation, here, state)
     for _ in range(ROUNDS):
         left = state[2]
         slopes = linearisation.linearise(here, state, physics=False)
