@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, final
+from typing import final
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import Hum
@@ -14,10 +14,7 @@ from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, scored
-
-EXCESS: Final = 1.5
-"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+from shakerproc.diagnosis.selection.scores import EXCESS, Score, scored
 
 
 @final

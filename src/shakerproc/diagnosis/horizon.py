@@ -13,7 +13,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.selection.errors import error_of, parted
-from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
+from shakerproc.diagnosis.selection.scores import EXCESS, SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
@@ -92,6 +92,8 @@ def compared(
 ) -> tuple[list[Form], Score, list[Score]]:
     """Return hypotheses at the longest horizon at which the best gains as much over none.
 
+    Or leaves no more than noise.
+
     Parameters
     ----------
     campaign : Campaign
@@ -118,17 +120,22 @@ def compared(
         there = carried(campaign.data, best, [forms[i]])
         if i and (there is None or not _foretold(campaign, there, forms[i])):
             break
-        scores = scored_at(campaign, [
-            there if one is best else carried(campaign.data, one, [forms[i]])
-            for one in standing
-        ], forms[i])
+        scores = scored_at(
+            campaign,
+            [
+                there if one is best else carried(campaign.data, one, [forms[i]])
+                for one in standing
+            ],
+            forms[i],
+        )
         if not scores:
             continue
-        best = min(scores, key=lambda score: score.mean).fit
+        leader = min(scores, key=lambda score: score.mean)
+        best = leader.fit
         bare = [score for score in scores if not score.fit.hypothesis.added]
         own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
-        gained = own.mean - min(score.mean for score in scores)
-        if gained < most - LONGER:
+        gained = own.mean - leader.mean
+        if gained < most - LONGER and not leader.is_noise:
             continue
         most, chosen, base = max(most, gained), i, own
         effects = [score for score in scores if score.fit.hypothesis.added]
@@ -140,8 +147,10 @@ def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
 
     What the spread of its numbers makes of the motion has to stay below what noise of the input
     makes of it and what the fit leaves of what it was fitted to: else a good fit is judged by
-    where motions part.
+    where motions part. One that leaves no more than noise of what it was fitted to does.
     """
+    if there.chi_square <= EXCESS**2:
+        return True
     data = campaign.data
     windows = form.held_out.some(FORETOLD)
     spread = parted(data, there, windows, drawn_numbers(there))
@@ -163,14 +172,10 @@ def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> lis
     forms : sequence of Form
         What they are carried over to.
     """
-    return scored_at(
-        campaign, [carried(campaign.data, one, forms) for one in fits], forms[-1]
-    )
+    return scored_at(campaign, [carried(campaign.data, one, forms) for one in fits], forms[-1])
 
 
 def scored_at(campaign: Campaign, fits: Sequence[Fit | None], form: Form) -> list[Score]:
     """Return scores of fits at one horizon; those that run away are left out."""
-    scores = [
-        scored(campaign.sampled, one, form.held_out) for one in fits if one is not None
-    ]
+    scores = [scored(campaign.sampled, one, form.held_out) for one in fits if one is not None]
     return [score for score in scores if score is not None]

@@ -131,7 +131,7 @@ def _searched(
         failed=one_more.failed,
         rigid=rigid,
     )
-    if rigid or found.explained:
+    if rigid or found.explained or found.best.is_noise:
         return found
     return with_more(found, campaign, forms, singles, say)
 

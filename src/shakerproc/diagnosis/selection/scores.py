@@ -32,6 +32,10 @@ LEAST: Final = 0.01
 """Gain below which an effect does not matter: what is left falls by half a per cent [-]."""
 
 
+EXCESS: Final = 1.5
+"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
@@ -53,6 +57,11 @@ class Score:
     def mean(self) -> float:
         """Mean over the blocks [-]."""
         return float(np.mean(self.logs))
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether no more is left than noise and what it becomes in the model."""
+        return float(np.mean(np.expm1(self.logs))) <= EXCESS**2
 
 
 def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
