@@ -132,7 +132,9 @@ class Walk:
         done, seen, total = 0, 0, int(np.sum(placed.rows))
         while done < total:
             kept = min(seen, 1)
-            new = self._advance(room, given, windows, starts, cursor, failed, kept)
+            new = self._advance(
+                room, given, windows, starts, cursor=cursor, failed=failed, kept=kept
+            )
             done, seen = done + new, kept + new
             ready = seen - (done < total)  # a mean needs the next sample as well
             samples, wanted, places = placed.between(done - seen, done, ready)
@@ -153,8 +155,8 @@ class Walk:
         return self._rooms[given.part, degree]
 
     def _advance(
-        self, room: "_Room", given: Input, windows: Whole, starts: FloatArray, cursor: Whole,
-        failed: NDArray[np.bool_], kept: int,
+        self, room: "_Room", given: Input, windows: Whole, starts: FloatArray, *,
+        cursor: Whole, failed: NDArray[np.bool_], kept: int,
     ) -> int:  # fmt: skip
         """Carry the windows on by as many rows as there is room, or fewer; return how many."""
         system = self._system

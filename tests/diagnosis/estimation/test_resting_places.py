@@ -30,7 +30,7 @@ def places_of(model, amplitude=AMPLITUDE):
     motion = SimpleNamespace(displacement=z, velocity=np.gradient(z, 1.0 / RATE))
     data = SimpleNamespace(
         tests=[SimpleNamespace(sample_rate=RATE)], unit_s=1.0 / HZ,
-        across=lambda _joint: (motion,),
+        across=lambda _joint: (motion,), largest_across=lambda _joint: amplitude,
     )  # fmt: skip
     return resting_places(data, model, TABLE)
 
