@@ -278,7 +278,8 @@ def _print_analyses(summary: "RunSummary", json: str | None) -> None:
                 [[shown_cell(name, row.get(name)) for name in names] for row in one.rows],
                 json_target=json,
             )
-        for text in one.told:
+        flags = {flag.message for flag in summary.flags}  # which are said already
+        for text in (text for text in one.told if text not in flags):
             output.data(text, json_target=json)
 
 
