@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from scipy.signal import butter, sosfilt
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.cross import CrossSpectra
@@ -105,7 +105,9 @@ def _nominal(middle: FloatArray, fraction: int) -> FloatArray:
 def octave_filter(bands: OctaveBands, band: int, sample_rate: float) -> FloatArray:
     """Return the filter of one band as second-order sections, (n_sections, 6) array [-]."""
     edges = [bands.lower[band], bands.upper[band]]
-    return np.asarray(butter(ORDER, edges, "bandpass", fs=sample_rate, output="sos"))
+    return np.asarray(
+        scipy.signal.butter(ORDER, edges, "bandpass", fs=sample_rate, output="sos")
+    )
 
 
 def rms_through_filters(
@@ -144,7 +146,7 @@ def rms_through_filters(
             memory = [np.zeros((len(sos), len(block), 2)) for sos in filters]
             power = np.zeros((len(block), len(filters)))
         for i, sos in enumerate(filters):
-            passed, memory[i] = sosfilt(sos, block, axis=-1, zi=memory[i])
+            passed, memory[i] = scipy.signal.sosfilt(sos, block, axis=-1, zi=memory[i])
             power[:, i] += np.sum(passed**2, axis=-1)
         count += block.shape[1]
     return np.asarray(np.sqrt(power / max(count, 1)))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
-from scipy import stats
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.multisines.measuring import LineSpectra
@@ -120,7 +120,8 @@ def _stands(
     power: FloatArray, noise: FloatArray, repeats: tuple[int, int], chance: float
 ) -> bool:
     """Return whether the power of lines is more than noise makes of it by chance."""
-    limit = stats.f.isf(chance, *(2 * power.size * count for count in repeats))
+    above, below = (2 * power.size * count for count in repeats)
+    limit = 1.0 / scipy.special.fdtri(below, above, chance)  # F's upper quantile
     return bool(np.sum(power) > limit * np.sum(noise))
 
 
