@@ -1,6 +1,7 @@
 """Modes of simulated structures found blind, and the same signals given to neighbours.
 
 python -m benchmarks.modal [--draws 100] [--seed 0] [--verbose]
+python -m benchmarks.modal --speed
 
 3 to 12 modes, 20 s at 512 Hz, 8 accelerometers, 1 or 2 random forces, two pairs of modes 1 to
 3 % apart (one pair of 3), damping 0.2 to 5 %, white noise 30 to 60 dB below the responses.
@@ -23,8 +24,10 @@ from math import erf
 import numpy as np
 
 from benchmarks.modal_signals import Structure, draw
-from shakerproc.modal import Settings, identify_samples
+from shakerproc.modal import Settings, identify_functions, identify_samples
 from shakerproc.modal.output_only import identify_output_only
+from shakerproc.modal.polynomials import lagged_sums
+from shakerproc.modal.stabilisation import stabilisation
 
 BAND = (3.0, 205.0)
 SEGMENT = 2560  # of the response functions for sdypy-EMA: 5 s, Hann, half overlapping
@@ -246,13 +249,44 @@ def print_scores(scores: dict[str, Score]) -> None:
               f"{np.mean(score.seconds):8.2f}{np.max(score.seconds):7.2f}")  # fmt: skip
 
 
+def speed() -> tuple[float, float]:
+    """Return how long 8 responses x 20,000 lines take: the diagram to order 60, all [s]."""
+    structure = draw(np.random.default_rng(1), 8, noise_db=40.0, duration=50.0)
+    rate, frequency = structure.sample_rate, np.linspace(0.0, 256.0, 20_001)[1:]
+    s = 2j * np.pi * frequency
+    functions = np.zeros((8, 1, frequency.size), dtype=complex)
+    for f, zeta, shape in zip(
+        structure.frequency, structure.damping, structure.shapes, strict=True
+    ):
+        omega = 2.0 * np.pi * f
+        one = shape[structure.driven[0]] * s**2 / (s**2 + 2 * zeta * omega * s + omega**2)
+        functions[:, 0] += np.outer(shape, one)
+    rng = np.random.default_rng(2)
+    size = 1e-3 * np.abs(functions).mean()
+    functions += size * (
+        rng.standard_normal(functions.shape) + 1j * rng.standard_normal(functions.shape)
+    )
+    began = time.perf_counter()
+    ones, band = np.ones((1, frequency.size), dtype=complex), (1.0, 0.5 * rate)
+    stabilisation(lagged_sums(frequency, ones, functions, 60), range(2, 61, 2), band)
+    diagram = time.perf_counter() - began
+    began = time.perf_counter()
+    identify_functions(frequency, functions, Settings(band, order=60))
+    return diagram, time.perf_counter() - began
+
+
 def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--verbose", action="store_true")
+    parser.add_argument("--speed", action="store_true", help="time one large case instead")
     options = parser.parse_args()
+    if options.speed:
+        diagram, whole = speed()
+        print(f"8 x 20,000 lines, order 60: diagram {diagram:.2f} s, modes {whole:.2f} s")
+        return
     logging.disable(logging.WARNING)
     print_scores(study(options.draws, options.seed, verbose=options.verbose))
     close, loose = bounds(options.draws, options.seed)
