@@ -12,6 +12,7 @@ from tests.in_process import run
 
 import shakerproc as sp
 from shakerproc.errors import DiagnosisError
+from shakerproc.workflows.evidence import Evidence, write_evidence
 
 RATE, SECONDS = 2048.0, 4.0
 MASS, STIFFNESS, DAMPING = 0.5, 5e4, 1.2
@@ -145,6 +146,19 @@ def test_the_command_writes_curves_of_both_models(tmp_path, capsys):
     page = (out / "report.html").read_text()
     assert "with cubic" in page
     assert "What the model lacks" in page  # of the older model
+
+
+def test_what_adds_an_effect_shows_the_decays_of_both_models(tmp_path):
+    log, model = written(tmp_path, DECAYS["cubic"][0]())
+    added = sp.add("cubic_stiffness", sp.read_model(model), sp.read_log(log))
+    labels = [text.get_text() for text in added.plot().axes[0].get_legend().get_texts()]
+    assert any("with cubic stiffness" in text for text in labels)
+    assert "linear" in labels
+    found = compared(log, model, before=added.model)
+    page = write_evidence(tmp_path, "a decay", "none", Evidence(decays=found.drawn))
+    text = page.read_text()
+    assert "frequency and damping against amplitude" in text
+    assert "What the model lacks" in text
 
 
 @pytest.mark.parametrize(

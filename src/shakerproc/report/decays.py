@@ -103,13 +103,12 @@ def decay_report(
     decays: Decays, title: str, command: str, inputs: Sequence[tuple[str, str, str]]
 ) -> Report:
     """Return the page of a comparison of decays."""
-    sections = [_section(decays, i) for i in range(len(decays.found.tests))]
     return Report(
         title,
         [],
         command=command,
         verdict=sentence_of_decays(decays.found),
-        sections=sections,
+        sections=decay_sections(decays),
         inputs=inputs,
         methods=methods.methods_of(
             [],
@@ -117,6 +116,11 @@ def decay_report(
             kinds=[element.effect.kind for element in decays.found.model.elements],
         ),
     )
+
+
+def decay_sections(decays: Decays) -> list[Section]:
+    """Return a section for each test."""
+    return [_section(decays, i) for i in range(len(decays.found.tests))]
 
 
 def _section(decays: Decays, index: int) -> Section:

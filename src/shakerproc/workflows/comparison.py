@@ -154,9 +154,15 @@ def compare(
         If a recording cannot be used, or the model's motion runs away.
     """
     older = None if before is None else model_of(before).model
-    shaken = model_of(model).model
-    how = compare_free_decays if shaken.excitation.role is None else compare_models
-    return how(shaken, log_of(log), before=older, fit=fit)
+    return compare_any(model_of(model).model, log_of(log), before=older, fit=fit)
+
+
+def compare_any(
+    model: Model, log: TestLog, *, before: Model | None = None, fit: bool = False
+) -> Comparison | DecayComparison:
+    """Return a comparison with whole tests, or with decays where nothing drives a model."""
+    how = compare_free_decays if model.excitation.role is None else compare_models
+    return how(model, log, before=before, fit=fit)
 
 
 def compare_models(

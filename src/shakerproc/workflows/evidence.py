@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from shakerproc.compare import Comparison, Measured
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
+    from shakerproc.report.decays import Decays
     from shakerproc.report.evidence_figures import Models
     from shakerproc.report.methods import Methods
     from shakerproc.report.sections import Section
@@ -28,11 +29,14 @@ class Evidence:
         Which effect is missing.
     inputs : sequence of (str, str, str)
         Files that went in: what they are, their names and their SHA-256.
+    decays : Decays, optional
+        A model held against free decays, and the one before it.
     """
 
     models: "Models | None" = None
     diagnosis: "Diagnosis | None" = None
     inputs: Sequence[tuple[str, str, str]] = ()
+    decays: "Decays | None" = None
 
 
 NONE: Final = Evidence()
@@ -81,7 +85,12 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
-    return sections(evidence.models, evidence.diagnosis)
+    found = sections(evidence.models, evidence.diagnosis)
+    if evidence.decays is None:
+        return found
+    from shakerproc.report.decays import decay_sections
+
+    return [*found, *decay_sections(evidence.decays)]
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
@@ -98,6 +107,7 @@ def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
         [run for run in runs if run.status != "discarded"],
         compared=models is not None,
         diagnosed=diagnosis is not None,
+        analyses=[] if evidence.decays is None else ["decays"],
         kinds=tuple(dict.fromkeys(kinds)),
     )
 
@@ -172,6 +182,36 @@ def judged(
     return Models(before, after, new=name_of_new(diagnosis))
 
 
+def decays_judged(
+    model: "Model",
+    diagnosis: "Diagnosis",
+    measured: "Sequence[Measured]",
+    warn: Callable[[str], None],
+) -> "Decays | None":
+    """Return decays of a model and of the one that a diagnosis leads to, beside those measured.
+
+    None where something drives the tests: `judged` holds whole tests against them.
+    """
+    from shakerproc.compare.decays import DecayComparison, decays_of
+    from shakerproc.diagnosis.updated import updated_model
+    from shakerproc.errors import ShakerprocError
+    from shakerproc.report.decays import Decays
+
+    if model.excitation.role is not None:
+        return None
+    new = updated_model(model, diagnosis)
+    models = [model] if new is None else [new, model]
+    try:
+        found = [
+            DecayComparison(one, tuple(decays_of(one, test) for test in measured))
+            for one in models
+        ]
+    except ShakerprocError as error:
+        warn(f"decays of the model are not shown: {error}")
+        return None
+    return Decays(*found)
+
+
 def name_of_new(diagnosis: "Diagnosis") -> str:
     """Return what the new model is called in figures."""
     from shakerproc.models import EFFECTS
@@ -220,4 +260,5 @@ def held_against(
     diagnosis = diagnose_tests(known, log, usable, progress=tell)
     models = judged(known, diagnosis, usable.tests, tell, warn)
     documents = [("model", model, digest), ("test log", log_path, sha256(log_path))]
-    return Evidence(models, diagnosis, inputs_of(documents, ()))
+    decays = decays_judged(known, diagnosis, usable.tests, warn)
+    return Evidence(models, diagnosis, inputs_of(documents, ()), decays)

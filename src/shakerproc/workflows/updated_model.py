@@ -105,9 +105,9 @@ class UpdatedModel(Shown):
 
     def plot(self) -> "Figure":
         """Return the response functions of the model as it was and of the new one."""
-        from shakerproc.workflows.comparison import compare_models
+        from shakerproc.workflows.comparison import compare_any
 
-        found = compare_models(self.model, self.log, before=self.known.model)
+        found = compare_any(self.model, self.log, before=self.known.model)
         return found.plot()
 
     def save(self, path: AnyPath, *, modes: bool = False) -> Path:

@@ -63,7 +63,8 @@ def diagnose(
         output.warning(text)
     document = {**result.as_json(), **options.effects_of(own)}
     output.write_json(document, json)
-    found = evidence.Evidence(models, result, inputs)
+    decays = evidence.decays_judged(known, result, measured, output.warning)
+    found = evidence.Evidence(models, result, inputs, decays)
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
         page = evidence.write_evidence(
