@@ -12,7 +12,7 @@ from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.selection.errors import error_of, parted
+from shakerproc.diagnosis.selection.errors import parted
 from shakerproc.diagnosis.selection.scores import EXCESS, SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
@@ -28,9 +28,9 @@ FORETOLD: Final = 24
 """Windows that tell how far a motion can be foretold: its mean square over them [-]."""
 
 LONGER: Final = 0.2
-"""Fall of the gain over the model without an effect, of the logarithm of the residual's square,
-that a longer horizon may cost: errors of the numbers add up over it by as much, what cannot be
-predicted or is not in any law by far more [-]."""
+"""What a longer horizon may cost of the gain over the model without an effect, and of what the
+best leaves, as the logarithm of the residual's square: errors of the numbers add up over it by
+as much, what cannot be predicted or is not in any law by far more [-]."""
 
 
 def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
@@ -90,9 +90,9 @@ def _blocks(data: DataSet, windows: Windows) -> int:
 def compared(
     campaign: Campaign, linear: Fit, singles: Sequence[Fit]
 ) -> tuple[list[Form], Score, list[Score]]:
-    """Return hypotheses at the longest horizon at which the best gains as much over none.
+    """Return hypotheses at the longest horizon at which the best is as good as at shorter ones.
 
-    Or leaves no more than noise.
+    It gains as much over none and leaves as little, or leaves no more than noise.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def compared(
     """
     forms = usable_forms(campaign)
     standing, scores = [linear, *singles], list[Score]()
-    most, chosen = -np.inf, 0
+    most, least, chosen = -np.inf, np.inf, 0
     best = min(standing, key=lambda one: one.level)
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
@@ -135,9 +135,11 @@ def compared(
         bare = [score for score in scores if not score.fit.hypothesis.added]
         own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
         gained = own.mean - leader.mean
-        if gained < most - LONGER and not leader.is_noise:
+        lost = max(most - gained, leader.mean - least)
+        most, least = max(most, gained), min(least, leader.mean)
+        if lost > LONGER and not leader.is_noise:
             continue
-        most, chosen, base = max(most, gained), i, own
+        chosen, base = i, own
         effects = [score for score in scores if score.fit.hypothesis.added]
     return forms[: chosen + 1], base, effects
 
@@ -145,17 +147,13 @@ def compared(
 def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
     """Return whether a fit at a horizon foretells it.
 
-    What the spread of its numbers makes of the motion has to stay below what noise of the input
-    makes of it and what the fit leaves of what it was fitted to: else a good fit is judged by
-    where motions part. One that leaves no more than noise of what it was fitted to does.
+    The spread of its numbers may part the motion by `PARTED` at most: else a good fit is judged
+    by where motions part. One that leaves no more than noise of what it was fitted to does.
     """
     if there.chi_square <= EXCESS**2:
         return True
-    data = campaign.data
     windows = form.held_out.some(FORETOLD)
-    spread = parted(data, there, windows, drawn_numbers(there))
-    usual = parted(data, there, windows) + error_of(data, there, form.fitted)
-    return spread <= min(PARTED, usual)
+    return parted(campaign.data, there, windows, drawn_numbers(there)) <= PARTED
 
 
 def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:

@@ -10,7 +10,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.one_more import OneMore, own_start
+from shakerproc.diagnosis.estimation.one_more import OneMore, grouped, own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
@@ -23,8 +23,8 @@ from shakerproc.models.effects import Table
 FIRSTS: Final = 2
 """Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
 
-SECONDS: Final = 24
-"""Starts of a second effect that are looked at [-]."""
+SECONDS: Final = 6
+"""Effects, each in one joint, that are tried as a second one: those that explain most [-]."""
 
 AT_ONCE: Final = 4
 """Pairs of effects that are fitted because they explain most together [-]."""
@@ -107,7 +107,8 @@ def with_more(
             campaign.data, first, campaign.known, campaign.stages,
             linear=first.hypothesis.parts(first.x)[0], say=lambda _: None,
         )  # fmt: skip
-        pairs += second.found(starts[:SECONDS])
+        best = list(grouped(starts).values())[:SECONDS]
+        pairs += second.found([start for own in best for start in own])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
     scores = along(campaign, pairs[:FIRSTS], forms)

@@ -17,6 +17,7 @@ from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.residual_slopes import (
+    RUNAWAY,
     Channels,
     Linearisation,
     Point,
@@ -187,6 +188,9 @@ def fit(
         if converged:
             break
     count = sum(r.size for r in residual)
+    chi_square = sum(float(np.sum(r**2)) for r in residual) / count
+    if chi_square > RUNAWAY**2:
+        return None
     return Fit(
         data,
         hypothesis,
@@ -198,7 +202,7 @@ def fit(
         here.starts,
         cost=cost,
         level=linearisation.level(residual, here),
-        chi_square=sum(float(np.sum(r**2)) for r in residual) / count,
+        chi_square=chi_square,
         count=count,
         converged=converged,
         failed=int(predicted.failed.sum()),
