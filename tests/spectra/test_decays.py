@@ -192,3 +192,20 @@ def test_no_free_part_is_one_line():
     growing = np.exp(np.arange(4000) / 500.0)[np.newaxis]
     with pytest.raises(SpectrumError, match="no free part: the largest motion is at its end"):
         free_start(growing, np.zeros((0, 4000)))
+
+
+@pytest.mark.parametrize("seconds", [2.0, 4.0, 12.0])
+def test_a_mode_that_shifts_is_one_though_it_still_rings_at_the_end(seconds):
+    """A cubic spring by averaging: from 56 to 50 Hz, amplitude and phase in closed form."""
+    rate, sigma, omega, extra = 2048.0, 0.8, 2.0 * np.pi * 50.0, 0.12
+    time = np.arange(round(seconds * rate)) / rate
+    amplitude = np.exp(-sigma * time)
+    phase = omega * (time + extra * (1.0 - amplitude**2) / (2.0 * sigma))
+    rows = (amplitude * np.cos(phase))[np.newaxis]
+    rows = rows + 1e-4 * np.random.default_rng(4).standard_normal(rows.shape)
+    (line,) = decay_lines(rows, rate, (20.0, 120.0))
+    curve = decay_curve(rows[0], rate, line)
+    assert not curve.problem
+    for one in curve.fitted:
+        true = 50.0 * (1.0 + extra * one.amplitude**2)
+        assert one.frequency == pytest.approx(true, rel=2e-3)

@@ -29,6 +29,12 @@ noise is looked at where it makes less."""
 CLEAR: Final = 30.0
 """Amplitude over that at the end of the record above which it is looked at [-]."""
 
+RAYLEIGH: Final = 1.8
+"""Median of the amplitude of noise over its standard deviation, by Rayleigh's law [-]."""
+
+ROUGH: Final = 8
+"""Values at the end of a record that tell its noise by how rough they are, at least [-]."""
+
 ORDER: Final = 6
 """Poles of the band-pass on either side of a mode [-]."""
 
@@ -164,6 +170,19 @@ def largest_rise(amplitude: FloatArray) -> float:
     return float(np.max(from_top / np.minimum.accumulate(from_top)))
 
 
+def _rest(amplitude: FloatArray) -> float:
+    """Return the amplitude of the noise at the end, also where a mode still rings there.
+
+    Noise departs from the mean of its neighbours, a mode that decays hardly does.
+    """
+    end = amplitude[-max(amplitude.size // 10, min(amplitude.size, ROUGH)) :]
+    median = float(np.median(end))
+    if end.size < ROUGH:
+        return median
+    apart = end[1:-1] - 0.5 * (end[:-2] + end[2:])
+    return min(median, RAYLEIGH * float(np.sqrt(np.mean(apart**2) / 1.5)))
+
+
 def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
     """Return whether what lies around a line only decays, as one mode does and two do not.
 
@@ -179,6 +198,5 @@ def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> boo
     amplitude = np.abs(envelope_of(samples, sample_rate, line).values)
     if not amplitude.size:
         return False
-    rest = float(np.median(amplitude[-max(amplitude.size // 10, 1) :]))
-    clear = np.flatnonzero(amplitude > CLEAR * rest)
+    clear = np.flatnonzero(amplitude > CLEAR * _rest(amplitude))
     return clear.size > 2 and largest_rise(amplitude[: int(clear[-1]) + 1]) < GROWS
