@@ -9,6 +9,7 @@ from scipy import signal
 
 from shakerproc.spectra import cross_spectra, effective_frequencies, find_peaks
 from shakerproc.spectra.peaks import local_maxima, separated, thesis_peaks
+from shakerproc.spectra.saddles import saddles
 
 FREQUENCY = np.arange(0.0, 100.0)
 
@@ -93,3 +94,13 @@ def test_arguments_must_fit():
         find_peaks(FREQUENCY, FREQUENCY, (5.0, 5.0))
     with pytest.raises(ValueError, match="frequencies for"):
         find_peaks(FREQUENCY, np.ones(5), (0.0, 1.0))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_saddles_are_those_of_scipy(seed):
+    level = np.round(np.random.default_rng(seed).standard_normal(400), 1)  # with equal values
+    peaks = signal.argrelmax(level)[0]
+    prominence, left, right = signal.peak_prominences(level, peaks)
+    found = saddles(level, peaks)
+    assert_allclose(level[peaks] - level[found], prominence, rtol=1e-12)
+    assert_array_equal(found, np.where(level[left] >= level[right], left, right))

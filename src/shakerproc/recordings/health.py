@@ -79,7 +79,7 @@ def _incomplete(recording: Recording) -> list[Flag]:
     expected = recording.expected_samples / recording.sample_rate
     message = (
         f"The file ends after {recording.duration:.6g} s of {expected:.6g} s. "
-        "What is there is used; copy the file again if there is more."
+        "The complete part was used; copy the file again if there is more."
     )
     return [Flag("incomplete", "", message, recording.duration, expected)]
 

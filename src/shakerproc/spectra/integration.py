@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Final, TypeAlias
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 
@@ -84,16 +84,16 @@ def integrated(
         stop = min(start + size, part[1])
         first, last = max(0, start - margin), min(n_samples, stop + margin)
         samples = read(first, last)
-        length = next_fast_len(samples.shape[1] + margin, real=True)
-        frequency = rfftfreq(length, 1.0 / sample_rate)
+        length = scipy.fft.next_fast_len(samples.shape[1] + margin, real=True)
+        frequency = scipy.fft.rfftfreq(length, 1.0 / sample_rate)
         omega = 2j * np.pi * np.maximum(frequency, 1e-300)
-        spectrum = rfft(samples, length) * high_pass_gain(frequency, corner)
+        spectrum = scipy.fft.rfft(samples, length) * high_pass_gain(frequency, corner)
         kept = slice(start - first, stop - first)
         found = []
         for power in (1, 2):
             whole = np.zeros_like(spectrum)
             np.divide(spectrum, omega**power, out=whole, where=frequency > 0.0)
-            found.append(irfft(whole, length)[:, kept])
+            found.append(scipy.fft.irfft(whole, length)[:, kept])
         yield np.array(found)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.spectra.cross import CrossSpectra
 from shakerproc.spectra.responses import psd
+from shakerproc.spectra.saddles import saddles
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
@@ -111,8 +112,8 @@ def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> Ind
     known = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~np.isnan(errors))
     level = np.log(values[known])
     own = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
-    prominence, left, right = scipy.signal.peak_prominences(level, own)
-    saddle = np.where(level[left] >= level[right], left, right)
+    saddle = saddles(level, own)
+    prominence = level[own] - level[saddle]
     z = scipy.special.ndtri(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
     sure = errors[known]
     return np.asarray(known[own[prominence > z * (sure[own] + sure[saddle])]])

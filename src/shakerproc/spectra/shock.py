@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from scipy.linalg import expm
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.oscillators import follow_oscillators
@@ -161,7 +161,7 @@ def transitions(step: FloatArray, damping: float) -> FloatArray:
     system[:, 1, 1] = -2.0 * damping * step
     system[:, 1, 2] = -step
     system[:, 2, 3] = 1.0  # the input rises by the last state within one step
-    whole = expm(system)
+    whole = scipy.linalg.expm(system)
     found = whole[:, :2, :].copy()
     found[:, :, 2] = whole[:, :2, 2] - whole[:, :2, 3]
     return np.ascontiguousarray(found)

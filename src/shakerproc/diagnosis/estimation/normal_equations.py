@@ -194,7 +194,7 @@ def student_over_normal(blocks: FloatArray) -> FloatArray:
     share = squares / most
     parts = np.maximum(np.sum(share**2, axis=0), np.finfo(float).tiny)
     freedom = np.maximum(1.0, share.sum(axis=0) ** 2 / parts)
-    return np.asarray(scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975))
+    return np.asarray(scipy.special.stdtrit(freedom, 0.975) / scipy.special.ndtri(0.975))
 
 
 def _clusters(

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
@@ -90,7 +90,7 @@ def grid_of(
     inside = (number * spacing >= band[0] * (1.0 - 1e-9)) & (number > 0)
     inside &= number * spacing <= band[1] * (1.0 + 1e-9)
     mean = np.sqrt(np.mean(np.abs(lines.mean(axis=1)) ** 2, axis=0)) * inside
-    around = maximum_filter1d(mean, 2 * REACH + 1, mode="constant")
+    around = scipy.ndimage.maximum_filter1d(mean, 2 * REACH + 1, mode="constant")
     excited = inside & (mean > STANDS * around) & (mean > LOWEST * mean.max(initial=0.0))
     if lines.shape[1] > 1:
         count = lines.shape[0] * lines.shape[1]
