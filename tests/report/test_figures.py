@@ -8,7 +8,7 @@ from tests.runs.test_summary_and_trends import FALLING
 from tests.small_campaign import RATE, samples
 
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
-from shakerproc.report.trend_figures import draw_trend, trend_figure
+from shakerproc.report.trend_figures import draw_trends, trend_figure
 from shakerproc.runs import process_recording, trends
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
@@ -34,7 +34,8 @@ def test_a_trend_is_drawn(tmp_path):
     cut = replace(FALLING[1], promised_s=9.0)
     request = trends.standard_trends(FALLING)[0]
     trend = trends.trend([FALLING[0], cut, FALLING[2]], request, "ch3")
-    with Image.open(draw_trend(trend, tmp_path / "t.png")) as image:
+    (path,) = draw_trends([trend], tmp_path)
+    with Image.open(path) as image:
         assert image.size == (910, 613)
 
 

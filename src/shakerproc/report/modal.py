@@ -287,9 +287,9 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
             )
         )
     notes = [*told_of_modes(analysis), *(f"{n[0].upper()}{n[1:]}." for n in analysis.notes)]
-    figures += [
-        trend_view.drawing(trend) for row in trends_of_modes(analysis).values() for trend in row
-    ]
+    figures += trend_view.drawings([
+        trend for row in trends_of_modes(analysis).values() for trend in row
+    ])
     return Section(
         "Modes over the tests", "over-tests", notes, [Table("", columns, rows)], figures
     )

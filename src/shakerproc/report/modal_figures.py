@@ -13,7 +13,7 @@ from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.report import style
 from shakerproc.report.run_figures import save
-from shakerproc.report.trend_figures import draw_trend
+from shakerproc.report.trend_figures import draw_trends
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,8 +42,8 @@ def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
                     written.append(save(drawn, folder / f"test_{name}_{kind}.png"))
         for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
             written.append(save(reciprocity_figure(pair), folder / f"reciprocity_{number}.png"))
-        for against in (one for row in trends_of_modes(analysis).values() for one in row):
-            written.append(draw_trend(against, folder / "trends" / f"{against.name}.png"))
+        against = [one for row in trends_of_modes(analysis).values() for one in row]
+        written += draw_trends(against, folder / "trends")
         trend = trend_figure(analysis)
         if trend is not None:
             written.append(save(trend, folder / "modes_over_tests.png"))

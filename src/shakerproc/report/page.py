@@ -184,7 +184,7 @@ def _page(report: Report) -> _Page:
         columns=columns,
         rows=rows,
         table_note=runs_table.table_note(report.runs, report.channel),
-        trends=[trend_view.drawing(trend) for trend in report.trends],
+        trends=trend_view.drawings(report.trends),
         not_drawn=_not_drawn(report),
         sections=report.sections,
         runs=views,

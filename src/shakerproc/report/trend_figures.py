@@ -1,11 +1,12 @@
 """Trends as figures in files."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from shakerproc.report import style, trend_view
 from shakerproc.report.run_figures import LEFT, save
+from shakerproc.report.trend_styles import series_styles
 from shakerproc.runs.trend import Point, Trend
 
 if TYPE_CHECKING:
@@ -15,21 +16,29 @@ if TYPE_CHECKING:
 MARKERS: Final = ("o", "s", "^", "D", "v", "P")
 
 
-def draw_trend(trend: Trend, path: Path) -> Path:
-    """Draw a trend, and return the file."""
-    return save(trend_figure(trend), path)
+def draw_trends(trends: Sequence[Trend], folder: Path) -> list[Path]:
+    """Draw trends, in which the same thing has the same colour; return the files."""
+    return [
+        save(_figure(trend, styles), folder / f"{trend.name}.png")
+        for trend, styles in zip(trends, series_styles(trends), strict=True)
+    ]
 
 
-def trend_figure(trend: Trend) -> "Figure":
-    """Return the figure of a trend."""
+def trend_figure(trend: Trend, beside: Sequence[Trend] = ()) -> "Figure":
+    """Return the figure of a trend, its colours as where it stands among others."""
+    known = list(beside) if trend in beside else [trend]
+    return _figure(trend, series_styles(known)[known.index(trend)])
+
+
+def _figure(trend: Trend, styles: Mapping[str, int]) -> "Figure":
     places, x_axis, names = trend_view.positions(trend)
     with style.look():
         figure, (axis,) = style.figure(7.0, 4.0, left=LEFT)
-        for i, (name, points) in enumerate(trend.series.items()):
-            _draw_series(axis, places[name], points, i, name)
+        for name, points in trend.series.items():
+            _draw_series(axis, places[name], points, styles[name], name)
             if trend.connected(name):
                 y = [p.frequency_hz for p in points]
-                axis.plot(places[name], y, lw=0.7, color=style.COLOURS[i % 6])
+                axis.plot(places[name], y, lw=0.7, color=style.COLOURS[styles[name]])
         axis.set_xlim(x_axis.low, x_axis.high)
         if names:
             axis.set_xticks(list(names), list(names.values()))
@@ -49,7 +58,7 @@ def _draw_series(
     """Draw one series: a bar of one bin at each point, incomplete runs hollow."""
     y = [p.frequency_hz for p in points]
     half = [p.bin_width_hz / 2.0 for p in points]
-    colour, marker = style.COLOURS[number % 6], MARKERS[number % 6]
+    colour, marker = style.COLOURS[number], MARKERS[number]
     axis.errorbar(x, y, half, color=colour, fmt="none", elinewidth=0.8, capsize=2.0)
     axis.plot(x, y, marker=marker, ms=5.5, lw=0.0, color=colour, label=name)
     cut = [i for i, p in enumerate(points) if p.incomplete]

@@ -1,13 +1,24 @@
 """Trends as drawings of points."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
+from shakerproc.report.trend_styles import series_styles
 from shakerproc.runs.trend import Trend
 
 
-def drawing(trend: Trend) -> Drawing:
+def drawings(trends: Sequence[Trend]) -> list[Drawing]:
+    """Return trends as drawings, in which the same thing has the same colour."""
+    return [
+        _drawing(trend, styles)
+        for trend, styles in zip(trends, series_styles(trends), strict=True)
+    ]
+
+
+def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
     """Return a trend as a drawing: a line of points for each series."""
     places, x_axis, names = positions(trend)
     frequencies = [p.frequency_hz for points in trend.series.values() for p in points]
@@ -16,13 +27,15 @@ def drawing(trend: Trend) -> Drawing:
         trend.quantity, max(0.0, min(frequencies) - margin), max(frequencies) + margin
     )
     curves: list[svg.Curve] = []
-    for i, (name, points) in enumerate(trend.series.items()):
+    for name, points in trend.series.items():
         x = np.array(places[name])
         y = np.array([p.frequency_hz for p in points])
         if trend.connected(name):
-            curves.append(svg.Curve("", x, y, i % 6, thin=True))
+            curves.append(svg.Curve("", x, y, styles[name], thin=True))
         curves.append(
-            svg.Curve(name, x, y, i % 6, points=True, hollow=[p.incomplete for p in points])
+            svg.Curve(
+                name, x, y, styles[name], points=True, hollow=[p.incomplete for p in points]
+            )
         )
     caption = trend.caption
     if any(p.incomplete for points in trend.series.values() for p in points):

@@ -95,7 +95,7 @@ class Campaign(Shown):
             raise ArgumentError("trend", "no quantity of the log takes two values in its tests")
         if trend and trend not in known:
             raise ArgumentError("trend", f"no trend {trend!r}; there are {', '.join(known)}")
-        return trend_figure(known[trend or next(iter(known))])
+        return trend_figure(known[trend or next(iter(known))], tuple(known.values()))
 
     def _repr_html_(self) -> str:
         failed = [f"test {r.test} failed: {r.error}" for r in self.runs if r.status == "failed"]

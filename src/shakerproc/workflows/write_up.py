@@ -11,7 +11,7 @@ from shakerproc.batch.collecting import write_tables
 from shakerproc.batch.manifest import settle
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
-from shakerproc.report.trend_figures import draw_trend
+from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary, telling, trends
 from shakerproc.runs.trend import Trend
@@ -124,8 +124,7 @@ def _written_up(
     channel, found, missing = told.channel, told.found, told.missing
     write_tables(runs, found, channel, root)
     if wish.figures:
-        for trend in found:
-            draw_trend(trend, root / "trends" / f"{trend.name}.png")
+        draw_trends(found, root / "trends")
     report = Report(
         title,
         runs,
