@@ -12,7 +12,8 @@ from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.selection.errors import parted
+from shakerproc.diagnosis.found import is_within
+from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
 from shakerproc.diagnosis.selection.scores import EXCESS, SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
@@ -27,10 +28,10 @@ FEWEST_BLOCKS: Final = 3
 FORETOLD: Final = 24
 """Windows that tell how far a motion can be foretold: its mean square over them [-]."""
 
-LONGER: Final = 0.2
-"""What a longer horizon may cost of the gain over the model without an effect, and of what the
-best leaves, as the logarithm of the residual's square: errors of the numbers add up over it by
-as much, what cannot be predicted or is not in any law by far more [-]."""
+LONGER: Final = 1.1
+"""Free-run error over the least of shorter horizons up to which a longer one is taken: errors
+of the numbers add up over it by as much, what cannot be predicted or is not in any law by far
+more [-]."""
 
 
 def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
@@ -92,7 +93,7 @@ def compared(
 ) -> tuple[list[Form], Score, list[Score]]:
     """Return hypotheses at the longest horizon at which the best is as good as at shorter ones.
 
-    It gains as much over none and leaves as little, or leaves no more than noise.
+    Its free-run error is as small there, or no more than noise makes of it.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def compared(
     """
     forms = usable_forms(campaign)
     standing, scores = [linear, *singles], list[Score]()
-    most, least, chosen = -np.inf, np.inf, 0
+    least, chosen = np.inf, 0
     best = min(standing, key=lambda one: one.level)
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
@@ -132,13 +133,12 @@ def compared(
             continue
         leader = min(scores, key=lambda score: score.mean)
         best = leader.fit
+        left = error_of(campaign.data, best, forms[i].held_out)
+        if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
+            continue
+        least = min(least, left)
         bare = [score for score in scores if not score.fit.hypothesis.added]
         own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
-        gained = own.mean - leader.mean
-        lost = max(most - gained, leader.mean - least)
-        most, least = max(most, gained), min(least, leader.mean)
-        if lost > LONGER and not leader.is_noise:
-            continue
         chosen, base = i, own
         effects = [score for score in scores if score.fit.hypothesis.added]
     return forms[: chosen + 1], base, effects
@@ -154,6 +154,12 @@ def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
         return True
     windows = form.held_out.some(FORETOLD)
     return parted(campaign.data, there, windows, drawn_numbers(there)) <= PARTED
+
+
+def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:
+    """Return whether an error at a horizon is no more than noise makes of the motion there."""
+    floors = floors_of(campaign.data, found, form.held_out.some(FORETOLD))
+    return is_within(left, pooled_floor(floors))
 
 
 def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:

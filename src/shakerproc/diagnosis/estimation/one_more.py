@@ -22,8 +22,9 @@ from shakerproc.models.identification import Contained
 STARTS: Final = 64
 """Starts of each effect in each joint that are tried in the shortest windows [-]."""
 
-STARTS_OF_WHOLE_TESTS: Final = 8
-"""Of these so many, the best of the screening, are tried in whole tests, too [-]."""
+BEST_STARTS: Final = 8
+"""Of these so many, the best of the screening, are tried with all numbers that may go with
+them, and in whole tests, too [-]."""
 
 FIRST_ROUNDS: Final = 2
 """Steps of a fit from the best of these: what they are worth shows by then [-]."""
@@ -170,11 +171,11 @@ class OneMore:
         kind, joint, _ = group
         identification = self.known[joint][kind]
         tried: list[_Tried] = []
-        for start in starts[:STARTS]:
-            tried += self._at(self.on.hypothesis, start)
-            other = turned(self.on.hypothesis, start)
-            if other.own != self.on.hypothesis.own:
-                tried += self._at(other, start)
+        for i, start in enumerate(starts[:STARTS]):
+            own, other = self.on.hypothesis, turned(self.on.hypothesis, start)
+            for none in [own] if other.own == own.own else [own, other]:
+                told, *others = self._at(none, start)
+                tried += [told, *others] if i < BEST_STARTS else [told]
         tried += self._beyond(group, simpler)
         fits = [
             fit(
@@ -238,7 +239,7 @@ class OneMore:
         first, whole = self.stages.looked_at, self.stages.whole
         found = [self._least(told, first), self._least(others, first)]
         if whole is not None and simplest:
-            found.append(self._least(told[:STARTS_OF_WHOLE_TESTS], whole))
+            found.append(self._least(told[:BEST_STARTS], whole))
         return list({id(one): one for one in found if one is not None}.values())
 
     def _least(self, tried: Sequence[_Tried], windows: Windows) -> _Tried | None:
