@@ -62,6 +62,36 @@ def test_the_missing_law_is_fitted_to_decays(decays):
     assert found.errors.held_out.after < 0.01 < found.errors.held_out.before
 
 
+def slipping_decay(sample_rate, slip):
+    """Return the acceleration of a mass on a spring and a slider after a release [m/s^2]."""
+    spring = 0.05 * STIFFNESS  # of the slider
+
+    def motion(_time, state):
+        z, v, force = state
+        rate = spring * v * (1.0 - (abs(force) / slip) * (force * v > 0.0))
+        return [v, -(DAMPING * v + STIFFNESS * z + force) / MASS, rate]
+
+    times = np.arange(0.0, SECONDS, 1.0 / sample_rate)
+    found = solve_ivp(
+        motion, (0.0, SECONDS), [2e-3, 0.0, slip], t_eval=times, rtol=1e-8, atol=1e-12
+    )
+    acceleration = np.array([motion(0.0, state)[1] for state in found.y.T])
+    noise = np.random.default_rng(3).standard_normal(times.size)
+    return acceleration + 1e-3 * acceleration.std() * noise
+
+
+def test_a_decay_far_above_its_rms_begins_where_it_did():
+    rate, slip = 256.0, 0.3
+    row = slipping_decay(rate, slip)
+    test = TestArrays("test", rate, np.zeros((1, row.size)), row[None], band=(10.0, 100.0))
+    found = add_to_arrays("bouc_wen", beam(), [test])
+    numbers = {name: one.value for name, one in found.parameters.items()}
+    assert numbers["stiffness"] == pytest.approx(0.05 * STIFFNESS, rel=0.02)
+    assert numbers["yield_displacement"] == pytest.approx(slip / (0.05 * STIFFNESS), rel=0.02)
+    assert found.errors.fitted.after < 0.01
+    assert found.errors.held_out.after < 0.01 < found.errors.held_out.before
+
+
 @pytest.fixture
 def log(tmp_path, decays):
     """Return a log of one decay that begins with the mass held, and who says what it is."""

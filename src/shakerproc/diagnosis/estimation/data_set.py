@@ -186,9 +186,9 @@ class DataSet:
 
     @cached_property
     def motion_sizes(self) -> FloatArray:
-        """Rms of these over all tests, (2 n_masses,) array [m], [m/s]."""
-        each = [np.mean(motion**2, axis=1) for motion in self.motions]
-        return np.asarray(np.sqrt(np.mean(each, axis=0)))
+        """Largest of these in any test, (2 n_masses,) array [m], [m/s]."""
+        each = [np.max(np.abs(motion), axis=1) for motion in self.motions]
+        return np.asarray(np.max(each, axis=0))
 
     @cached_property
     def frequency(self) -> float:

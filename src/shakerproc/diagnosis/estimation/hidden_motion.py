@@ -66,11 +66,11 @@ def elsewhere(
 def sizes(data: DataSet, model: Model) -> FloatArray:
     """Return what a change of each number of a start is held against, (n_motions,) array.
 
-    Rms of the motions over all tests [m], [m/s], and the size of each state [its unit].
+    The largest of the motions in any test [m], [m/s]: what decays begins far above its rms.
+    And the size of each state [its unit].
     """
-    squares = [np.mean(own**2, axis=1) for own in hidden_motions(data, model)]
-    rms = np.sqrt(np.mean(squares, axis=0))
-    return np.concatenate([_joined(data.motion_sizes, rms), largest_states(model)[:, 0]])
+    most = np.max([np.max(np.abs(own), axis=1) for own in hidden_motions(data, model)], axis=0)
+    return np.concatenate([_joined(data.motion_sizes, most), largest_states(model)[:, 0]])
 
 
 def _joined(masses: FloatArray, modes: FloatArray) -> FloatArray:

@@ -12,7 +12,6 @@ References
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 from typing import Final, final
 
@@ -148,11 +147,19 @@ class NormalEquations:
         inverse: FloatArray = np.linalg.inv(scaled) / np.outer(size, size)
         return inverse
 
-    def starts_alone(self) -> Point:
-        """Return where an undamped step of the starts leads, all else standing."""
-        inverses = [_inverse(own) for own, _, _ in self.kept]
+    def starts_alone(self, damping: float) -> FloatArray | None:
+        """Return where a step of the starts leads, all else standing, (n_windows, n_motions).
+
+        Damped by a share of what the number says most that is told best: one that the window
+        hardly tells stays while the others move.
+        """
+        inverses = []
+        for own, _, _ in self.kept:
+            most = np.max(np.diagonal(own, axis1=1, axis2=2), axis=1, initial=0.0)
+            held = damping * most[:, None, None] * np.eye(own.shape[1])
+            inverses.append(_inverse(own + held))
         still = np.zeros(self.normal.shape[0])
-        return replace(self.at, starts=self._starts(still, inverses))
+        return self._starts(still, inverses)
 
     def _solved(self, normal: FloatArray, score: FloatArray, damping: float) -> FloatArray:
         """Return the damped step; what stands at a bound and is pushed out stays."""

@@ -14,6 +14,9 @@ ROUNDS: Final = 12
 """Steps at most: starts of the masses are measured already, and nearly linear; that of a
 resonator is not [-]."""
 
+DAMPED: Final = (0.0, 1e-3, 0.1, 1.0)
+"""Damping of steps that are tried, one after the other [-]."""
+
 
 def with_starts_fitted(
     data: DataSet, found: Fit, windows: Windows, *, near: FloatArray | None = None
@@ -47,8 +50,9 @@ def with_starts_fitted(
     for _ in range(ROUNDS):
         left = state[2]
         slopes = linearisation.linearise(here, state, physics=False)
-        there = NormalEquations(linearisation, here, slopes).starts_alone()
-        here, state = moved(linearisation, here, state, there)
+        equations = NormalEquations(linearisation, here, slopes)
+        steps = [equations.starts_alone(damping) for damping in DAMPED]
+        here, state = moved(linearisation, here, state, [s for s in steps if s is not None])
         if left - state[2] < SETTLED:
             break
     return replace(found, windows=windows, starts=here.starts)

@@ -1,18 +1,17 @@
 """Starts of windows, each moved by itself: to where the residual of its window is smaller."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.hidden_motion import elsewhere
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.simulate import largest_states
-
-SHORTENED: Final = (1.0, 0.25, 0.0625)
-"""Shares of a step that are tried, one after the other [-]."""
 
 LOADED: Final = 0.8
 """Share of its size at which the state of a law may begin: near its limit, but not at it, where
@@ -32,43 +31,46 @@ def with_best_starts(
     model = linearisation.hypothesis.model_at(here.x)
     starts, table = here.starts, linearisation.windows.table
     for other in elsewhere(linearisation.data, model, table, starts):
-        there = replace(here, starts=other)
-        here, state = moved(linearisation, here, state, there, (1.0,))
+        here, state = moved(linearisation, here, state, [other])
     sizes = largest_states(model)[:, 0]
     for i, size in enumerate(sizes, start=starts.shape[1] - len(sizes)):
         for side in (1.0, -1.0):
             loaded = np.array(here.starts)
             loaded[:, i] = starts[:, i] + side * LOADED * size
-            there = replace(here, starts=loaded)
-            here, state = moved(linearisation, here, state, there, (1.0,))
+            here, state = moved(linearisation, here, state, [loaded])
     return here, state
 
 
 def moved(
-    linearisation: Linearisation,
-    here: Point,
-    state: State,
-    there: Point,
-    shares: tuple[float, ...] = SHORTENED,
+    linearisation: Linearisation, here: Point, state: State, tried: Sequence[FloatArray]
 ) -> tuple[Point, State]:
-    """Return a point whose starts are moved as far towards another as each window is better."""
-    if here.starts is None or there.starts is None:
-        return here, state
-    way = there.starts - here.starts
-    waiting = np.ones(len(way), bool)
-    for share in shares:
-        step = np.where(waiting[:, None], share * way, 0.0)
-        tried = linearisation.residual(replace(here, starts=here.starts + step))
-        if tried is None:
-            continue
-        better = np.zeros(len(way), bool)
-        for stack, old, new in zip(linearisation.stacks, state[0], tried[0], strict=True):
-            better[stack.members] = np.sum(new**2, axis=1) < np.sum(old**2, axis=1)
-        here = replace(here, starts=here.starts + np.where(better[:, None], step, 0.0))
-        state = _of_each(linearisation, here, (state, tried), better)
-        waiting &= ~better
-        if not waiting.any():
+    """Return a point each of whose windows begins at the first of some starts that is better.
+
+    Parameters
+    ----------
+    linearisation : Linearisation
+        What is fitted to what.
+    here : Point
+        Windows for which no start is better stay as they are.
+    state : State
+        Residual there.
+    tried : sequence of (n_windows, n_motions) array
+        Starts.
+    """
+    waiting = np.ones(len(linearisation.windows), bool)
+    for starts in tried:
+        if here.starts is None or not waiting.any():
             break
+        there = np.where(waiting[:, None], starts, here.starts)
+        found = linearisation.residual(replace(here, starts=there))
+        if found is None:
+            continue
+        better = np.zeros(len(waiting), bool)
+        for stack, old, new in zip(linearisation.stacks, state[0], found[0], strict=True):
+            better[stack.members] = np.sum(new**2, axis=1) < np.sum(old**2, axis=1)
+        here = replace(here, starts=np.where(better[:, None], there, here.starts))
+        state = _of_each(linearisation, here, (state, found), better)
+        waiting &= ~better
     return here, state
 
 
