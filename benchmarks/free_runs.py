@@ -18,7 +18,7 @@ import numpy as np
 
 from shakerproc.models import Element, Excitation, Model, Sensor, effects
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulate import Input, Runs, free_runs, motions_of, prepare, simulate
+from shakerproc.simulation import Input, Runs, free_runs, motions_of, prepare, simulate
 
 RATE, SECONDS, FREQUENCY, MASS = 5690.0, 20.5, 100.0, 0.2
 OMEGA = 2.0 * np.pi * FREQUENCY

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulate.harmonic_balance import frequency_response
+from shakerproc.simulation.harmonic_balance import frequency_response
 
 DAMPING = 2.0 * 0.01 * np.sqrt(1000.0)
 

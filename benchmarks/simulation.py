@@ -6,8 +6,8 @@ python -m benchmarks.simulation [--repeats 7]
 outputs: with free play of 0.5 mm, as a Duffing oscillator, with Coulomb friction, and mixed
 (play, a cubic spring and friction). Times are of the processor, so that a busy machine does not
 matter. Errors are the largest over the run, as a share of the largest displacement, against
-plain Taylor series in extended precision (tests/simulate/long_double.py), which shares no code
-with the program. Our time holds all of `simulate`, the chirp included; LSODA gets a right-hand
+plain Taylor series in extended precision (tests/simulation/long_double.py), which shares no
+code with the program. Our time holds all of `simulate`, the chirp included; LSODA gets a right-hand
 side in plain Python numbers, which is its quickest.
 """
 
@@ -22,11 +22,11 @@ from multiprocessing import get_context
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from tests.simulate import long_double
+from tests.simulation import long_double
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulate import Input, prepare, simulate, simulate_many
-from shakerproc.simulate.excitations import linear_sweep
+from shakerproc.simulation import Input, prepare, simulate, simulate_many
+from shakerproc.simulation.excitations import linear_sweep
 
 STIFFNESS, PLAY, FRICTION = 1000.0, 5e-4, 1.0
 DAMPING = 2.0 * 0.01 * np.sqrt(STIFFNESS)

@@ -32,16 +32,20 @@ sensors:
 STARTS = {  # where its computing starts, and what the command is given
     "process": ("shakerproc.runs", "process_recording", "{demo}/recordings/test_1.tdms"),
     "simulate": (
-        "shakerproc.simulate.response",
+        "shakerproc.simulation.response",
         "integrate",
         "{play} {demo}/testlog.yaml --out {out}",
     ),
     "response": (
-        "shakerproc.simulate.kernels.harmonic_contact",
+        "shakerproc.simulation.kernels.harmonic_contact",
         "piecewise_linear_balance",
         "{play} --level 1g --out {out}",
     ),
-    "compare": ("shakerproc.compare", "compare_tests", "{demo}/model.yaml {demo}/testlog.yaml"),
+    "compare": (
+        "shakerproc.comparison",
+        "compare_tests",
+        "{demo}/model.yaml {demo}/testlog.yaml",
+    ),
     "diagnose": (
         "shakerproc.diagnosis",
         "diagnose_tests",

@@ -21,7 +21,7 @@ from shakerproc.models.effects import (
     Spring,
 )
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 from shakerproc.spectra.decays import DecayCurve, decay_curve, decay_lines, trend_of
 
 MASS, STIFFNESS, DAMPING, START = 1.0, 1e5, 1.9, 1e-3  # 50.3 Hz, 0.3 %, from 1 mm

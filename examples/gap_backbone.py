@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Gap
-from shakerproc.simulate.harmonic_balance import backbone, frequency_response
+from shakerproc.simulation.harmonic_balance import backbone, frequency_response
 
 MASS, STIFFNESS, CLEARANCE = 28.6e-3, 1.52e5, 5e-5  # closed joint: 367 Hz
 BETWEEN = ("base", "coupon")

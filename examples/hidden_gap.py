@@ -7,7 +7,7 @@ import numpy as np
 from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Gap, Spring
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 RATE, SECONDS, CLEARANCE = 2560.0, 2.0, 5e-5
 LEVELS = (10.0, 25.0, 60.0)  # rms of the table [m/s²]

@@ -20,8 +20,8 @@ from shakerproc.models.effects.base import (
     check_parameters,
 )
 from shakerproc.models.laws import Law, Row
-from shakerproc.simulate import simulate
-from shakerproc.simulate.excitations import rest
+from shakerproc.simulation import simulate
+from shakerproc.simulation.excitations import rest
 
 
 @final

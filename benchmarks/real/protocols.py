@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from shakerproc.compare.measured import input_rows, sensor_row, sensors_of
+from shakerproc.comparison.measured import input_rows, sensor_row, sensors_of
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
 from shakerproc.runs import find_crop, open_test
-from shakerproc.simulate import Input, prepare, simulate
+from shakerproc.simulation import Input, prepare, simulate
 from shakerproc.testlog import Test, TestLog, read_testlog
 
 TOLERANCE = 1e-9

@@ -65,7 +65,7 @@ class _Package(ModuleType):
 
     The import of a room such as `shakerproc.compare` would put the room in place of the
     function of that name. Rooms are imported all the same, as by
-    ``from shakerproc.compare import sentence``.
+    ``from shakerproc.comparison import sentence``.
     """
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -14,7 +14,7 @@ from blind.truth import move
 
 from blind import assembly, ranges, structures
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 OMEGA, ZETA, MASS = 2.0 * np.pi * 120.0, 0.015, 0.4
 JOINT = structures.Joint(-1, 0, MASS * OMEGA**2, 2.0 * ZETA * MASS * OMEGA)

@@ -12,8 +12,8 @@ from shakerproc.cli import build_app
 from shakerproc.errors import ModelError, ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulate import simulate
-from shakerproc.simulate.harmonic_balance import (
+from shakerproc.simulation import simulate
+from shakerproc.simulation.harmonic_balance import (
     frequency_response,
     response_columns,
     samples_of_branch,

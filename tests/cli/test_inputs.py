@@ -5,10 +5,10 @@ import json
 import shutil
 
 import pytest
-from tests.compare.small_campaigns import campaign, drive, written
+from tests.comparison.small_campaigns import campaign, drive, written
 from tests.in_process import run
 
-from shakerproc.compare import usable_tests
+from shakerproc.comparison import usable_tests
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Outcome
 from shakerproc.model_files import read_model

@@ -9,7 +9,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from shakerproc.simulate import closed_forms
+from shakerproc.simulation import closed_forms
 
 
 def quarter_period(force, amplitude, mass=1.0):

@@ -7,7 +7,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import scales_of
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 RATE = 2000.0
 BAND = (10.0, 150.0)

@@ -10,7 +10,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Damper, Spring
 from shakerproc.models.identification import JointScales
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 RATE = 2048.0
 SECONDS = 5.0

@@ -13,7 +13,7 @@ from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import effect_files, load_effects
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 CUBIC = 2e11

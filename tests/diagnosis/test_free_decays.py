@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from shakerproc.compare import compare
-from shakerproc.compare.measured import usable_tests
+from shakerproc.comparison import compare
+from shakerproc.comparison.measured import usable_tests
 from shakerproc.diagnosis import TestArrays
 from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.errors import DiagnosisError

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
 
-from shakerproc.compare.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
-from shakerproc.compare.free_run_error import Scored
-from shakerproc.compare.noise import NOT_REFUTED, Refuted
+from shakerproc.comparison.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
+from shakerproc.comparison.free_run_error import Scored
+from shakerproc.comparison.noise import NOT_REFUTED, Refuted
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
 

@@ -7,7 +7,7 @@ from tests.diagnosis.screening_cases import RATE, campaign, chain, joints_of, wi
 
 from shakerproc.diagnosis.screening import free_laws
 from shakerproc.models.effects import CubicStiffness, PowerLawDamping, QuadraticDamping
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 ONE = ("base", "m1")
 LAWS = {

@@ -11,8 +11,8 @@ from shakerproc.cli import build_app
 from shakerproc.errors import DocumentError
 from shakerproc.model_files import read_model
 from shakerproc.model_files.coupon_files import read_coupon
-from shakerproc.simulate.harmonic_balance import natural_frequencies
-from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance import natural_frequencies
+from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 
 COUPONS = "configs/coupons"
 

@@ -9,13 +9,16 @@ from tests.harmonic_balance.oscillators import duffing, gap, model
 
 from shakerproc.errors import ModelError
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulate import closed_forms
-from shakerproc.simulate.harmonic_balance import fourier
-from shakerproc.simulate.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulate.harmonic_balance.from_model import system_of_model
-from shakerproc.simulate.harmonic_balance.laws import Motion
-from shakerproc.simulate.harmonic_balance.response import balance_of_system, frequency_response
-from shakerproc.simulate.harmonic_balance.solve import newton, solve_at
+from shakerproc.simulation import closed_forms
+from shakerproc.simulation.harmonic_balance import fourier
+from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
+from shakerproc.simulation.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.response import (
+    balance_of_system,
+    frequency_response,
+)
+from shakerproc.simulation.harmonic_balance.solve import newton, solve_at
 
 EXAMPLES = {
     "gap": EFFECTS["gap"](stiffness=1000.0, clearance=0.3),

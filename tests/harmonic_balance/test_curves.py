@@ -17,15 +17,18 @@ from tests.harmonic_balance.oscillators import (
 
 from shakerproc.errors import ModelError
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulate import closed_forms, simulate
-from shakerproc.simulate.harmonic_balance import fourier
-from shakerproc.simulate.harmonic_balance.backbone import backbone
-from shakerproc.simulate.harmonic_balance.branch import samples_of_branch, sharpened
-from shakerproc.simulate.harmonic_balance.response import balance_of_system, frequency_response
-from shakerproc.simulate.harmonic_balance.solve import newton
-from shakerproc.simulate.harmonic_balance.stability import monodromy
-from shakerproc.simulate.harmonic_balance.subharmonic import subharmonic_branches
-from shakerproc.simulate.harmonic_balance.switching import branch_off
+from shakerproc.simulation import closed_forms, simulate
+from shakerproc.simulation.harmonic_balance import fourier
+from shakerproc.simulation.harmonic_balance.backbone import backbone
+from shakerproc.simulation.harmonic_balance.branch import samples_of_branch, sharpened
+from shakerproc.simulation.harmonic_balance.response import (
+    balance_of_system,
+    frequency_response,
+)
+from shakerproc.simulation.harmonic_balance.solve import newton
+from shakerproc.simulation.harmonic_balance.stability import monodromy
+from shakerproc.simulation.harmonic_balance.subharmonic import subharmonic_branches
+from shakerproc.simulation.harmonic_balance.switching import branch_off
 
 NATURAL = np.sqrt(1000.0) / (2.0 * np.pi)
 

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from tests.harmonic_balance.oscillators import DAMPING, model
 
 from shakerproc.models import EFFECTS
-from shakerproc.simulate import closed_forms, simulate
-from shakerproc.simulate.harmonic_balance import frequency_response, samples_of_branch
-from shakerproc.simulate.harmonic_balance.shooting import periodic_orbit
+from shakerproc.simulation import closed_forms, simulate
+from shakerproc.simulation.harmonic_balance import frequency_response, samples_of_branch
+from shakerproc.simulation.harmonic_balance.shooting import periodic_orbit
 
 
 def sliding(friction):

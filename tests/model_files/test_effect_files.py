@@ -17,7 +17,7 @@ from shakerproc.model_files import EffectSource, effect_files, load_effects, use
 from shakerproc.models import BASE, EFFECTS, Element, Excitation, Model, registry
 from shakerproc.models.effects import ContactDamping, Damper, Gap, Spring
 from shakerproc.models.sampling import AbstractSampledEffect, tables_of
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 FILE = Path(__file__).parents[2] / "examples" / "my_effects.py"
 TEXT = FILE.read_text(encoding="utf-8")

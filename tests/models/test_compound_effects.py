@@ -25,7 +25,7 @@ from shakerproc.models.effects import (
     Table,
 )
 from shakerproc.models.laws import Law
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 RATE = 2.0**15
 

@@ -16,7 +16,7 @@ from shakerproc.models import BASE, Element, Excitation, Model
 from shakerproc.models.effects import EFFECTS, Damper, QuadraticStiffness, Spring
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.identification import JointScales
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 MASSES = {"coupon": 0.03, "rim": 0.02, "tip": 0.015}
 PLACES = (BASE, *MASSES)

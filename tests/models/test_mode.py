@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from shakerproc.errors import DocumentError
 from shakerproc.model_files import model_text, read_model
 from shakerproc.models import EFFECTS, Element, Excitation, Mode, Model, Sensor
-from shakerproc.simulate import simulate
-from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation import simulate
+from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 
 ELEMENTS = (
     Element(EFFECTS["spring"](2e5), ("base", "coupon")),

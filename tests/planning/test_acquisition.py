@@ -8,8 +8,8 @@ from shakerproc.models import Element, Excitation, Model
 from shakerproc.models.effects.damper import Damper
 from shakerproc.models.effects.spring import Spring
 from shakerproc.planning import averaging, fastest_rate, swept_peak
-from shakerproc.simulate import simulate
-from shakerproc.simulate.excitations import linear_sweep
+from shakerproc.simulation import simulate
+from shakerproc.simulation.excitations import linear_sweep
 from shakerproc.testlog import Welch
 
 

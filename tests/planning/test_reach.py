@@ -23,8 +23,8 @@ from shakerproc.planning import (
     joint_of_model,
     reach,
 )
-from shakerproc.simulate import simulate
-from shakerproc.simulate.excitations import harmonic
+from shakerproc.simulation import simulate
+from shakerproc.simulation.excitations import harmonic
 
 MASS, NATURAL, RATIO = 0.05, 100.0, 0.02
 OMEGA = 2.0 * np.pi * NATURAL

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.in_process import run
 
-from shakerproc.compare import compare, sentence
+from shakerproc.comparison import compare, sentence
 from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError
 from shakerproc.model_files import read_model
@@ -16,7 +16,7 @@ from shakerproc.planning import Staging, rehearse, respond
 from shakerproc.planning.rehearsal import _filtered
 from shakerproc.recordings import open_recording
 from shakerproc.runs import open_test
-from shakerproc.simulate.interpolation import finer
+from shakerproc.simulation.interpolation import finer
 from shakerproc.testlog import read_testlog
 
 RATE = 2560.0

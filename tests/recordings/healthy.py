@@ -13,7 +13,7 @@ import numpy as np
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.recordings import health, unusable
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 KINDS = ("random", "sine sweep", "sine", "burst", "decay")
 NONLINEAR = ("", "gap", "cubic_stiffness", "coulomb_friction", "jenkins", "quadratic_damping")

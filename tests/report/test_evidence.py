@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from tests.compare.small_campaigns import JOINT, campaign, drive, written
-from tests.compare.test_errors import CLEARANCE, CONTACT, GAP
+from tests.comparison.small_campaigns import JOINT, campaign, drive, written
+from tests.comparison.test_errors import CLEARANCE, CONTACT, GAP
 from tests.report.test_page import PAYLOADS, Page
 from typer.testing import CliRunner
 
@@ -44,7 +44,7 @@ from shakerproc.workflows.evidence import (
     write_evidence,
 )
 
-compare = importlib.import_module("shakerproc.compare")
+compare = importlib.import_module("shakerproc.comparison")
 
 
 def estimate(value, unit):

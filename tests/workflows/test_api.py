@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 from nptdms import TdmsFile
 from pandas import DataFrame
-from tests.compare.small_campaigns import campaign, drive, written
+from tests.comparison.small_campaigns import campaign, drive, written
 from tests.in_process import run
 
 import shakerproc as sp
@@ -62,7 +62,7 @@ def test_the_import_alone_loads_nothing_slow():
 
 
 def test_every_function_stays_one_after_its_room_was_imported():
-    import shakerproc.simulate  # noqa: F401
+    import shakerproc.simulation  # noqa: F401
 
     for name in sp.API:
         assert callable(getattr(sp, name))

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from shakerproc.compare.measured import Measured, Usable
-from shakerproc.compare.noise import Refuted
+from shakerproc.comparison.measured import Measured, Usable
+from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import TestArrays, check, prepared

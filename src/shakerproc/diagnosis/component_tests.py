@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.compare.free_run_error import in_band
+from shakerproc.comparison.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet

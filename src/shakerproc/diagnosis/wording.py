@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from shakerproc.compare.noise import Refuted
+from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import Errors, Estimate, Finding
 

@@ -9,14 +9,14 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import LogError
 from shakerproc.planning.acquisition import duration_of_test
 from shakerproc.planning.multisines import played
-from shakerproc.simulate.excitations import (
+from shakerproc.simulation.excitations import (
     harmonic,
     linear_sweep,
     logarithmic_sweep,
     stepped_sine,
 )
-from shakerproc.simulate.noise import Profile, faded, flat_profile, random_noise
-from shakerproc.simulate.pieces import Signal
+from shakerproc.simulation.noise import Profile, faded, flat_profile, random_noise
+from shakerproc.simulation.pieces import Signal
 from shakerproc.testlog import PULSES, Test, nominal_duration
 
 STEPS_PER_OCTAVE: Final = 24

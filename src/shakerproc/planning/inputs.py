@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulate.closed_forms import displacement_amplitude
+from shakerproc.simulation.closed_forms import displacement_amplitude
 from shakerproc.testlog import BROADBAND, Test
 
 PEAK_FACTOR: Final = 3.0

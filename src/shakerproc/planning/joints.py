@@ -11,7 +11,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
 from shakerproc.models.laws import Law
 from shakerproc.models.surroundings import resolved
-from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 
 TINY: Final = 1e-15
 """Where slopes at rest are taken, on either side, for joints without play [m]."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import LogError, SpectrumError
-from shakerproc.simulate.noise import Profile, multisine
+from shakerproc.simulation.noise import Profile, multisine
 from shakerproc.spectra.multisines import samples_of_period
 from shakerproc.testlog import Multisine, Test
 

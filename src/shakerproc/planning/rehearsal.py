@@ -18,10 +18,10 @@ from shakerproc.planning.drive import drive_of_test, length_of_run
 from shakerproc.planning.multisines import check_period
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
-from shakerproc.simulate import Input, InterpolationError, Simulation, prepare, simulate
-from shakerproc.simulate.inputs import MOST_SAMPLES
-from shakerproc.simulate.interpolation import finer as finer_samples
-from shakerproc.simulate.interpolation import interpolation_error
+from shakerproc.simulation import Input, InterpolationError, Simulation, prepare, simulate
+from shakerproc.simulation.inputs import MOST_SAMPLES
+from shakerproc.simulation.interpolation import finer as finer_samples
+from shakerproc.simulation.interpolation import interpolation_error
 from shakerproc.testlog import Test
 
 LAB_RATE: Final = 5688.9

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare import Comparison, JointMotion, TestComparison
-from shakerproc.compare.measured import UNIT_OF
+from shakerproc.comparison import Comparison, JointMotion, TestComparison
+from shakerproc.comparison.measured import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.report import style
 from shakerproc.report.run_figures import save

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
 
-from shakerproc.compare.decay_departures import (
+from shakerproc.comparison.decay_departures import (
     decay_rows,
     sentence_of_decays,
     sentences_of,
     unit_of,
 )
-from shakerproc.compare.decays import DecayComparison, ModeDecay, TestDecays
+from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
 from shakerproc.report import methods, style
 from shakerproc.report.analysis_figures import draw_panel, drawing
 from shakerproc.report.page import Report

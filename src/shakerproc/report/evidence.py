@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.compare import Comparison, sentence
+from shakerproc.comparison import Comparison, sentence
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_figures as figures

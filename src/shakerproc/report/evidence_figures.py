@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare import Comparison, JointMotion, TestComparison, by_range
-from shakerproc.compare.measured import UNIT_OF
+from shakerproc.comparison import Comparison, JointMotion, TestComparison, by_range
+from shakerproc.comparison.measured import UNIT_OF
 from shakerproc.data import STANDARD_GRAVITY, ComplexArray, FloatArray
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing

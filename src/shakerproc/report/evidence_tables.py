@@ -4,7 +4,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from shakerproc.compare import by_range
+from shakerproc.comparison import by_range
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.report.evidence_figures import (
     Models,

@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from shakerproc.data import FloatArray
 from shakerproc.models import Sensor
 from shakerproc.report import style
-from shakerproc.simulate.harmonic_balance import (
+from shakerproc.simulation.harmonic_balance import (
     Backbone,
     Branch,
     Response,

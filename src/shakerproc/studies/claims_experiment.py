@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
-from shakerproc.simulate import closed_forms
+from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import equals
 from shakerproc.studies.claims_base import Found
 

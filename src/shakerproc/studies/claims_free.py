@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from shakerproc.data import FloatArray
-from shakerproc.simulate import closed_forms
+from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import Checked, above, below
 from shakerproc.studies.claims_base import (
     Found,

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.simulate.harmonic_balance import (
+from shakerproc.simulation.harmonic_balance import (
     difference_from_simulation,
     frequency_response,
 )

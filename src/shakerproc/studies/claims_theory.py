@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.simulate import closed_forms
+from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import above, below, equals
 from shakerproc.studies.claims_base import Found
 

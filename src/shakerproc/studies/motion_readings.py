@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
-from shakerproc.simulate.simulation import CHAOTIC_GROWTH
+from shakerproc.simulation.simulation import CHAOTIC_GROWTH
 from shakerproc.studies.estimators import Spectrum
 from shakerproc.studies.simulated import Motion, ensemble, simulated
 from shakerproc.studies.study import Run

@@ -6,7 +6,7 @@ from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
-from shakerproc.simulate.inputs import MOST_SAMPLES
+from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import jobs_of

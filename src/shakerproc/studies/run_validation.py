@@ -1,6 +1,6 @@
 """Whether a run can be done at all: a level, a band in order, a bounded number of samples."""
 
-from shakerproc.simulate.inputs import MOST_SAMPLES
+from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.study import Run
 
 

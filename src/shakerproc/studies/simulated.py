@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
-from shakerproc.simulate import Simulation, simulate
+from shakerproc.simulation import Simulation, simulate
 from shakerproc.studies.study import Quantity, Run
 
 NEIGHBOUR = 1e-9
@@ -122,7 +122,7 @@ def _by_thesis_method(model: Model, run: Run) -> Motion:
     ValueError
         If the run asks for the exact method.
     """
-    from shakerproc.simulate.comparison import general_solver, newmark
+    from shakerproc.simulation.comparison import general_solver, newmark
 
     samples = excitation_of(run)
     time = np.arange(samples.size) / run.sample_rate

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
-from shakerproc.compare import (
+from shakerproc.comparison import (
     COLUMNS,
     compare_tests,
     document_of,
@@ -13,7 +13,7 @@ from shakerproc.compare import (
     sentence,
     usable_tests,
 )
-from shakerproc.compare import Comparison as Compared
+from shakerproc.comparison import Comparison as Compared
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
@@ -34,9 +34,9 @@ class Comparison(Shown):
 
     Attributes
     ----------
-    found : shakerproc.compare.Comparison
+    found : shakerproc.comparison.Comparison
         Arrays and errors of every test.
-    before : shakerproc.compare.Comparison, optional
+    before : shakerproc.comparison.Comparison, optional
         The older model, or the model before it was fitted, scored alike.
     """
 

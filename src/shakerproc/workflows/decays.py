@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from shakerproc import files
-from shakerproc.compare.decay_departures import (
+from shakerproc.comparison.decay_departures import (
     curve_columns,
     decay_rows,
     document_of_decays,
     sentence_of_decays,
     sentences_of,
 )
-from shakerproc.compare.decays import DecayComparison as Compared
-from shakerproc.compare.decays import compare_decays
+from shakerproc.comparison.decays import DecayComparison as Compared
+from shakerproc.comparison.decays import compare_decays
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from shakerproc.compare import Measured
+    from shakerproc.comparison import Measured
     from shakerproc.report.decays import Decays
 
 
@@ -36,9 +36,9 @@ class DecayComparison(Shown):
 
     Attributes
     ----------
-    found : shakerproc.compare.decays.DecayComparison
+    found : shakerproc.comparison.decays.DecayComparison
         Curves of every test and mode.
-    before : shakerproc.compare.decays.DecayComparison, optional
+    before : shakerproc.comparison.decays.DecayComparison, optional
         Those of the older model.
     """
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
-    from shakerproc.compare import Comparison, Measured
+    from shakerproc.comparison import Comparison, Measured
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
     from shakerproc.report.decays import Decays
@@ -163,7 +163,7 @@ def judged(
 
     None where nothing drives them: a whole test cannot be foretold then.
     """
-    from shakerproc.compare import compare_tests, scored_alike
+    from shakerproc.comparison import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
     from shakerproc.report.evidence_figures import Models
@@ -192,7 +192,7 @@ def decays_judged(
 
     None where something drives the tests: `judged` holds whole tests against them.
     """
-    from shakerproc.compare.decays import DecayComparison, decays_of
+    from shakerproc.comparison.decays import DecayComparison, decays_of
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import ShakerprocError
     from shakerproc.report.decays import Decays
@@ -224,7 +224,7 @@ def document(evidence: Evidence) -> dict[str, Any]:
     """Return the evidence as the part of a JSON document."""
     if evidence is NONE:
         return {}
-    from shakerproc.compare import document_of
+    from shakerproc.comparison import document_of
 
     models, diagnosis = evidence.models, evidence.diagnosis
     found = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]

@@ -186,7 +186,7 @@ def _recorded(test: ExampleTest) -> "Recording":
     import numpy as np
 
     from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
-    from shakerproc.simulate import simulate
+    from shakerproc.simulation import simulate
 
     base = _base_motion(test)
     finer = _resampled(base, OVERSAMPLED * base.size)

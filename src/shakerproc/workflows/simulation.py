@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from shakerproc.compare.measured import UNIT_OF
+from shakerproc.comparison.measured import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.simulate import Simulation as Simulated
-from shakerproc.simulate import simulate as simulated
+from shakerproc.simulation import Simulation as Simulated
+from shakerproc.simulation import simulate as simulated
 from shakerproc.workflows.arguments import model_of, told
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
@@ -31,7 +31,7 @@ class Simulation(Shown):
     ----------
     model : Model
         What was shaken.
-    found : shakerproc.simulate.Simulation
+    found : shakerproc.simulation.Simulation
         Motion of every mass, outputs of every sensor, error and growth, in SI units.
     """
 

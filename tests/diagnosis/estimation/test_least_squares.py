@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.models import EFFECTS
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 COULOMB = {"sliding_force": 0.4}

@@ -7,7 +7,7 @@ import pytest
 from blind.excitations import SAMPLE_RATE
 from blind.ranges import Hidden
 from blind.structures import Joint, Structure
-from tests.compare.small_campaigns import JOINT, MASS, campaign, drive
+from tests.comparison.small_campaigns import JOINT, MASS, campaign, drive
 
 from blind import laws
 from shakerproc.diagnosis.data import TestArrays, prepared

@@ -16,7 +16,7 @@ from shakerproc.diagnosis.selection.next_test import (
     telling_apart,
 )
 from shakerproc.models import EFFECTS
-from shakerproc.simulate import simulate
+from shakerproc.simulation import simulate
 from shakerproc.testlog import Shaker
 from shakerproc.testlog.levels import level_of
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from shakerproc.compare import Scored
+from shakerproc.comparison import Scored
 from shakerproc.diagnosis.data import JointMotion
 from shakerproc.diagnosis.result import Where
 from shakerproc.diagnosis.selection.where import Failed, where_it_fails

@@ -11,7 +11,7 @@ from shakerproc.workflows import folders
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from shakerproc.compare import Comparison, Refit
+    from shakerproc.comparison import Comparison, Refit
     from shakerproc.models import Model
     from shakerproc.testlog import TestLog
     from shakerproc.workflows.evidence import Document, Evidence
@@ -65,7 +65,7 @@ def compare(
     nothing drives it, frequency and damping over amplitude are held against free decays.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.compare import document_of, sentence
+    from shakerproc.comparison import document_of, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_figures import Models
@@ -158,7 +158,7 @@ def _write(
 ) -> Path:
     """Write tables, figures and report of a comparison; return the report."""
     from shakerproc import files
-    from shakerproc.compare import COLUMNS, rows_of, sentence
+    from shakerproc.comparison import COLUMNS, rows_of, sentence
     from shakerproc.workflows.evidence import write_evidence
 
     files.write_json(folder / "compare.json", document)

@@ -8,7 +8,7 @@ import typer
 from shakerproc.cli import output
 
 if TYPE_CHECKING:
-    from shakerproc.compare import Comparison
+    from shakerproc.comparison import Comparison
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.testlog import TestLog
     from shakerproc.workflows.evidence import Evidence
@@ -94,7 +94,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     """Compare, diagnose, add, compare again; end with the ladder, the report and a sentence."""
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
-    from shakerproc.compare import compare, scored_alike, sentence
+    from shakerproc.comparison import compare, scored_alike, sentence
     from shakerproc.diagnosis import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model

@@ -140,7 +140,7 @@ def _simulation() -> float:
 
     from shakerproc.models import Element, Excitation, Model
     from shakerproc.models.effects import Damper, Gap
-    from shakerproc.simulate import Runs, free_runs, prepare, simulate
+    from shakerproc.simulation import Runs, free_runs, prepare, simulate
 
     between = ("base", "coupon")
     joint = (Element(Damper(damping=0.6), between), Element(Gap(1000.0, 5e-3), between))

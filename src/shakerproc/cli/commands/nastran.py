@@ -294,7 +294,7 @@ def _sweep(
     """
     import numpy as np
 
-    from shakerproc.simulate.excitations import linear_sweep, logarithmic_sweep
+    from shakerproc.simulation.excitations import linear_sweep, logarithmic_sweep
     from shakerproc.units import to_si
 
     unit = model.excitation.unit

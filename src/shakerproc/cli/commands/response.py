@@ -10,7 +10,7 @@ from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.models import Model
-    from shakerproc.simulate.harmonic_balance import Backbone, Branch, Response
+    from shakerproc.simulation.harmonic_balance import Backbone, Branch, Response
 
 LOWEST_HZ, HIGHEST_HZ = 1e-9, 1e12
 """What a band may reach to [Hz]."""
@@ -72,7 +72,7 @@ def response(
     says how severe it is.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.simulate import harmonic_balance as hb
+    from shakerproc.simulation import harmonic_balance as hb
 
     if any(not 2 <= order <= MOST_ORDER for order in subharmonic or []):
         raise typer.BadParameter(
@@ -138,7 +138,7 @@ def _check_sensor(model: "Model", name: str | None) -> None:
     typer.BadParameter
         If it has none of that name.
     """
-    from shakerproc.simulate.harmonic_balance import sensors_of_model
+    from shakerproc.simulation.harmonic_balance import sensors_of_model
 
     known = sensors_of_model(model)
     if name is not None and name not in known:
@@ -159,8 +159,8 @@ def _response(
     """
     import numpy as np
 
-    from shakerproc.simulate.harmonic_balance import frequency_response, natural_frequencies
-    from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+    from shakerproc.simulation.harmonic_balance import frequency_response, natural_frequencies
+    from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 
     resonances = natural_frequencies(system_of_model(model, level))
     if not np.any(resonances > 0.0) and (from_hz is None or to_hz is None):
@@ -189,7 +189,7 @@ def _response(
 def _sharp(found: "Response") -> "Response":
     from dataclasses import replace
 
-    from shakerproc.simulate.harmonic_balance import sharpened
+    from shakerproc.simulation.harmonic_balance import sharpened
 
     return replace(found, branches=tuple(sharpened(branch) for branch in found.branches))
 
@@ -199,8 +199,8 @@ def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
     import numpy as np
 
     from shakerproc.errors import SimulationError
-    from shakerproc.simulate.harmonic_balance import backbone
-    from shakerproc.simulate.harmonic_balance.linear import is_linear
+    from shakerproc.simulation.harmonic_balance import backbone
+    from shakerproc.simulation.harmonic_balance.linear import is_linear
 
     if is_linear(found.branches[0].balance.system):
         output.message("linear: the frequency of free motion does not depend on its amplitude")
@@ -225,7 +225,7 @@ def _write(
     figures: bool,
 ) -> None:
     from shakerproc import files
-    from shakerproc.simulate.harmonic_balance import response_columns
+    from shakerproc.simulation.harmonic_balance import response_columns
 
     files.write_csv(folder / "response.csv", response_columns(found, others))
     if free is not None:
@@ -261,7 +261,7 @@ def _provenance(path: Path, digest: str, level: str) -> dict[str, object]:
 def _document(
     found: "Response", others: "tuple[Branch, ...]", free: "Backbone | None"
 ) -> dict[str, object]:
-    from shakerproc.simulate.harmonic_balance import gap_severity, response_columns
+    from shakerproc.simulation.harmonic_balance import gap_severity, response_columns
 
     return {
         "title": found.model.title,
@@ -296,7 +296,7 @@ def _print(
     sensor: str | None,
     json: str | None,
 ) -> None:
-    from shakerproc.simulate import harmonic_balance as hb
+    from shakerproc.simulation import harmonic_balance as hb
 
     sensors = hb.sensors_of_model(found.model)
     name = sensor or next(iter(sensors))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from shakerproc.compare.measured import Measured, Usable, usable_tests
+from shakerproc.comparison.measured import Measured, Usable, usable_tests
 from shakerproc.diagnosis.data.tests import TestArrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model

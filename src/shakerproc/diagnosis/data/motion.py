@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data.tests import Test
 from shakerproc.models import BASE, Model
-from shakerproc.simulate.assembly import System, assemble
+from shakerproc.simulation.assembly import System, assemble
 
 TRUSTED_FROM: Final = 0.35
 """Accelerations integrated twice are trusted above this share of the lowest natural frequency;

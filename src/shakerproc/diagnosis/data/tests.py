@@ -8,10 +8,10 @@ from typing import ClassVar, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare.measured import REACH
-from shakerproc.compare.noise import NOT_REFUTED, Noise, Refuted, noise_of
-from shakerproc.compare.noise_sources import Channels
-from shakerproc.compare.quiet import Quiet, quiet_of
+from shakerproc.comparison.measured import REACH
+from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
+from shakerproc.comparison.noise_sources import Channels
+from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError

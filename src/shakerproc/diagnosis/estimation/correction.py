@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import scipy  # its parts load when they are first used
 
-from shakerproc.compare.prediction import at_samples
+from shakerproc.comparison.prediction import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
-from shakerproc.simulate import Runs, free_runs, prepare
+from shakerproc.simulation import Runs, free_runs, prepare
 
 
 def applied_gain(linear: LinearModel) -> FloatArray:

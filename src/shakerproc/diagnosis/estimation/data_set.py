@@ -9,16 +9,16 @@ import numpy as np
 import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
-from shakerproc.compare.held_out import held_out_samples
-from shakerproc.compare.prediction import DRAWS, as_means
+from shakerproc.comparison.held_out import held_out_samples
+from shakerproc.comparison.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
-from shakerproc.simulate import Input, prepare
-from shakerproc.simulate.inputs import prepare_displacement
+from shakerproc.simulation import Input, prepare
+from shakerproc.simulation.inputs import prepare_displacement
 
 MODEL_SHARE: Final = 1e-3
 """Share of a response to which no model is held: calibration, noise of the controls [-]."""

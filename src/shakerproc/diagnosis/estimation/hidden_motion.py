@@ -8,8 +8,8 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.resting_places import resting_places
 from shakerproc.models import Model
-from shakerproc.simulate import largest_states
-from shakerproc.simulate.assembly import System, assemble
+from shakerproc.simulation import largest_states
+from shakerproc.simulation.assembly import System, assemble
 
 
 def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:

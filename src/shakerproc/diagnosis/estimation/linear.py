@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare import at_samples
+from shakerproc.comparison import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.further_modes import with_further_modes
@@ -24,7 +24,7 @@ from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
 from shakerproc.models.surroundings import resolved
-from shakerproc.simulate import Runs, free_runs, prepare
+from shakerproc.simulation import Runs, free_runs, prepare
 
 SAME_LEVEL: Final = 1.5
 """Responses up to so many times the lowest are of the lowest level: random drives of one level

@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Model
 from shakerproc.models.model import Measures
-from shakerproc.simulate.assembly import assemble
+from shakerproc.simulation.assembly import assemble
 
 _Sensed: TypeAlias = Callable[[ComplexArray, ComplexArray, float], ComplexArray]
 

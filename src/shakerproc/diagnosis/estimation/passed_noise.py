@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import scipy  # its parts load when they are first used
 
-from shakerproc.compare.prediction import DRAWS
+from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.hidden_motion import completed

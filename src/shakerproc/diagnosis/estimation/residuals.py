@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.models import Model
-from shakerproc.simulate import Runs, free_runs
+from shakerproc.simulation import Runs, free_runs
 
 TOLERANCE: Final = 1e-6
 """Truncation of a simulation that is compared with a measurement [-]."""

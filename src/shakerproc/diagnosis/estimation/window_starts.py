@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.hidden_motion import elsewhere
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted
-from shakerproc.simulate import largest_states
+from shakerproc.simulation import largest_states
 
 LOADED: Final = 0.8
 """Share of its size at which the state of a law may begin: near its limit, but not at it, where

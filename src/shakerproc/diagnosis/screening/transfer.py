@@ -11,7 +11,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data.motion import compliance, input_load
 from shakerproc.models import BASE, Model
 from shakerproc.models.model import Measures
-from shakerproc.simulate.assembly import System, assemble
+from shakerproc.simulation.assembly import System, assemble
 
 Joint: TypeAlias = tuple[str, str]
 """Two places; the displacement is that of the second less that of the first."""

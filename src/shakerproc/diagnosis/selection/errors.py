@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.compare.floor import floor_draws, over_draws
-from shakerproc.compare.free_run_error import Scored, free_run_error, pooled
-from shakerproc.compare.prediction import DRAWS
+from shakerproc.comparison.floor import floor_draws, over_draws
+from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
+from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit

@@ -22,7 +22,7 @@ from shakerproc.diagnosis.selection.excitations import (
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
-from shakerproc.simulate import Runs, free_runs, prepare
+from shakerproc.simulation import Runs, free_runs, prepare
 from shakerproc.testlog import Shaker
 
 LEVELS: Final = (0.5, 1.0, 1.5, 2.0, 3.0)

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from shakerproc.compare import floor
-from shakerproc.compare.noise import NOT_REFUTED, Refuted
+from shakerproc.comparison import floor
+from shakerproc.comparison.noise import NOT_REFUTED, Refuted
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import scored_tests
 

@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.compare.free_run_error import Scored, relative_errors, relative_residuals
+from shakerproc.comparison.free_run_error import Scored, relative_errors, relative_residuals
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion
 from shakerproc.diagnosis.estimation.data_set import DataSet

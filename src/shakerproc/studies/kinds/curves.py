@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models import AbstractMemorylessEffect, Model
 from shakerproc.models.surroundings import resolved
-from shakerproc.simulate.harmonic_balance import (
+from shakerproc.simulation.harmonic_balance import (
     backbone,
     difference_from_simulation,
     frequency_response,

@@ -8,7 +8,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
-from shakerproc.simulate import closed_forms
+from shakerproc.simulation import closed_forms
 from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job
 from shakerproc.studies.results import Columns, Line, Panel
 from shakerproc.studies.study import Study

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.models import Model
-from shakerproc.simulate.harmonic_balance import gap_severity, natural_frequencies
-from shakerproc.simulate.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance import gap_severity, natural_frequencies
+from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 from shakerproc.studies.estimators import in_words, omega_e, spectrum
 from shakerproc.studies.kinds.base import (
     AbstractKind,

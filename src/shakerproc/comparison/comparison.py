@@ -1,0 +1,279 @@
+"""A model compared with a campaign: where and by how much they disagree."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from shakerproc.comparison.bands import BandErrors, band_errors
+from shakerproc.comparison.drift import TimeErrors, time_errors
+from shakerproc.comparison.errors import Pair, SensorErrors, errors_of, pair_of
+from shakerproc.comparison.floor import Floor, floor_draws, floor_of, with_more_refuted
+from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
+from shakerproc.comparison.harmonics import HarmonicErrors, harmonic_errors
+from shakerproc.comparison.held_out import held_out
+from shakerproc.comparison.joints import JointMotion, joint_motions
+from shakerproc.comparison.measured import Measured, check_driven, usable_tests, with_repeats
+from shakerproc.comparison.noise import NOT_REFUTED
+from shakerproc.comparison.prediction import Prediction, predict
+from shakerproc.comparison.refit import Refit, refit
+from shakerproc.comparison.windows import Windows
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog
+
+_EXCHANGED = -0.6  # correlation of the logarithms of measured and predicted gains
+_LEAST_SPREAD = 0.25  # spread of the logarithms of gains, below which they tell nothing
+_LEAST_COHERENCE = 0.5  # coherence below which a gain is noise
+_FEWEST_BINS = 12  # bins
+_SOURCES = 4  # of noise, one after the other
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TestComparison:
+    """One test.
+
+    Attributes
+    ----------
+    prediction : Prediction
+        What was measured and what the model says.
+    pair : Pair
+        Their spectra.
+    errors : tuple of SensorErrors
+        One for every sensor.
+    floor : Floor
+        Noise of the test.
+    harmonics : tuple of HarmonicErrors, optional
+        One for every sensor, in sweeps and at tones.
+    time : TimeErrors
+        Error along the test.
+    joints : tuple of JointMotion
+        Force and motion of every joint that can be judged.
+    """
+
+    __test__ = False
+    prediction: Prediction
+    pair: Pair
+    errors: tuple[SensorErrors, ...]
+    floor: Floor
+    harmonics: tuple[HarmonicErrors, ...] | None
+    time: TimeErrors
+    joints: tuple[JointMotion, ...]
+
+    @property
+    def measured(self) -> Measured:
+        """The test as it was measured."""
+        return self.prediction.measured
+
+    @property
+    def error(self) -> float:
+        """The free-run error of the test [-]."""
+        return free_run_error([self.prediction.scored])
+
+    @property
+    def noise(self) -> float:
+        """The floor of the test's error; not a number where its noise is unknown [-]."""
+        return pooled([self.floor.share])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """A model held against a campaign.
+
+    Attributes
+    ----------
+    model : Model
+        The model, refitted if that was asked.
+    tests : tuple of TestComparison
+        In the order of the log.
+    bands : BandErrors
+        Where in frequency it fails.
+    refit : Refit, optional
+        The fit that came first.
+    left_out : tuple of str
+        Which tests took no part since a channel did not measure, a sentence each.
+    warnings : tuple of str
+        What looks wrong with the log, a sentence each.
+    """
+
+    model: Model
+    tests: tuple[TestComparison, ...]
+    bands: BandErrors
+    refit: Refit | None
+    left_out: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def error(self) -> float:
+        """The free-run error over all tests [-]."""
+        return free_run_error([test.prediction.scored for test in self.tests])
+
+    @property
+    def noise(self) -> float:
+        """The floor of that error; not a number where noise is unknown [-]."""
+        return pooled([test.floor.share for test in self.tests])
+
+    @property
+    def held_out(self) -> float | None:
+        """The free-run error over what is held out; None where nothing is [-]."""
+        kept = self.scored_held_out
+        return free_run_error(kept) if any(test.counted.any() for test in kept) else None
+
+    @property
+    def held_out_noise(self) -> float | None:
+        """The floor of the error over what is held out; None where nothing is [-]."""
+        kept = [
+            test.floor.share
+            for test, scored in zip(self.tests, self.scored_held_out, strict=True)
+            if scored.counted.any()
+        ]
+        return pooled(kept) if kept else None
+
+    @property
+    def scored_held_out(self) -> tuple[Scored, ...]:
+        """What is held out of every test: tests that the log marks, else blocks of each."""
+        kept = held_out([test.measured for test in self.tests])
+        return tuple(
+            test.prediction.scored.within(inside)
+            for test, inside in zip(self.tests, kept, strict=True)
+        )
+
+    @property
+    def windows(self) -> dict[str, Windows]:
+        """Windows of the tests whose motion is predicted in windows, by their names."""
+        found = {test.measured.name: test.prediction.windows for test in self.tests}
+        return {name: windows for name, windows in found.items() if windows is not None}
+
+
+def compare(
+    model: Model,
+    log: TestLog,
+    *,
+    fit: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """Return where and by how much a model and the tests of a log part.
+
+    Parameters
+    ----------
+    model : Model
+        The model; its sensors name the channels they are held against.
+    log : TestLog
+        The campaign.
+    fit : bool
+        Whether to fit the numbers of the model first, to tests that are not held out.
+    tell : callable
+        Told what is going on.
+
+    Raises
+    ------
+    DiagnosisError
+        If the model and the log do not fit together.
+    ShakerprocError
+        If a recording cannot be used, or the model runs away.
+    """
+    usable = usable_tests(log, model)
+    return compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
+
+
+def compare_tests(
+    model: Model,
+    tests: Sequence[Measured],
+    *,
+    left_out: Sequence[str] = (),
+    fit: bool = False,
+    windows: Mapping[str, Windows] = MappingProxyType({}),
+    tell: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """Return the same for tests that are in memory.
+
+    `windows` are those of another model, by the name of the test, so that both models are
+    scored alike.
+    """
+    check_driven(model)
+    fitted = None
+    if fit:
+        fitted = refit(model, tests, tell)
+        model = fitted.model
+    compared = [_compared(model, test, windows.get(test.name), tell) for test in tests]
+    compared = _with_next_floors(model, compared, tests)
+    predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
+    return Comparison(
+        model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
+        fitted, tuple(left_out), _exchanged(model, list(zip(predictions, pairs, strict=True))),
+    )  # fmt: skip
+
+
+def _compared(
+    model: Model, test: Measured, windows: Windows | None, tell: Callable[[str], None]
+) -> TestComparison:
+    tell(f"test {test.name}")
+    prediction = predict(model, test, windows=windows)
+    pair = pair_of(prediction)
+    return TestComparison(
+        prediction=prediction,
+        pair=pair,
+        errors=errors_of(prediction, pair),
+        floor=floor_of(prediction, pair),
+        harmonics=harmonic_errors(prediction),
+        time=time_errors(prediction),
+        joints=joint_motions(model, prediction),
+    )
+
+
+def _with_next_floors(
+    model: Model, compared: Sequence[TestComparison], tests: Sequence[Measured]
+) -> list[TestComparison]:
+    """Return the tests with floors that no error refutes on what is held out of the fit."""
+    kept = held_out(tests)
+    refuted = dict.fromkeys((test.name for test in tests), NOT_REFUTED)
+    found = list(compared)
+    for _ in range(_SOURCES):
+        before = dict(refuted)
+        for test, one, inside in zip(tests, found, kept, strict=True):
+            if inside.any():
+                part, noise = one.prediction.scored.within(inside), one.measured.noise
+                draws = floor_draws(part, noise, one.prediction.moved)
+                refuted[test.name] = with_more_refuted(part, noise, draws, before[test.name])
+        if refuted == before:
+            break
+        measured = with_repeats(tests, refuted)
+        for i, test in enumerate(tests):
+            more, less = refuted[test.name], before[test.name]
+            if more != less:
+                prediction = replace(found[i].prediction, measured=measured[i])
+                if more.inputs != less.inputs:
+                    prediction = predict(model, measured[i], windows=prediction.windows)
+                floor = floor_of(prediction, found[i].pair, more)
+                found[i] = replace(found[i], prediction=prediction, floor=floor)
+    return found
+
+
+def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
+    """Return a warning for every response that peaks where the model has its dips.
+
+    Only a base that is driven can be taken for a response: both are accelerations.
+    """
+    if model.excitation.on is not None:
+        return ()
+    warnings = []
+    for prediction, pair in both:
+        for i, name in enumerate(prediction.measured.sensors):
+            known = np.minimum(pair.coherence[i], pair.coherence_model[i]) > _LEAST_COHERENCE
+            used = pair.excited & known
+            if np.count_nonzero(used) < _FEWEST_BINS:
+                continue
+            gain, predicted = (np.log(np.abs(h[i, used])) for h in (pair.h1, pair.h1_model))
+            if min(gain.std(), predicted.std()) < _LEAST_SPREAD:
+                continue
+            correlation = float(np.corrcoef(gain, predicted)[0, 1])
+            if correlation < _EXCHANGED:
+                warnings.append(
+                    f"{prediction.measured.run}: controls and responses may be exchanged: over "
+                    f"{gain.size} frequencies the gain of {name} is small where the model's is "
+                    f"large (correlation {correlation:.2f}). Check the roles in the log."
+                )
+    return tuple(warnings)

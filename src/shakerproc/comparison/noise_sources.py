@@ -1,0 +1,234 @@
+"""What a measurement tells of its own noise: rest, repeats, controls, the band above, steps."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeAlias, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.comparison.quiet import quiet_of
+from shakerproc.data import FloatArray
+from shakerproc.spectra import cross_spectra, psd
+
+QUIET: Final = "quiet lead-in"
+REPEATS: Final = "repeats"
+DISAGREEMENT: Final = "disagreement of the controls"
+ABOVE: Final = "band above the excitation"
+RESOLUTION: Final = "resolution of the recorder"
+
+SEGMENT: Final = 512
+"""Samples of a Welch segment: noise is smooth in frequency, rest is short [-]."""
+
+WINDOW: Final = "hann"
+"""Its side lobes fall by 18 dB an octave; those of Hamming stay at -43 dB, so that far above it
+what is excited would pass for noise."""
+
+ABOVE_EXCITED: Final = 1.1
+"""Where the band above begins, over the highest excited frequency: past the flank of a
+drive's own filter [-]."""
+
+BELOW_FILTER: Final = 0.4
+"""Where the band above ends, over the sample rate: below the recorder's anti-alias filter,
+whose flank begins at 0.4 to 0.5 of it [-]."""
+
+FEWEST_BINS: Final = 16
+"""Bins of the band above that tell a density to a quarter of it [-]."""
+
+SAME_DRIVE: Final = 0.999
+"""Correlation above which two drives are one: noise of 3 % of both lowers it so far [-]."""
+
+LONGEST_LAGS: Final = 2**18
+"""Samples in which a period is sought [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Channels:
+    """What one test measured.
+
+    Attributes
+    ----------
+    controls : (n_controls, n) array
+        Accelerations of the base [m/s^2], or one force [N].
+    responses : (n_sensors, n) array
+        Responses, in the unit of each sensor.
+    sample_rate : float
+        Samples per second [Hz].
+    excited : (float, float)
+        Band that the test excites [Hz].
+    """
+
+    controls: FloatArray
+    responses: FloatArray
+    sample_rate: float
+    excited: tuple[float, float]
+
+
+Source: TypeAlias = Callable[[Channels, Sequence[Channels]], FloatArray | None]
+
+
+def frequencies(sample_rate: float) -> FloatArray:
+    """Return the bins at which noise is told [Hz]."""
+    return np.asarray(np.fft.rfftfreq(SEGMENT, 1.0 / sample_rate)[1:], float)
+
+
+def density(rows: FloatArray, sample_rate: float) -> FloatArray:
+    """Return smoothed densities at `frequencies`, (n_rows, n_frequencies) array [unit^2/Hz]."""
+    segment = min(SEGMENT, rows.shape[1])
+    cross = cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
+    # bins 0 and 1 hold what is left of the mean
+    known = cross.frequency[2:]
+    return np.array([np.interp(frequencies(sample_rate), known, row[2:]) for row in psd(cross)])
+
+
+def resolution(test: Channels) -> FloatArray:
+    r"""Return the noise of rounding to the smallest step, (n_controls + n_sensors,) array.
+
+    .. math:: G = \frac{\Delta^2}{12} \Big/ \frac{f_s}{2}
+
+    [unit^2/Hz]; 0 where a channel has no step of its own.
+
+    References
+    ----------
+    .. [1] B. Widrow and I. Kollar, "Quantization Noise", Cambridge, 2008, ch. 5.
+    """
+    rows = [*test.controls, *test.responses]
+    return np.array([_step(row) ** 2 / (6.0 * test.sample_rate) for row in rows])
+
+
+_LEAST_EQUAL: Final = 8
+"""Samples for each value that there is, at least, where values are those of a converter [-]."""
+
+
+def _step(row: FloatArray) -> float:
+    """Return the smallest difference of values of a row that takes few values, else 0."""
+    values = np.unique(row)
+    if values.size < 2 or values.size * _LEAST_EQUAL > row.size:
+        return 0.0
+    steps = np.diff(values)
+    rounding = 1e-9 * float(np.abs(values).max())
+    steps = steps[steps > rounding]
+    return float(steps.min()) if steps.size else 0.0
+
+
+def responses_at_rest(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    """Return what the responses hold before and after the run."""
+    rest = _rest(test)
+    return None if rest is None else rest[len(test.controls) :]
+
+
+def input_at_rest(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    """Return what the mean of the controls holds before and after the run, noises apart."""
+    rest, n = _rest(test), len(test.controls)
+    return None if rest is None else np.asarray(rest[:n].sum(axis=0, keepdims=True) / n**2)
+
+
+def _rest(test: Channels) -> FloatArray | None:
+    """Return the densities at rest of all channels, before and after weighted by length."""
+    found, lengths = [], []
+    for way in (1, -1):
+        quiet = quiet_of(test.controls[:, ::way], test.responses[:, ::way], test.sample_rate)
+        if quiet is not None:
+            rows = np.concatenate([quiet.controls, quiet.responses])
+            found.append(density(rows, test.sample_rate))
+            lengths.append(quiet.stop)
+    return np.average(found, axis=0, weights=lengths) if found else None
+
+
+def responses_of_repeats(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
+    """Return half the density of what differs between repeats of a drive, or of its period."""
+    shifted = _one_period_on(test)
+    pairs = [shifted] if shifted is not None else []
+    pairs += [(test.responses, twin.responses) for twin in twins if _repeats(test, twin)]
+    if not pairs:
+        return None
+    halves = [0.5 * density(one - other, test.sample_rate) for one, other in pairs]
+    return np.asarray(np.mean(halves, axis=0))
+
+
+def _repeats(test: Channels, twin: Channels) -> bool:
+    """Return whether another test has the same drive, sample by sample."""
+    if twin.responses.shape != test.responses.shape:
+        return False
+    apart = np.ptp(twin.responses - test.responses, axis=1)
+    if np.any(apart <= 1e-9 * np.ptp(test.responses, axis=1)):  # one recording, judged twice
+        return False
+    one, other = test.controls.mean(axis=0), twin.controls.mean(axis=0)
+    size = float(np.sqrt(np.sum(one**2) * np.sum(other**2)))
+    if not size > 0.0:
+        return False
+    same_level = abs(np.sum(one**2) / np.sum(other**2) - 1.0) < 4.0 * (1.0 - SAME_DRIVE)
+    return same_level and float(np.sum(one * other)) > SAME_DRIVE * size
+
+
+def _one_period_on(test: Channels) -> tuple[FloatArray, FloatArray] | None:
+    lag = period_of(test.controls.mean(axis=0))
+    if not lag:
+        return None
+    return test.responses[:, lag:], test.responses[:, :-lag]
+
+
+def period_of(drive: FloatArray) -> int:
+    """Return the samples after which a drive repeats, or 0 where it does not.
+
+    Lags of a twentieth to a half of the drive are looked at: a sine has many periods in them,
+    a slow sweep has none.
+    """
+    part = drive[:LONGEST_LAGS]
+    n = part.size
+    length = scipy.fft.next_fast_len(2 * n, real=True)
+    spectrum = scipy.fft.rfft(part, length)
+    product = scipy.fft.irfft(np.abs(spectrum) ** 2, length)[:n]
+    power = np.concatenate([[0.0], np.cumsum(part**2)])
+    lags = np.arange(n // 20, n // 2)
+    size = np.sqrt(power[n - lags] * (power[n] - power[lags]))
+    if not lags.size or not np.all(size > 0.0):
+        return 0
+    likeness = product[lags] / size
+    best = int(np.argmax(likeness))
+    return int(lags[best]) if likeness[best] > SAME_DRIVE else 0
+
+
+def disagreement(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    r"""Return the noise of the mean of the controls, from what each has for itself.
+
+    What a control does in proportion to the mean of all (its gain, a rocking table) is not
+    noise; of what is left of :math:`N` controls, :math:`\sum_i G_i / (N (N - 1))` is that of
+    their mean.
+    """
+    n = len(test.controls)
+    if n < 2:
+        return None
+    mean = test.controls.mean(axis=0)
+    apart = test.controls - mean
+    rows = np.array([mean, *apart])
+    cross = cross_spectra(rows, test.sample_rate, segment=SEGMENT, window=WINDOW)
+    both = psd(cross)
+    coherent = np.abs(cross.matrix[0, 1:]) ** 2 / np.maximum(both[0], np.finfo(float).tiny)
+    averages = max(2.0, cross.effective_averages)
+    alone = np.maximum(0.0, both[1:] - coherent) * averages / (averages - 1.0)
+    found = alone.sum(axis=0) / (n * (n - 1.0))
+    mean_noise = np.interp(frequencies(test.sample_rate), cross.frequency[2:], found[2:])
+    return np.asarray(mean_noise)[np.newaxis]
+
+
+def responses_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    """Return what is left of the responses above the excited band, the same everywhere."""
+    return _above(test.responses, test)
+
+
+def input_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    """Return what is left of the mean of the controls above the excited band."""
+    return _above(test.controls.mean(axis=0, keepdims=True), test)
+
+
+def _above(rows: FloatArray, test: Channels) -> FloatArray | None:
+    """Return the lower quartile of the densities there: harmonics stand above it."""
+    frequency = frequencies(test.sample_rate)
+    low, high = ABOVE_EXCITED * test.excited[1], BELOW_FILTER * test.sample_rate
+    inside = (frequency > low) & (frequency < high)
+    if np.count_nonzero(inside) < FEWEST_BINS:
+        return None
+    least = np.quantile(density(rows, test.sample_rate)[:, inside], 0.25, axis=1)
+    return np.repeat(least[:, np.newaxis], frequency.size, axis=1)

@@ -1,0 +1,30 @@
+"""A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
+
+from shakerproc.simulation.free_runs import (
+    FreeRuns,
+    Runs,
+    free_runs,
+    largest_states,
+    motions_of,
+)
+from shakerproc.simulation.inputs import Input, prepare, prepare_displacement
+from shakerproc.simulation.interpolation import InterpolationError
+from shakerproc.simulation.response import simulate, simulate_many
+from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
+
+__all__ = [
+    "CHAOTIC_GROWTH",
+    "SENSITIVE_GROWTH",
+    "FreeRuns",
+    "Input",
+    "InterpolationError",
+    "Runs",
+    "Simulation",
+    "free_runs",
+    "largest_states",
+    "motions_of",
+    "prepare",
+    "prepare_displacement",
+    "simulate",
+    "simulate_many",
+]

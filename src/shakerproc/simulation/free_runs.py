@@ -1,0 +1,172 @@
+"""Free runs of one model: whole tests or windows of them, all in one call."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.models.model import Model
+from shakerproc.simulation.assembly import System, assemble
+from shakerproc.simulation.inputs import Input
+from shakerproc.simulation.response import impose
+from shakerproc.simulation.walking import Placed, Walk
+
+RUNAWAY: Final = 1e3
+"""Size of a failed window as a multiple of the usual size of its sensor [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """What to simulate.
+
+    Attributes
+    ----------
+    inputs : tuple of Input
+        What shakes the model in each test.
+    windows : (n_windows, 3) array of int
+        Test, first sample and number of samples of each window.
+    starts : (n_windows, n_motions) array, optional
+        Displacements [m] and velocities [m/s] relative to the base of every mass and attached
+        mode, then the states of the laws, at the first sample of each window; None is rest. A
+        state larger than its law allows is cut to what it allows; a mass whose displacement is
+        imposed starts as its input says, whatever stands here.
+    sizes : (n_sensors,) array, optional
+        Usual size of what each sensor records [SI], against which the filling of failed
+        windows is measured; by default the largest of the windows that did not fail.
+    """
+
+    inputs: tuple[Input, ...]
+    windows: NDArray[np.int64]
+    starts: FloatArray | None = None
+    sizes: FloatArray | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeRuns:
+    """What the sensors of a model record in free runs.
+
+    Attributes
+    ----------
+    outputs : tuple of (n_sensors, n_samples) array
+        What each sensor records in each window [SI], in the order of the model's sensors.
+    failed : (n_windows,) array of bool
+        Whether the motion ran away or could not be computed; such a window is held at
+        `RUNAWAY` times the usual size.
+    """
+
+    outputs: tuple[FloatArray, ...]
+    failed: NDArray[np.bool_]
+
+
+def motions_of(model: Model) -> tuple[str, ...]:
+    """Return the names of the motions of a model, in the order of `Runs.starts`.
+
+    A displacement is called ``x`` and a velocity ``v`` of its mass, a state by its number.
+    """
+    system = assemble(model)
+    x, v = ([f"{kind} {name}" for name in system.names] for kind in "xv")
+    return (*x, *v, *(f"state {i + 1}" for i in range(system.n_states)))
+
+
+def largest_states(model: Model) -> FloatArray:
+    """Return the size of each state of the laws and its limit, (n_states, 2) array.
+
+    What a change of it is held against, and what it cannot exceed; in the unit of the state,
+    in the order of `motions_of`.
+    """
+    return assemble(model).largest_states
+
+
+def free_runs(
+    model: Model, runs: Runs, *, tolerance: float = 1e-6, means: bool = True
+) -> FreeRuns:
+    """Return what the sensors of a model record in windows of tests, without an error raised.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    runs : Runs
+        Inputs, windows and starts.
+    tolerance : float
+        Error of a step as a share of the largest motion so far [-].
+    means : bool
+        Whether accelerations are means over the interval from each sample to the next, as a
+        measurement through the same box has them: jumps of stick and slip then do not alias.
+        At the very end of a test, where there is no next sample, the last mean is repeated.
+        All else are values at the samples.
+    """
+    system = assemble(model)
+    counts = runs.windows[:, 2]
+    offsets = np.concatenate(([0], np.cumsum(counts)))
+    flat = np.zeros((len(model.sensors), offsets[-1]))
+    failed = np.zeros(len(runs.windows), np.bool_)
+    walk = Walk(model, system, tolerance)
+    for test, given in enumerate(runs.inputs):
+        members = np.flatnonzero(runs.windows[:, 0] == test)
+        if members.size:
+            starts = np.zeros((members.size, system.n_motions))
+            if runs.starts is not None:
+                starts[:] = runs.starts[members]
+                _within_limits(starts, system)
+            first, count = runs.windows[members, 1], counts[members]
+            impose(starts, model, system, given, first)
+            rows = np.minimum(count + means, given.n_samples - first)
+            placed = Placed(first, count, offsets[members], rows)
+            failed[members] = walk.fill(given, placed, starts, flat, means=means)
+            if means:
+                _repeat_last(model, placed, flat)
+    outputs = tuple(flat[:, a:b] for a, b in pairwise(offsets))
+    if not np.isfinite(flat).all():
+        failed |= [not np.isfinite(found).all() for found in outputs]
+    _apply_faults(model, runs, outputs)
+    _hold_failed(runs, outputs, failed)
+    return FreeRuns(outputs, failed)
+
+
+def _within_limits(starts: FloatArray, system: System) -> None:
+    """Let no state of a law begin larger than it can be."""
+    if system.n_states:
+        limit = system.largest_states[:, 1]
+        np.clip(starts[:, -len(limit) :], -limit, limit, out=starts[:, -len(limit) :])
+
+
+def _repeat_last(model: Model, placed: Placed, flat: FloatArray) -> None:
+    """Give windows that end with their test a last mean, the one before."""
+    last = placed.offset + placed.count - 1
+    last = last[(placed.rows == placed.count) & (placed.count > 1)]
+    for i, sensor in enumerate(model.sensors.values()):
+        if sensor.measures == "acceleration":
+            flat[i, last] = flat[i, last - 1]
+
+
+def _apply_faults(model: Model, runs: Runs, outputs: tuple[FloatArray, ...]) -> None:
+    """Let the sensors that have faults record what they do."""
+    for i, sensor in enumerate(model.sensors.values()):
+        for fault in sensor.faults:
+            for (test, *_), found in zip(runs.windows, outputs, strict=True):
+                found[i] = fault.apply(found[i], runs.inputs[test].sample_rate)
+
+
+def _hold_failed(
+    runs: Runs, outputs: tuple[FloatArray, ...], failed: NDArray[np.bool_]
+) -> None:
+    """Fill failed windows with a large finite motion."""
+    if not failed.any():
+        return
+    sizes = runs.sizes
+    if sizes is None:
+        good = [
+            np.max(np.abs(found), axis=1)
+            for found, no in zip(outputs, failed, strict=True)
+            if not no
+        ]
+        sizes = np.max(good, axis=0) if good else np.ones(len(outputs[0]))
+    held = np.where(sizes > 0.0, RUNAWAY * sizes, RUNAWAY)[:, None]
+    for i in np.flatnonzero(failed):
+        outputs[i][:] = held

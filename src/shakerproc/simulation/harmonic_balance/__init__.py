@@ -1,0 +1,53 @@
+"""Periodic motion of a model: response curves, stability, backbones, by harmonic balance."""
+
+from shakerproc.simulation.harmonic_balance.agreement import difference_from_simulation
+from shakerproc.simulation.harmonic_balance.backbone import Backbone, backbone
+from shakerproc.simulation.harmonic_balance.branch import (
+    Branch,
+    Mark,
+    samples_of_branch,
+    sharpened,
+)
+from shakerproc.simulation.harmonic_balance.outputs import (
+    UNITS,
+    Notable,
+    couplings,
+    gap_severity,
+    notable_points,
+    peaks,
+    response_columns,
+    sensor_harmonics,
+    sensors_of_model,
+)
+from shakerproc.simulation.harmonic_balance.response import (
+    Response,
+    frequency_response,
+    natural_frequencies,
+)
+from shakerproc.simulation.harmonic_balance.subharmonic import subharmonic_branches
+from shakerproc.simulation.harmonic_balance.switching import branch_off, branches_off
+
+__all__ = [
+    "UNITS",
+    "Backbone",
+    "Branch",
+    "Mark",
+    "Notable",
+    "Response",
+    "backbone",
+    "branch_off",
+    "branches_off",
+    "couplings",
+    "difference_from_simulation",
+    "frequency_response",
+    "gap_severity",
+    "natural_frequencies",
+    "notable_points",
+    "peaks",
+    "response_columns",
+    "samples_of_branch",
+    "sensor_harmonics",
+    "sensors_of_model",
+    "sharpened",
+    "subharmonic_branches",
+]

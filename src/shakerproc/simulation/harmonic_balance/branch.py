@@ -1,0 +1,237 @@
+"""A followed branch of periodic motions: where it is stable, where it folds and branches."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, TypeAlias, TypeVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.simulation.harmonic_balance import fourier
+from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
+from shakerproc.simulation.harmonic_balance.continuation import Trace, correct, refine
+from shakerproc.simulation.harmonic_balance.curves import ForcedCurve
+from shakerproc.simulation.harmonic_balance.stability import monodromy, multipliers
+
+Kind: TypeAlias = Literal["fold", "period doubling", "branch point", "quasi-periodic"]
+
+Number = TypeVar("Number", bound=np.generic)
+
+NEUTRAL = 1e-6
+"""By how much a multiplier may exceed 1 and the motion still count as stable [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point at which the branch folds or stability changes.
+
+    Attributes
+    ----------
+    index : int
+        Point of the branch; a fold is a point of its own, the others lie just before theirs.
+    kind : str
+        What happens there.
+    frequency : float
+        Frequency of the excitation there [Hz]; interpolated where it is no fold.
+    """
+
+    index: int
+    kind: Kind
+    frequency: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Periodic motions against the frequency of the excitation, in order along the curve.
+
+    Attributes
+    ----------
+    balance : HarmonicBalance
+        The equations that they solve.
+    frequency : (n_points,) array
+        Frequency of the excitation [Hz].
+    unknowns : (n_points, n_unknowns) array
+        Coefficients of the displacements [m].
+    multipliers : (n_points, 2 n_dofs) array
+        Floquet multipliers, largest first; NaN with laws that have a memory.
+    stable : (n_points,) array of bool
+        Whether the motion attracts its neighbours; with a memory, whether it lies outside the
+        folds.
+    marks : tuple of Mark
+        Folds and changes of stability, in order.
+    ended : str
+        Why the branch ends, for people.
+    """
+
+    balance: HarmonicBalance
+    frequency: FloatArray
+    unknowns: FloatArray
+    multipliers: ComplexArray
+    stable: NDArray[np.bool_]
+    marks: tuple[Mark, ...]
+    ended: str
+
+    @property
+    def folds(self) -> tuple[int, ...]:
+        """Points at which the frequency turns back."""
+        return tuple(mark.index for mark in self.marks if mark.kind == "fold")
+
+    @cached_property
+    def coefficients(self) -> ComplexArray:
+        """Complex displacements, (n_points, n_dofs, n_harmonics) array [m]."""
+        if not self.unknowns.size:
+            shape = (0, self.balance.system.n_dofs, self.balance.harmonics.size)
+            return np.zeros(shape, np.complex128)
+        return np.array([self.balance.coefficients(row) for row in self.unknowns])
+
+
+def branch_of_trace(
+    balance: HarmonicBalance, curve: ForcedCurve, trace: Trace, ended: str
+) -> Branch:
+    """Return a followed curve with its folds as points, its stability and its marks."""
+    points, folds = _with_folds(curve, trace)
+    return _assessed(balance, points, folds, ended)
+
+
+def _assessed(
+    balance: HarmonicBalance, points: FloatArray, folds: list[int], ended: str
+) -> Branch:
+    rates = points[:, -1]
+    system = balance.system
+    if system.remembers or system.frictions:
+        found = np.full((rates.size, 2 * system.n_dofs), np.nan, np.complex128)
+        turns = np.isin(np.arange(rates.size), folds)
+        stable = np.cumsum(turns) % 2 == 0
+    else:
+        matrices = np.array([
+            monodromy(balance, point[:-1], rate)
+            for point, rate in zip(points, rates, strict=True)
+        ])
+        found = multipliers(matrices)
+        stable = np.abs(found[:, 0]) <= 1.0 + NEUTRAL
+    frequency = rates * balance.order / (2.0 * np.pi)
+    return Branch(
+        balance=balance,
+        frequency=frequency,
+        unknowns=points[:, :-1],
+        multipliers=found,
+        stable=np.asarray(stable, np.bool_),
+        marks=_marks(frequency, found, folds),
+        ended=ended,
+    )
+
+
+def joined(backwards: Branch, onwards: Branch) -> Branch:
+    """Return the branch that runs backwards to a point and onwards from it as one."""
+    last = backwards.frequency.size - 1
+    marks = [
+        replace(mark, index=last - mark.index + int(mark.kind != "fold"))
+        for mark in reversed(backwards.marks)
+    ]
+    marks += [replace(mark, index=mark.index + last) for mark in onwards.marks]
+
+    def both(before: NDArray[Number], after: NDArray[Number]) -> NDArray[Number]:
+        return np.concatenate([before[::-1], after[1:]])
+
+    return Branch(
+        balance=onwards.balance,
+        frequency=both(backwards.frequency, onwards.frequency),
+        unknowns=both(backwards.unknowns, onwards.unknowns),
+        multipliers=both(backwards.multipliers, onwards.multipliers),
+        stable=both(backwards.stable, onwards.stable),
+        marks=tuple(marks),
+        ended=f"{onwards.ended}; backwards, {backwards.ended}",
+    )
+
+
+def sharpened(branch: Branch) -> Branch:
+    """Return a branch with its changes of stability as points of their own, like the folds.
+
+    They are found by bisection between the two points around them, to 1e-4 of that distance.
+    """
+    curve = ForcedCurve(branch.balance)
+    rate = 2.0 * np.pi / branch.balance.order
+    points = np.column_stack([branch.unknowns, rate * branch.frequency])
+    inserted: list[FloatArray] = []
+    places: list[int] = []
+    for mark in branch.marks:
+        if mark.kind != "fold":
+            found = _change(curve, points[mark.index - 1], points[mark.index])
+            inserted += [] if found is None else [found]
+            places += [] if found is None else [mark.index]
+    if not places:
+        return branch
+    folds = [int(i + np.sum(np.array(places) <= i)) for i in branch.folds]
+    everything = np.insert(points, places, np.array(inserted), axis=0)
+    return _assessed(branch.balance, everything, folds, branch.ended)
+
+
+def samples_of_branch(branch: Branch, n_samples: int) -> FloatArray:
+    """Return one period of every displacement, (n_points, n_dofs, n_samples) array [m]."""
+    return fourier.values(branch.coefficients, branch.balance.harmonics, n_samples)
+
+
+def _change(curve: ForcedCurve, before: FloatArray, after: FloatArray) -> FloatArray | None:
+    """Return the point between two at which the number of multipliers outside 1 changes."""
+    weights = curve.weights(before)
+    chord = (after - before) * weights
+    chord /= np.linalg.norm(chord)
+
+    def outside(point: FloatArray) -> int:
+        found = multipliers(monodromy(curve.balance, point[:-1], point[-1]))
+        return int(np.sum(np.abs(found) > 1.0 + NEUTRAL))
+
+    low, high, count = before, after, outside(before)
+    for _ in range(14):
+        middle = correct(curve, 0.5 * (low + high), chord, weights, 1e-9)
+        if middle is None:
+            return None
+        if outside(middle[0]) == count:
+            low = middle[0]
+        else:
+            high = middle[0]
+    return high
+
+
+def _with_folds(curve: ForcedCurve, trace: Trace) -> tuple[FloatArray, list[int]]:
+    """Return the points with every fold in its place, and which they are."""
+    points: list[FloatArray] = [trace.points[0]]
+    folds: list[int] = []
+    for i in range(1, len(trace.points)):
+        before, after = trace.tangents[i - 1], trace.tangents[i]
+        if before[-1] * after[-1] < 0.0:
+            fold = refine(curve, trace.points[i - 1], trace.points[i], -1)
+            if fold is not None:
+                folds.append(len(points))
+                points.append(fold)
+        points.append(trace.points[i])
+    return np.array(points), folds
+
+
+def _marks(frequency: FloatArray, found: ComplexArray, folds: list[int]) -> tuple[Mark, ...]:
+    """Return the folds, and the points after which other multipliers have left the circle."""
+    marks = [Mark(index, "fold", float(frequency[index])) for index in folds]
+    counts = np.sum(np.abs(found) > 1.0 + NEUTRAL, axis=1)
+    for i in np.flatnonzero(np.diff(counts)):
+        near_fold = any(i <= fold <= i + 1 for fold in folds)
+        kind, share = _crossing(found[i], found[i + 1])
+        if not (near_fold and kind == "branch point"):
+            between = frequency[i] + share * (frequency[i + 1] - frequency[i])
+            marks.append(Mark(int(i) + 1, kind, float(between)))
+    return tuple(sorted(marks, key=lambda mark: mark.index))
+
+
+def _crossing(before: ComplexArray, after: ComplexArray) -> tuple[Kind, float]:
+    """Return which way a multiplier crossed the unit circle, and where between two points."""
+    limit = 1.0 + NEUTRAL
+    counts = [int(np.sum(np.abs(found) > limit)) for found in (before, after)]
+    place = min(counts)
+    value = (before if counts[0] > counts[1] else after)[place]
+    sizes = np.abs(before[place]), np.abs(after[place])
+    share = float((1.0 - sizes[0]) / (sizes[1] - sizes[0]))
+    if abs(value.imag) > 1e-9 * abs(value):
+        return "quasi-periodic", share
+    return ("period doubling" if value.real < 0.0 else "branch point"), share

@@ -1,0 +1,166 @@
+"""Periodic motion by shooting: the state that comes back after a period, from exact stepping.
+
+Harmonics resolve the corner that dry friction puts into the velocity slowly; the stepper
+locates every stop and start. Shooting therefore makes harmonic balance's solutions exact, and
+gives their multipliers, for models with dry friction.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
+from shakerproc.models import Model
+from shakerproc.simulation.inputs import Input, prepare
+from shakerproc.simulation.response import simulate
+from shakerproc.simulation.simulation import Simulation
+
+PER_PERIOD = 32
+"""Samples a period; the input between them is a polynomial of degree 9."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A motion that repeats itself.
+
+    Attributes
+    ----------
+    state : (2 n_dofs,) array
+        Displacements [m] and velocities [m/s] relative to the base at time 0.
+    monodromy : (2 n_dofs, 2 n_dofs) array
+        What one round makes of a small disturbance.
+    motion : (n_dofs, n_samples) array
+        Displacements over one round [m].
+    """
+
+    state: FloatArray
+    monodromy: FloatArray
+    motion: FloatArray
+
+
+def periodic_orbit(
+    model: Model,
+    level: float,
+    frequency: float,
+    guess: FloatArray,
+    *,
+    order: int = 1,
+    n_samples: int = PER_PERIOD,
+    tolerance: float = 1e-12,
+) -> Orbit | None:
+    """Return the orbit near a guess, by Newton's method; None where there is none.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken, by a cosine; its laws have no memory.
+    level : float
+        Amplitude of the excitation [m/s²] or [N].
+    frequency : float
+        Frequency of the excitation [Hz].
+    guess : (2 n_dofs,) array
+        Displacements and velocities at time 0.
+    order : int
+        Periods of the excitation in one round.
+    n_samples : int
+        Samples of the motion in one period of the excitation, at least 32.
+    tolerance : float
+        Size of the last correction over that of the motion [-].
+    """
+    given = _input_of_round(level, frequency, order, max(n_samples, PER_PERIOD))
+    state = np.array(guess, np.float64)
+    omega = 2.0 * np.pi * frequency
+    for _ in range(20):
+        try:
+            found = _around(model, given, state)
+            sizes = _sizes(found, omega)
+            monodromy = _differences(model, given, state, sizes)
+            step = np.linalg.solve(np.eye(state.size) - monodromy, _end(found) - state)
+        except (SimulationError, np.linalg.LinAlgError):
+            return None
+        correction = float(np.max(np.abs(step / sizes)))
+        if not correction < 1.0:
+            return None
+        state = state + step
+        if correction < tolerance:
+            last = _around(model, given, state)
+            return Orbit(state, monodromy, last.displacement[:, :-1])
+    return None
+
+
+def one_round(
+    model: Model,
+    level: float,
+    frequency: float,
+    state: FloatArray,
+    *,
+    order: int = 1,
+    n_samples: int = PER_PERIOD,
+) -> Simulation:
+    """Return one round of a motion from a state, by the stepper that suits the model.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken, by a cosine.
+    level : float
+        Amplitude of the excitation [m/s²] or [N].
+    frequency : float
+        Frequency of the excitation [Hz].
+    state : (2 n_dofs,) array
+        Displacements and velocities at time 0.
+    order : int
+        Periods of the excitation in one round.
+    n_samples : int
+        Samples of the motion in one period of the excitation.
+    """
+    given = _input_of_round(level, frequency, order, n_samples)
+    return simulate(model, given, start=_start(model, state), growth=False)
+
+
+def _input_of_round(level: float, frequency: float, order: int, n_samples: int) -> Input:
+    omega = 2.0 * np.pi * frequency
+    return prepare(
+        lambda time: level * np.cos(omega * time),
+        n_samples * frequency,
+        duration=order / frequency,
+    )
+
+
+def _around(model: Model, given: Input, state: FloatArray) -> Simulation:
+    """Return one round from a state."""
+    return simulate(model, given, start=_start(model, state), growth=False, solver="taylor")
+
+
+def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
+    """Return a state as displacement and velocity of every mass, attached ones last."""
+    names = [*model.masses, *(f"attached {i}" for i in range(1, state.size))][: state.size // 2]
+    n = state.size // 2
+    return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
+
+
+def _end(found: Simulation) -> FloatArray:
+    return np.concatenate([found.displacement[:, -1], found.velocity[:, -1]])
+
+
+def _sizes(found: Simulation, omega: float) -> FloatArray:
+    """Return how large each displacement and velocity is."""
+    amplitude = np.max(np.abs(found.displacement), axis=1)
+    amplitude = np.maximum(amplitude, 1e-6 * np.max(amplitude))
+    return np.concatenate([amplitude, omega * amplitude])
+
+
+def _differences(
+    model: Model, given: Input, state: FloatArray, sizes: FloatArray
+) -> FloatArray:
+    """Return the derivative of the state after a round by the state before, by differences."""
+    columns = []
+    for i in range(state.size):
+        change = np.zeros(state.size)
+        change[i] = 1e-6 * sizes[i]
+        ends = [_end(_around(model, given, state + sign * change)) for sign in (1.0, -1.0)]
+        columns.append((ends[0] - ends[1]) / (2.0 * change[i]))
+    return np.array(columns).T

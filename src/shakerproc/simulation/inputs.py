@@ -1,0 +1,222 @@
+"""What shakes a model, prepared for the steppers."""
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc import checks
+from shakerproc.data import FloatArray
+from shakerproc.simulation.chirps import ROUNDING, Chirp
+from shakerproc.simulation.interpolation import InterpolationError, interpolation_error
+from shakerproc.simulation.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
+
+MOST_SAMPLES: Final = 2e7
+"""Samples of a simulated run: an hour at the laboratory's rate."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class Input:
+    """What shakes the model, prepared once for any number of simulations.
+
+    Attributes
+    ----------
+    pieces : (n_pieces, degree + 1) array
+        The input over each part of a sample, in powers of the share of it that has passed.
+    stride : int
+        Parts of a sample.
+    sample_rate : float
+        Samples per second of the response [Hz].
+    span : int
+        Samples that a piece covers, where it is longer than one.
+    surplus : int
+        Samples at the end of the last piece that are not wanted.
+    missed : float
+        Share of its amplitude by which the pieces may miss a function of time, or the
+        band-limited signal through samples [-].
+    interpolation : InterpolationError, optional
+        The latter, near the ends and elsewhere.
+    imposed : (2, n_samples) array, optional
+        Displacement [m] and velocity [m/s] at the samples, where these are imposed on a mass;
+        the pieces are its acceleration.
+    """
+
+    pieces: FloatArray
+    stride: int
+    sample_rate: float
+    span: int = 1
+    surplus: int = 0
+    missed: float = 0.0
+    interpolation: InterpolationError | None = None
+    imposed: FloatArray | None = None
+
+    @property
+    def part(self) -> float:
+        """Length of a piece [s]."""
+        return self.span / (self.sample_rate * self.stride)
+
+    @property
+    def n_samples(self) -> int:
+        """Samples of the response, the one at time 0 included."""
+        n_pieces = len(self.pieces)
+        return n_pieces * self.span // self.stride + 1 - self.surplus
+
+    @property
+    def samples(self) -> FloatArray:
+        """The input at the samples, (n,) array."""
+        if self.span == 1:
+            return np.append(self.pieces[:: self.stride, 0], np.sum(self.pieces[-1]))
+        shares = np.arange(1, self.span + 1) / self.span
+        powers = np.vander(shares, self.pieces.shape[1], increasing=True)
+        values = (self.pieces @ powers.T).ravel()
+        return np.append(self.pieces[0, 0], values)[: self.n_samples]
+
+
+def prepare(
+    excitation: FloatArray | Signal,
+    sample_rate: float,
+    *,
+    duration: float | None = None,
+    upsample: int = 1,
+    hold: Hold = "band-limited",
+    tolerance: float = ROUNDING,
+) -> Input:
+    """Return the input of simulations, from samples or from a function of time.
+
+    Parameters
+    ----------
+    excitation : (n,) array or function
+        Samples of the input, or the input as a function of time, in its SI unit.
+    sample_rate : float
+        Samples per second, of the input and of the response [Hz].
+    duration : float, optional
+        Length of a response to a function of time [s].
+    upsample : int
+        Into how many parts to cut each sample first; see `pieces.pieces_of_samples`.
+    hold : {"band-limited", "linear"}
+        What the input does between its samples.
+    tolerance : float
+        By which share of its amplitude the pieces of a chirp may miss it [-].
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples, or a function comes without a duration.
+    """
+    checks.positive("sample_rate", sample_rate, "Hz")
+    if callable(excitation):
+        if duration is None:
+            raise ValueError("a function of time needs a duration")
+        checks.positive("duration", duration, "s")
+        n_intervals = max(1, round(duration * sample_rate))
+        pieces = pieces_of_signal(
+            excitation, n_intervals * upsample, sample_rate * upsample, tolerance
+        )
+        return Input(pieces, upsample, sample_rate, missed=tolerance)
+    samples = np.asarray(excitation, dtype=float)
+    if samples.ndim != 1 or samples.size < 2:
+        raise ValueError(f"excitation must be (n,) samples, at least 2, not {samples.shape}")
+    if not np.all(np.isfinite(samples)):
+        at = int(np.flatnonzero(~np.isfinite(samples))[0])
+        raise ValueError(f"excitation must be finite; sample {at} is {samples[at]}")
+    pieces = pieces_of_samples(samples, upsample=upsample, hold=hold)
+    if hold == "linear":
+        return Input(pieces, upsample, sample_rate)
+    error = interpolation_error(samples, pieces, upsample)
+    return Input(pieces, upsample, sample_rate, missed=error.largest, interpolation=error)
+
+
+def prepare_displacement(
+    displacement: FloatArray, sample_rate: float, *, upsample: int = 1
+) -> Input:
+    """Return the input of simulations in which the displacement of a mass is imposed.
+
+    The motion between samples is that of `prepare`, quintics that meet with their slopes and
+    curvatures; the mass gets their acceleration and starts with their motion.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+        Displacement of the mass against the base [m].
+    sample_rate, upsample
+        As for `prepare`.
+
+    Raises
+    ------
+    ValueError
+        As `prepare` does.
+    """
+    given = prepare(displacement, sample_rate, upsample=upsample)
+    rate = sample_rate * upsample
+    k = np.arange(given.pieces.shape[1])
+    accelerations = (given.pieces * (k * (k - 1) * rate**2))[:, 2:]
+    velocity = np.append(given.pieces[:, 1], given.pieces[-1] @ k)[::upsample] * rate
+    motion = np.stack((np.asarray(displacement, dtype=float), velocity))
+    return replace(given, pieces=np.ascontiguousarray(accelerations), imposed=motion)
+
+
+def prepare_long(
+    signal: Chirp, sample_rate: float, duration: float, span: int, tolerance: float
+) -> Input | None:
+    """Return the input in pieces of several samples each, for steps as long as they.
+
+    Parameters
+    ----------
+    signal : Chirp
+        What shakes the model.
+    sample_rate : float
+        Samples per second of the response [Hz].
+    duration : float
+        Length of the response [s].
+    span : int
+        Samples of a piece.
+    tolerance : float
+        By which share of its amplitude the pieces may miss it [-].
+
+    Returns
+    -------
+    Input or None
+        None where the signal turns too far in a piece.
+    """
+    n_intervals = max(1, round(duration * sample_rate))
+    n_pieces = -(-n_intervals // span)
+    pieces = signal.pieces(n_pieces, sample_rate / span, tolerance)
+    if pieces is None:
+        return None
+    return Input(pieces, 1, sample_rate, span, n_pieces * span - n_intervals, tolerance)
+
+
+def as_input(
+    excitation: FloatArray | Signal | Input,
+    sample_rate: float | None,
+    *,
+    duration: float | None,
+    upsample: int,
+    hold: Hold,
+    tolerance: float,
+    imposed: bool = False,
+) -> Input:
+    """Return an input as it is, or made by `prepare`.
+
+    Raises
+    ------
+    ValueError
+        If an input comes with a sample rate, or anything else without one.
+    """
+    if isinstance(excitation, Input):
+        if sample_rate is not None:
+            raise ValueError("an Input has a sample rate of its own")
+        if imposed != (excitation.imposed is not None):
+            raise ValueError("an imposed displacement takes what prepare_displacement made")
+        return excitation
+    if sample_rate is None:
+        raise ValueError("the excitation needs a sample rate")
+    if imposed:
+        if callable(excitation):
+            raise ValueError("an imposed displacement is given by its samples")
+        return prepare_displacement(excitation, sample_rate, upsample=upsample)
+    return prepare(
+        excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
+        tolerance=max(tolerance, ROUNDING),
+    )  # fmt: skip

@@ -1,0 +1,200 @@
+"""The driver of many windows of one test: one call, which returns to Python now and then."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.models.compiled import compiled, inlined
+from shakerproc.simulation.kernels.carried_forces import Carried
+from shakerproc.simulation.kernels.carrying import carry
+from shakerproc.simulation.kernels.dop853 import one_sample
+from shakerproc.simulation.kernels.exact import fast, record
+from shakerproc.simulation.kernels.motion import begin
+from shakerproc.simulation.kernels.table import Machine, Series, Store
+from shakerproc.simulation.kernels.taylor import careful
+
+LARGEST: Final = 1e100
+"""Motion past it has run away [SI]."""
+
+MOST_STEPS: Final = 10
+"""Steps around switchings for each sample of a window, on average, past which it has failed: a
+hundred times what chattering friction takes, and seconds for a test."""
+
+FREE_STEPS: Final = 10000
+"""So many are free, whatever the length of the window."""
+
+
+@inlined
+def _walk(
+    machine: Machine,
+    store: Store,
+    analytic: bool,
+    tableau: FloatArray,
+    pieces: FloatArray,
+    j: int,
+    stop: int,
+    stride: int,
+    before: int,
+    sample: float,
+    tolerance: float,
+    series: Series,
+    room: FloatArray,
+    carried: Carried,
+    work: FloatArray,
+    motion: FloatArray,
+    accelerations: FloatArray,
+    stats: FloatArray,
+    patience: float,
+) -> int:
+    """Carry the motion from piece j towards `stop`; return where it is, or -1 if it cannot."""
+    scales = room[3]
+    n, n_y, tables = machine.mass.size, series.y.shape[0], store.parts.size > 0
+    linear = tables and store.push.shape[2] == 0
+    passed, wanted, until = 0.0, 1.0, stats[3] + patience
+    while j < stop and stats[3] < until:
+        if linear and n == 1 and n_y == 2:
+            j, passed = fast(
+                machine, store, pieces, j, stop, stride, before, scales, series, room[0],
+                room[1], motion, accelerations, 1, 2,
+            )  # fmt: skip
+        elif linear:
+            j, passed = fast(
+                machine, store, pieces, j, stop, stride, before, scales, series, room[0],
+                room[1], motion, accelerations, n, n_y,
+            )  # fmt: skip
+        elif tables:
+            j, passed = carry(
+                machine, store, pieces, j, stop, stride, before, sample, tolerance, scales,
+                series, carried, motion, accelerations, n, n_y,
+            )  # fmt: skip
+        if j == stop:
+            break
+        reached = careful(
+            machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
+            room[2], room[1], stats, 1, motion, accelerations,
+        )  # fmt: skip
+        if reached < 1.0 and analytic:
+            return -1
+        if reached < 1.0:
+            wanted = one_sample(
+                machine, tableau, pieces, j, reached, wanted, sample, tolerance, series, work,
+                scales, stats,
+            )  # fmt: skip
+        if not abs(series.y[0, 0]) < LARGEST:
+            return -1
+        j += 1
+        passed = 0.0
+        if j % stride == 0:
+            series.w[0] = 0.0
+            for k in range(pieces.shape[1]):
+                series.w[0] += pieces[j - 1, k]
+            record(machine, j * sample, series, motion, accelerations, j // stride - before)
+    return j if abs(series.y[0, 0]) < LARGEST else -1
+
+
+@compiled
+def walk_windows(
+    machine: Machine,
+    store: Store,
+    analytic: bool,
+    tableau: FloatArray,
+    pieces: FloatArray,
+    sample: float,
+    stride: int,
+    windows: NDArray[np.int64],
+    starts: FloatArray,
+    least: FloatArray,
+    tolerance: float,
+    series: Series,
+    room: FloatArray,
+    carried: Carried,
+    work: FloatArray,
+    cursor: NDArray[np.int64],
+    failed: NDArray[np.bool_],
+    motion: FloatArray,
+    accelerations: FloatArray,
+    stats: FloatArray,
+    patience: float,
+) -> int:
+    """Fill in the next rows of the motion in all windows, one after the other.
+
+    Parameters
+    ----------
+    machine, store, pieces, sample, stride, tolerance, series, room, stats
+        See `exact.integrate`.
+    analytic : bool
+        Whether series carry the motion past switchings; otherwise DOP853 does.
+    tableau, work
+        See `dop853.integrate_dop853`.
+    windows : (n_windows, 2) array of int
+        First sample and number of samples of each.
+    starts : (n_windows, n_y) array
+        Motion at the first sample of each.
+    least : (n_y,) array
+        Least size of each motion that errors are held against.
+    carried : Carried
+        Room.
+    cursor : (4,) array of int
+        Window, samples of it that are done, piece, and steps around switchings in the window
+        so far; goes on from there. Written to.
+    failed : (n_windows,) array of bool
+        Written to; the rows of such a window are left as they are.
+    motion, accelerations : (n_rows, n_y) and (n_rows, n) array
+        Set, as many rows as are done.
+    patience : float
+        Steps outside the propagators after which to return in any case.
+
+    Returns
+    -------
+    int
+        Rows that are done.
+    """
+    scales, row, n_y = room[3], 0, series.y.shape[0]
+    while cursor[0] < windows.shape[0] and row < motion.shape[0]:
+        window = cursor[0]
+        first, count = windows[window, 0], windows[window, 1]
+        if cursor[1] == 0:
+            finite = True
+            for i in range(n_y):
+                series.y[i, 0] = starts[window, i]
+                finite = finite and abs(series.y[i, 0]) < LARGEST
+                scales[i] = max(least[i], abs(series.y[i, 0]))
+            failed[window] = not finite
+            cursor[2], cursor[3] = first * stride, 0
+            if finite:
+                at_end = cursor[2] == pieces.shape[0]
+                last = cursor[2] - 1 if at_end else cursor[2]
+                series.w[0] = pieces[last, 0]
+                for k in range(1, pieces.shape[1]):
+                    series.w[0] += pieces[last, k] if at_end else 0.0
+                begin(machine, series)
+                record(machine, cursor[2] * sample, series, motion, accelerations, row)
+            cursor[1] = 1
+            row += 1
+        rows = min(count - cursor[1], motion.shape[0] - row)
+        if rows > 0 and not failed[window]:
+            here, steps = first + cursor[1], stats[3]
+            reached = _walk(
+                machine, store, analytic, tableau, pieces, cursor[2],
+                (here + rows - 1) * stride, stride, here - row, sample, tolerance, series,
+                room, carried, work, motion, accelerations, stats, patience,
+            )  # fmt: skip
+            cursor[3] += int(stats[3] - steps)
+            if reached < 0 or cursor[3] > MOST_STEPS * count + FREE_STEPS:
+                failed[window] = True
+            else:
+                done = reached // stride - here + 1
+                cursor[1] += done
+                cursor[2] = reached
+                row += done
+                if done < rows:
+                    return row
+                rows = 0
+        cursor[1] += rows
+        row += rows
+        if cursor[1] == count:
+            cursor[0] += 1
+            cursor[1] = 0
+    return row

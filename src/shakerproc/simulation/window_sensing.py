@@ -1,0 +1,151 @@
+"""What the sensors of a model record in windows of a test."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Final, TypeAlias, final
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.models.model import BASE, Measures, Model
+from shakerproc.simulation.assembly import System
+from shakerproc.simulation.inputs import Input
+from shakerproc.simulation.sensing import integrated
+
+Samples: TypeAlias = NDArray[np.int64] | slice
+
+
+@final
+class BaseMotion:
+    """How the base moves in a test, from rest at its first sample; computed where needed.
+
+    Parameters
+    ----------
+    given : Input
+        Acceleration of the base [m/s^2].
+    """
+
+    def __init__(self, given: Input) -> None:
+        self._pieces, self._stride = given.pieces, given.stride
+        self._rate = given.sample_rate
+        self.acceleration = given.samples
+
+    @cached_property
+    def mean(self) -> FloatArray:
+        """Mean acceleration over the interval after each sample; the last is repeated."""
+        of_parts = self._pieces @ (1.0 / np.arange(1, self._pieces.shape[1] + 1))
+        mean = of_parts.reshape(-1, self._stride).mean(axis=1)
+        return np.append(mean, mean[-1])
+
+    @cached_property
+    def motion(self) -> tuple[FloatArray, FloatArray]:
+        """Velocity [m/s] and displacement [m] at the samples."""
+        return integrated(self._pieces, self._stride, self._rate)
+
+
+_BASES: Final[WeakKeyDictionary[Input, BaseMotion]] = WeakKeyDictionary()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Rows of the motion of a model, not all of one window, and where the base is meanwhile.
+
+    Attributes
+    ----------
+    rows : (n, n_motions) array
+        Displacements, velocities and states, relative to the base.
+    acceleration : (n, n_masses) array
+        Relative to the base [m/s^2]; one more is the force that imposes a displacement [N].
+    samples : slice or (n,) array of int
+        Sample of the test at each row.
+    base : BaseMotion, optional
+        Where the base moves.
+    """
+
+    rows: FloatArray
+    acceleration: FloatArray
+    samples: Samples
+    base: BaseMotion | None
+
+
+def base_motion(model: Model, given: Input) -> BaseMotion | None:
+    """Return how the base of a model moves in a test; None where it rests."""
+    if not model.excitation.moves_base:
+        return None
+    if given not in _BASES:
+        _BASES[given] = BaseMotion(given)
+    return _BASES[given]
+
+
+def sense(
+    model: Model, system: System, motion: Motion, rate: float, *, means: bool
+) -> FloatArray:
+    """Return what every sensor records, faults apart, (n_sensors, n) array [SI].
+
+    Parameters
+    ----------
+    motion : Motion
+        Consecutive rows.
+    rate : float
+        Samples per second [Hz].
+    means : bool
+        Whether accelerations are means over the interval to the next row; 0 in the last.
+    """
+    n = len(system.names)
+    out = np.zeros((len(model.sensors), len(motion.rows)))
+    for i, sensor in enumerate(model.sensors.values()):
+        at = None if sensor.at == BASE else system.names.index(sensor.at)
+        _RECORDED[sensor.measures](motion, n, at, rate if means else 0.0, out[i])
+    return out
+
+
+def _acceleration(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    if at is not None and rate:
+        out[:-1] = np.diff(m.rows[:, n + at]) * rate
+    elif at is not None:
+        out[:] = m.acceleration[:, at]
+    if m.base is not None:
+        out += (m.base.mean if rate else m.base.acceleration)[m.samples]
+
+
+def _velocity(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    _relative_velocity(m, n, at, rate, out)
+    if m.base is not None:
+        out += m.base.motion[0][m.samples]
+
+
+def _displacement(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+    _relative_displacement(m, n, at, rate, out)
+    if m.base is not None:
+        out += m.base.motion[1][m.samples]
+
+
+def _relative_velocity(m: Motion, n: int, at: int | None, _: float, out: FloatArray) -> None:
+    if at is not None:
+        out[:] = m.rows[:, n + at]
+
+
+def _relative_displacement(
+    m: Motion, _n: int, at: int | None, _: float, out: FloatArray
+) -> None:
+    if at is not None:
+        out[:] = m.rows[:, at]
+
+
+def _force(m: Motion, n: int, _at: int | None, _: float, out: FloatArray) -> None:
+    out[:] = m.acceleration[:, n]
+
+
+_RECORDED: Final[Mapping[Measures, Callable[..., None]]] = MappingProxyType({
+    "acceleration": _acceleration,
+    "displacement": _displacement,
+    "velocity": _velocity,
+    "relative displacement": _relative_displacement,
+    "relative velocity": _relative_velocity,
+    "force": _force,
+})

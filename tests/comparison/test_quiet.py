@@ -1,0 +1,51 @@
+"""The lead-in at rest."""
+
+import numpy as np
+import pytest
+
+from shakerproc.comparison import quiet_of
+
+RATE = 2000.0
+
+
+def channels(start, n=20000, noise=0.01):
+    rng = np.random.default_rng(2)
+    rows = noise * rng.standard_normal((3, n))
+    rows[:, start:] += np.sin(0.3 * np.arange(n - start)) * np.minimum(
+        np.arange(n - start) / 200.0, 1.0
+    )
+    return rows[:2], rows[2:]
+
+
+def test_rest_ends_just_before_the_shaker_begins():
+    quiet = quiet_of(*channels(2400), RATE)
+    assert 2000 <= quiet.stop <= 2400
+    assert quiet.responses.std() == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.parametrize("start", [0, 300])
+def test_too_short_a_rest_tells_nothing(start):
+    assert quiet_of(*channels(start), RATE) is None
+
+
+def test_a_drive_that_is_turned_up_slowly_is_no_rest():
+    controls, responses = channels(0, noise=0.0)
+    rising = np.linspace(0.0, 1.0, controls.shape[1])
+    rng = np.random.default_rng(4)
+    controls, responses = (rising * rng.standard_normal((n, rising.size)) for n in (2, 1))
+    assert quiet_of(controls, responses, RATE) is None
+
+
+def test_a_recording_that_is_all_noise_has_no_lead_in():
+    controls, responses = channels(20000)
+    assert quiet_of(controls, responses, RATE) is None
+
+
+def test_a_recording_of_a_few_samples_has_none():
+    assert quiet_of(np.zeros((1, 50)), np.zeros((1, 50)), RATE) is None
+
+
+def test_dead_silence_is_rest_without_noise():
+    quiet = quiet_of(*channels(2400, noise=0.0), RATE)
+    assert quiet.stop >= 2000
+    assert np.max(np.abs(quiet.responses)) < 0.05
