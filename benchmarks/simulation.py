@@ -7,8 +7,8 @@ outputs: with free play of 0.5 mm, as a Duffing oscillator, with Coulomb frictio
 (play, a cubic spring and friction). Times are of the processor, so that a busy machine does not
 matter. Errors are the largest over the run, as a share of the largest displacement, against
 plain Taylor series in extended precision (tests/simulation/long_double.py), which shares no
-code with the program. Our time holds all of `simulate`, the chirp included; LSODA gets a right-hand
-side in plain Python numbers, which is its quickest.
+code with the program. Our time holds all of `simulate`, the chirp included; LSODA gets a
+right-hand side in plain Python numbers, which is its quickest.
 """
 
 import argparse
