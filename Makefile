@@ -57,9 +57,9 @@ verdicts: $(READY)  ## every study and statement of the thesis, judged in both p
 	$(BIN)/python -m benchmarks.verdicts
 
 chaos: $(READY)  ## kill a batch 500 times and a watch 20 times; 200 batches whose recordings are exchanged
-	$(BIN)/python -m tests.batch.chaos 500
-	$(BIN)/python -m tests.batch.watched 20
-	$(BIN)/python -m tests.batch.exchanges 200
+	$(BIN)/python -m tests.campaign.chaos 500
+	$(BIN)/python -m tests.campaign.watched 20
+	$(BIN)/python -m tests.campaign.exchanges 200
 
 fuzz: $(READY)  ## damage a hundred thousand recordings, print what became of them
 	$(BIN)/python -m tests.fuzz --workers 2

@@ -10,9 +10,8 @@ whose message is the line that the command prints; nothing is printed, and nothi
 unless a place for it is given.
 """
 
-import sys
 from importlib import import_module
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from shakerproc.errors import ArgumentError, ShakerprocError
@@ -58,22 +57,6 @@ API: Final = MappingProxyType({
     "effects": "effect_list",
 })
 """Where in `shakerproc.workflows` each function is."""
-
-
-class _Package(ModuleType):
-    """The package, on which a function stays a function.
-
-    The import of a room such as `shakerproc.compare` would put the room in place of the
-    function of that name. Rooms are imported all the same, as by
-    ``from shakerproc.comparison import sentence``.
-    """
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name not in API or not isinstance(value, ModuleType):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from tests.small_campaign import write_campaign
 from typer.testing import CliRunner
 
+from shakerproc.campaign.agreement import agreement, read_table, read_tolerance
 from shakerproc.cli import build_app
 from shakerproc.errors import TableError
-from shakerproc.runs.agreement import agreement, read_table, read_tolerance
 
 ROOT = Path(__file__).parents[2]
 RECIPE = ROOT / "examples" / "ci"

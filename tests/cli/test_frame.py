@@ -12,7 +12,7 @@ from tests.small_campaign import CHANNELS, RATE, samples, write_campaign, write_
 from typer.testing import CliRunner
 
 from shakerproc import __version__, files
-from shakerproc.batch.lock import locked
+from shakerproc.campaign.lock import locked
 from shakerproc.cli import build_app
 from shakerproc.cli.commands import COMMANDS
 from shakerproc.data import recording_of_arrays

@@ -1,6 +1,5 @@
 """What a model and a log that do not fit together are told, in one line each."""
 
-import importlib
 import re
 from dataclasses import replace
 
@@ -8,13 +7,12 @@ import pytest
 import yaml
 from tests.comparison.small_campaigns import ONE_MASS, campaign, drive, written
 
+from shakerproc import comparison
 from shakerproc.errors import DiagnosisError, LogError, ModelError, SimulationError
 from shakerproc.model_files import read_model
 from shakerproc.models import Element
 from shakerproc.models.effects import EFFECTS
 from shakerproc.testlog import read_testlog
-
-compare = importlib.import_module("shakerproc.comparison")
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +32,7 @@ def edited(path, name, change):
 
 
 def run(path, log="testlog.yaml", model="model.yaml", **options):
-    return compare.compare(read_model(path / model), read_testlog(path / log), **options)
+    return comparison.compare(read_model(path / model), read_testlog(path / log), **options)
 
 
 def test_a_sensor_that_is_no_channel(place):
@@ -145,7 +143,7 @@ def test_a_model_that_runs_away_names_the_run(place):
     soft = Element(EFFECTS["cubic_stiffness"](-joint.stiffness * 1e12), ("base", "coupon"))
     unstable = replace(model, elements=(*model.elements, soft))
     with pytest.raises(SimulationError, match=r"test 1 \(Acceleration.tdms\): .*runs away"):
-        compare.compare(unstable, read_testlog(place / "testlog.yaml"))
+        comparison.compare(unstable, read_testlog(place / "testlog.yaml"))
 
 
 def test_a_place_that_the_model_lacks_is_told_with_what_was_meant(place):

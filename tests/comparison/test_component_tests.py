@@ -1,14 +1,11 @@
 """Component tests: the displacement is imposed, and the force of the model is compared."""
 
-import importlib
-
 import numpy as np
 import pytest
 
+from shakerproc import comparison
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
-
-compare = importlib.import_module("shakerproc.comparison")
 
 RATE, SECONDS, STIFFNESS, DAMPING, SLIDING = 1000.0, 6.0, 3e4, 50.0, 7.0
 LOG = """
@@ -62,7 +59,7 @@ def folder(tmp_path_factory):
 def test_the_force_of_the_true_model_is_that_measured_and_friction_is_missed_without(folder):
     log = read_testlog(folder / "log.yaml")
     linear, rubbing = (
-        compare.compare(read_model(folder / f"{name}.yaml"), log)
+        comparison.compare(read_model(folder / f"{name}.yaml"), log)
         for name in ("linear", "rubbing")
     )
     assert rubbing.error < 0.02
@@ -70,4 +67,4 @@ def test_the_force_of_the_true_model_is_that_measured_and_friction_is_missed_wit
     # friction has harmonics in the band above, which is no floor then: the true model beats it
     assert rubbing.tests[0].floor.refuted.responses == ("band above the excitation",)
     assert rubbing.tests[0].floor.source == "unknown"
-    assert compare.document_of(rubbing)["tests"][0]["noise_floor"] is None
+    assert comparison.document_of(rubbing)["tests"][0]["noise_floor"] is None

@@ -1,6 +1,5 @@
 """Errors, floors and fits against campaigns whose every number is known."""
 
-import importlib
 import json
 from dataclasses import replace
 
@@ -21,6 +20,7 @@ from tests.comparison.small_campaigns import (
 )
 
 from blind import laws
+from shakerproc import comparison
 from shakerproc.comparison.free_run_error import edges
 from shakerproc.comparison.harmonics import shaken
 from shakerproc.comparison.measured import with_repeats
@@ -29,8 +29,6 @@ from shakerproc.model_files import read_model
 from shakerproc.models import Element
 from shakerproc.models.effects import EFFECTS
 from shakerproc.testlog import read_testlog
-
-compare = importlib.import_module("shakerproc.comparison")
 
 CLEARANCE, CONTACT = 3e-5, 3.0 * JOINT.stiffness
 GAP = Hidden(
@@ -41,7 +39,7 @@ GAP = Hidden(
 
 def held(made, path, nominal=None, **options):
     log, model = written(made, path, nominal)
-    return compare.compare(read_model(model), read_testlog(log), **options)
+    return comparison.compare(read_model(model), read_testlog(log), **options)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +64,7 @@ def test_the_true_model_leaves_the_noise_and_nothing_else(perfect):
         assert test.error == pytest.approx(test.noise, rel=0.15)
         assert test.errors[0].psd < NOISE
         assert test.errors[0].h1 < NOISE
-    assert "explains every test" in compare.sentence(perfect)
+    assert "explains every test" in comparison.sentence(perfect)
 
 
 def test_a_wrong_stiffness_moves_the_peak_by_its_root(linear, tmp_path):
@@ -77,7 +75,7 @@ def test_a_wrong_stiffness_moves_the_peak_by_its_root(linear, tmp_path):
         assert errors.peak_hz == pytest.approx(120.0, abs=5.0)
         assert errors.peak_model_hz == pytest.approx(136.8, abs=5.0)
         assert errors.error > 0.5
-    said = compare.sentence(found)
+    said = comparison.sentence(found)
     assert "the response peaks at 1" in said
     assert "much the same at every level" in said
     assert "--fit" in said
@@ -110,7 +108,7 @@ def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path)
     made = campaign(drives=(drive(),), seconds=2.0, noise=0.02)
     log, model = written(made, tmp_path, off(ONE_MASS, 1.01, 0.95))
     shaken_model = read_model(model)
-    (test,) = compare.measured_tests(read_testlog(log), shaken_model)
+    (test,) = comparison.measured_tests(read_testlog(log), shaken_model)
     rng = np.random.default_rng(9)
     run, inside = made.tests[0], []
     base = waveform(run.drive, 1, run.clean.shape[1])[:-1]
@@ -119,7 +117,9 @@ def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path)
             x + 0.02 * np.std(x) * rng.standard_normal((n, base.size))
             for x, n in ((run.clean, 1), (base, 2))
         )
-        fitted = compare.refit(shaken_model, [replace(test, responses=noisy, controls=control)])
+        fitted = comparison.refit(
+            shaken_model, [replace(test, responses=noisy, controls=control)]
+        )
         inside += [
             p.low < t < p.high
             for p, t in zip(fitted.parameters, (JOINT.stiffness, JOINT.damping), strict=True)
@@ -136,13 +136,13 @@ def with_gap(tmp_path_factory):
 def test_a_gap_shows_as_force_missing_beyond_its_clearance(with_gap):
     """The force that lacks is k (|z| - a) beyond a, and none within."""
     motion = with_gap.tests[1].joints[0]
-    lack = compare.by_range(motion, motion.displacement)
+    lack = comparison.by_range(motion, motion.displacement)
     known = np.isfinite(lack.mean)
     z = lack.centre[known]
     expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
     assert np.max(np.abs(z)) > 2.0 * CLEARANCE
     assert_allclose(lack.mean[known], expected, atol=0.08 * np.max(expected))
-    said = compare.sentence(with_gap)
+    said = comparison.sentence(with_gap)
     assert "most beyond a displacement of" in said
 
 
@@ -158,9 +158,9 @@ def test_the_missing_gap_put_in_explains_what_was_left(tmp_path):
     before = read_model(model)
     gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
     after = replace(before, elements=(*before.elements, gap))
-    tests = compare.measured_tests(read_testlog(log), before)
-    left = compare.compare_tests(before, tests).error
-    found = compare.compare_tests(after, tests)
+    tests = comparison.measured_tests(read_testlog(log), before)
+    left = comparison.compare_tests(before, tests).error
+    found = comparison.compare_tests(after, tests)
     assert found.error < 0.05 * left
 
 
@@ -174,7 +174,7 @@ def test_noise_of_the_controls_passes_through_a_contact(tmp_path):
     true = read_model(model)
     gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
     true = replace(true, elements=(*true.elements, gap))
-    (test,) = compare.compare(true, read_testlog(log)).tests
+    (test,) = comparison.compare(true, read_testlog(log)).tests
     assert 0.5 * test.noise < test.error < 2.0 * test.noise
 
 
@@ -187,7 +187,7 @@ def test_the_joint_that_lacks_force_is_the_one_with_the_gap(tmp_path):
     }
     assert lacks["base", "m1"] < 0.03
     assert lacks["m1", "m2"] > 0.3
-    assert "Between m1 and m2 the force lacks" in compare.sentence(found)
+    assert "Between m1 and m2 the force lacks" in comparison.sentence(found)
 
 
 def test_a_sweep_shows_the_third_harmonic_of_a_cubic_spring(tmp_path):
@@ -206,7 +206,7 @@ def test_a_drifting_stiffness_shows_in_time(tmp_path):
     time = found.tests[0].time
     assert time.slope[0] > 0.5
     assert np.nanmean(time.error[0, -6:]) > 2.0 * np.nanmean(time.error[0, 2:6])
-    assert "grows" in compare.sentence(found)
+    assert "grows" in comparison.sentence(found)
 
 
 def test_a_force_and_a_displacement_will_do(tmp_path):
@@ -232,8 +232,8 @@ def test_the_band_above_and_repeats_stand_in_for_rest(linear, tmp_path):
     made, _ = linear
     log, model = written(made, tmp_path)
     shaken_model = read_model(model)
-    first, *_ = map(without_rest, compare.measured_tests(read_testlog(log), shaken_model))
-    noise = compare.noise_of(first.channels)
+    first, *_ = map(without_rest, comparison.measured_tests(read_testlog(log), shaken_model))
+    noise = comparison.noise_of(first.channels)
     assert (noise.source, noise.input_source) == (
         "band above the excitation",
         "disagreement of the controls",
@@ -261,13 +261,13 @@ def test_motion_that_cannot_be_predicted_is_scored_in_windows(linear, tmp_path):
     loose = Element(EFFECTS["gap"](3.0 * JOINT.stiffness, 2e-5), ("base", "coupon"))
     weak = replace(spring, effect=EFFECTS["spring"](0.05 * JOINT.stiffness))
     chaotic = replace(plain, elements=(weak, damper, loose))
-    (test, *_) = compare.measured_tests(read_testlog(log), chaotic)
-    found = compare.compare_tests(chaotic, [test])
+    (test, *_) = comparison.measured_tests(read_testlog(log), chaotic)
+    found = comparison.compare_tests(chaotic, [test])
     (one,) = found.tests
     assert not one.prediction.predictable
     assert 0.0 < one.prediction.horizon_s < 5.0
     assert one.errors[0].error == pytest.approx(one.error)
-    alike, same = compare.scored_alike(compare.compare_tests(plain, [test]), found)
+    alike, same = comparison.scored_alike(comparison.compare_tests(plain, [test]), found)
     assert same is found
     assert np.array_equal(
         alike.tests[0].prediction.scored.counted, one.prediction.scored.counted
@@ -276,13 +276,13 @@ def test_motion_that_cannot_be_predicted_is_scored_in_windows(linear, tmp_path):
 
 
 def test_the_document_is_json_and_the_table_has_its_columns(perfect):
-    document = json.loads(json.dumps(compare.document_of(perfect), allow_nan=False))
+    document = json.loads(json.dumps(comparison.document_of(perfect), allow_nan=False))
     assert document["schema"] == "shakerproc-compare/1"
     sensor = document["tests"][0]["sensors"][0]
     assert len(sensor["by_band"]["error"]) == len(document["bands_hz"])
-    rows = compare.rows_of(perfect)
+    rows = comparison.rows_of(perfect)
     assert len(rows) == 3
-    assert all(len(row) == len(compare.COLUMNS) for row in rows)
+    assert all(len(row) == len(comparison.COLUMNS) for row in rows)
 
 
 def test_the_edges_pass_the_band_and_nothing_far_from_it():

@@ -1,14 +1,12 @@
 """The one error and its standard error, against sums written out."""
 
-import importlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from shakerproc import comparison
 from shakerproc.comparison.held_out import held_out_samples
-
-compare = importlib.import_module("shakerproc.comparison")
 
 RATE = 1000.0
 
@@ -19,7 +17,7 @@ def scored(part, n=20000, band=(50.0, 200.0), seed=1):
     tone = np.sin(2.0 * np.pi * 100.0 * t)
     far = np.random.default_rng(seed).standard_normal() * np.sin(2.0 * np.pi * 300.0 * t)
     measured = np.array([tone + far])
-    return compare.Scored(measured, (1.0 - part) * tone[None], RATE, band, np.ones(n, bool))
+    return comparison.Scored(measured, (1.0 - part) * tone[None], RATE, band, np.ones(n, bool))
 
 
 def test_the_error_is_the_root_of_the_mean_square_over_tests_and_sensors():
@@ -29,26 +27,28 @@ def test_the_error_is_the_root_of_the_mean_square_over_tests_and_sensors():
         simulated=np.concatenate([scored(0.4).simulated, scored(0.1).simulated]),
     )
     expected = np.sqrt((0.3**2 + 0.4**2 + 0.1**2) / 3.0)
-    assert compare.free_run_error([scored(0.3), two]) == pytest.approx(expected, rel=1e-3)
+    assert comparison.free_run_error([scored(0.3), two]) == pytest.approx(expected, rel=1e-3)
 
 
 def test_what_lies_outside_the_band_does_not_count():
-    assert compare.free_run_error([scored(0.0)]) < 1e-3
-    assert compare.free_run_error([scored(0.0, band=(50.0, 400.0))]) > 0.1
+    assert comparison.free_run_error([scored(0.0)]) < 1e-3
+    assert comparison.free_run_error([scored(0.0, band=(50.0, 400.0))]) > 0.1
 
 
 def test_only_counted_samples_count():
     test = scored(0.2)
     wrong = np.arange(test.counted.size) < 5000
     spoiled = replace(test, simulated=np.where(wrong, 50.0, test.simulated))
-    found = compare.free_run_error([spoiled.within(~wrong)])
+    found = comparison.free_run_error([spoiled.within(~wrong)])
     assert found == pytest.approx(0.2, rel=0.02)
 
 
 def test_squares_of_the_residuals_sum_to_the_square_of_the_error():
     test = scored(0.25).within(np.arange(20000) > 3000)
-    residuals = compare.relative_residuals(test)
-    assert np.sum(residuals**2) == pytest.approx(compare.free_run_error([test]) ** 2, rel=1e-6)
+    residuals = comparison.relative_residuals(test)
+    assert np.sum(residuals**2) == pytest.approx(
+        comparison.free_run_error([test]) ** 2, rel=1e-6
+    )
 
 
 def test_a_fall_has_the_scatter_of_repeated_experiments():
@@ -59,7 +59,7 @@ def test_a_fall_has_the_scatter_of_repeated_experiments():
         before = scored(0.4)
         before = replace(before, measured=before.measured + noise)
         after = replace(before, simulated=before.simulated / 0.6 * 0.9)
-        fall, error = compare.fall([before], [after])
+        fall, error = comparison.fall([before], [after])
         falls.append(fall)
         errors.append(error)
     assert np.mean(errors) == pytest.approx(np.std(falls), rel=0.35)
@@ -90,8 +90,8 @@ def test_steps_of_a_converter_are_noise_of_a_twelfth_of_their_square():
     fine = np.cumsum(rng.standard_normal((2, n)), axis=1)
     fine = fine / fine.std(axis=1, keepdims=True)
     coarse = step * np.round(fine / step)
-    channels = compare.Channels(coarse[:1], coarse[1:], RATE, (1.0, 450.0))
-    noise = compare.noise_of(channels)
+    channels = comparison.Channels(coarse[:1], coarse[1:], RATE, (1.0, 450.0))
+    noise = comparison.noise_of(channels)
     assert noise.source == "resolution of the recorder"
     expected = np.var(coarse - fine) / (RATE / 2.0)
     assert noise.responses[0, 0] == pytest.approx(expected, rel=0.1)
@@ -103,8 +103,8 @@ def test_controls_that_rock_together_are_no_noise():
     n, sigma = 200000, 0.01
     drive = rng.standard_normal(n)
     controls = np.array([1.02 * drive, 0.98 * drive]) + sigma * rng.standard_normal((2, n))
-    channels = compare.Channels(controls, drive[None], RATE, (1.0, 450.0))
-    found = compare.noise_of(channels)
+    channels = comparison.Channels(controls, drive[None], RATE, (1.0, 450.0))
+    found = comparison.noise_of(channels)
     assert found.input_source == "disagreement of the controls"
     assert np.median(found.input) == pytest.approx(0.5 * sigma**2 / (RATE / 2.0), rel=0.1)
 
@@ -114,7 +114,7 @@ def test_noise_is_drawn_with_its_density():
     quiet = 0.05 * rng.standard_normal((2, 4000))
     loud = rng.standard_normal((2, 16000))
     rows = np.concatenate([quiet, loud], axis=1)
-    found = compare.noise_of(compare.Channels(rows[:1], rows[1:], RATE, (1.0, 450.0)))
+    found = comparison.noise_of(comparison.Channels(rows[:1], rows[1:], RATE, (1.0, 450.0)))
     assert found.source == "quiet lead-in"
     assert np.std(found.drawn(50000, RATE, rng)) == pytest.approx(0.05, rel=0.1)
 
@@ -123,5 +123,5 @@ def test_what_is_excited_does_not_leak_into_the_noise_above_it():
     t = np.arange(6000) / RATE
     tone = 22.0 * np.sin(2.0 * np.pi * 30.3 * t)
     rows = np.array([tone, tone + 0.01 * np.random.default_rng(2).standard_normal(t.size)])
-    found = compare.noise_of(compare.Channels(rows[:1], rows[1:], RATE, (1.0, 40.0)))
+    found = comparison.noise_of(comparison.Channels(rows[:1], rows[1:], RATE, (1.0, 40.0)))
     assert np.sqrt(found.responses[0, 0] * RATE / 2.0) == pytest.approx(0.01, rel=0.25)

@@ -1,13 +1,10 @@
 """The Silverbox, an electronic Duffing oscillator: the cubic spring is what its model lacks."""
 
-import importlib
-
 import pytest
 
+from shakerproc import comparison
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
-
-compare = importlib.import_module("shakerproc.comparison")
 
 LOG = """
 testlog: 1
@@ -46,7 +43,7 @@ def test_the_cubic_spring_explains_what_the_linear_model_leaves(shared, tmp_path
     (tmp_path / "cubic.yaml").write_text(MODEL.replace("excitation:", CUBIC + "excitation:", 1))
     log = read_testlog(tmp_path / "log.yaml")
     linear, cubic = (
-        compare.compare(read_model(tmp_path / f"{kind}.yaml"), log)
+        comparison.compare(read_model(tmp_path / f"{kind}.yaml"), log)
         for kind in ("linear", "cubic")
     )
     assert cubic.held_out < 0.03
@@ -54,4 +51,4 @@ def test_the_cubic_spring_explains_what_the_linear_model_leaves(shared, tmp_path
         assert one.noise == pytest.approx(other.noise, rel=0.05)  # whatever the model
         assert 0.001 < one.noise < other.error
     assert linear.held_out > 8.0 * cubic.held_out
-    assert "most beyond a displacement of" in compare.sentence(linear)
+    assert "most beyond a displacement of" in comparison.sentence(linear)

@@ -4,7 +4,7 @@ import json
 import sys
 from dataclasses import asdict
 
-from tests.batch.bad_work import work
+from tests.campaign.bad_work import work
 
 from shakerproc.executors import ClusterExecutor, Limits, Task
 

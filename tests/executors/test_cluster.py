@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.batch.bad_work import work
-from tests.batch.chaos import fingerprints
+from tests.campaign.bad_work import work
+from tests.campaign.chaos import fingerprints
 from tests.executors.on_cluster import KINDS
 from tests.small_campaign import write_campaign
 

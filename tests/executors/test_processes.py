@@ -1,7 +1,7 @@
 import time
 
 import pytest
-from tests.batch.bad_work import work
+from tests.campaign.bad_work import work
 
 from shakerproc.executors import Limits, ProcessExecutor, Task, ThreadExecutor
 

@@ -1,7 +1,6 @@
 """Evidence of a gap that was left out, on a campaign whose every number is known."""
 
 import csv
-import importlib
 import json
 from dataclasses import replace
 
@@ -13,6 +12,7 @@ from tests.comparison.test_errors import CLEARANCE, CONTACT, GAP
 from tests.report.test_page import PAYLOADS, Page
 from typer.testing import CliRunner
 
+from shakerproc import comparison
 from shakerproc.cli import build_app
 from shakerproc.diagnosis.result import (
     Diagnosis,
@@ -43,8 +43,6 @@ from shakerproc.workflows.evidence import (
     name_of_new,
     write_evidence,
 )
-
-compare = importlib.import_module("shakerproc.comparison")
 
 
 def estimate(value, unit):
@@ -85,10 +83,10 @@ def models(files):
     log, path = files
     model = read_model(path)
     gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
-    tests = compare.measured_tests(read_testlog(log), model)
+    tests = comparison.measured_tests(read_testlog(log), model)
     return figures.Models(
-        compare.compare_tests(model, tests),
-        compare.compare_tests(replace(model, elements=(*model.elements, gap)), tests),
+        comparison.compare_tests(model, tests),
+        comparison.compare_tests(replace(model, elements=(*model.elements, gap)), tests),
         new="with gap",
     )
 

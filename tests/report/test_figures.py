@@ -3,13 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
+from tests.campaign.test_summary_and_trends import FALLING
 from tests.runs.test_processing import RANDOM, with_roles
-from tests.runs.test_summary_and_trends import FALLING
 from tests.small_campaign import RATE, samples
 
+from shakerproc.campaign import trends
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
 from shakerproc.report.trend_figures import draw_trends, trend_figure
-from shakerproc.runs import process_recording, trends
+from shakerproc.runs import process_recording
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
 

@@ -7,11 +7,12 @@ from html.parser import HTMLParser
 import pytest
 from tests.small_campaign import write_campaign
 
+from shakerproc.campaign import trends
 from shakerproc.report.page import Report, html, write_report
 from shakerproc.report.run_drawings import figures
 from shakerproc.report.sections import Section, Table
 from shakerproc.report.watched import Watched
-from shakerproc.runs import process_test, summary_of, trends
+from shakerproc.runs import process_test, summary_of
 from shakerproc.runs.summary import CurveSummary, FlagSummary, RunSummary
 from shakerproc.testlog import facts_of, read_testlog
 

@@ -7,7 +7,7 @@ import pytest
 from tests.runs.test_peak_tables import mode, processed
 from tests.small_campaign import RATE
 
-from shakerproc.runs.trends import omega_e
+from shakerproc.campaign.trends import omega_e
 from shakerproc.spectra import cross_spectra, steady_lines
 
 TIME = np.arange(round(60.0 * RATE)) / RATE

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
+from shakerproc.campaign.keeping import profiles_kept
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.runs import process_recording, summary_of
-from shakerproc.runs.keeping import profiles_kept
 from shakerproc.testlog import Processing, Profile, ProfileNotch, Test, Welch
 
 G, RATE, N = 9.80665, 2000.0, 400_000

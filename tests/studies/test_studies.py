@@ -16,10 +16,10 @@ from shakerproc.report.study import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Run, Study, Variation, read_study, run_study
 from shakerproc.studies.checks import VERDICTS, trend_of
-from shakerproc.studies.claims import claims_page, thesis_claims
 from shakerproc.studies.estimators import Spectrum, in_words, omega_e, spectrum
 from shakerproc.studies.simulated import ensemble, excitation_of, signal_of, simulated, strobe
 from shakerproc.studies.study import Claim
+from shakerproc.verification.claims import claims_page, thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

@@ -21,12 +21,12 @@ from shakerproc.studies.checks import (
     trends,
     verdict_of,
 )
-from shakerproc.studies.claims import thesis_claims
-from shakerproc.studies.claims_base import Found
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import Finding, jobs_of
 from shakerproc.studies.motion_readings import period_of
 from shakerproc.studies.study import Claim
+from shakerproc.verification.base import Found
+from shakerproc.verification.claims import thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

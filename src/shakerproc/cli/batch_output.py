@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from shakerproc.batch.campaign import Campaign
+from shakerproc.campaign import trends
+from shakerproc.campaign.batch import Campaign
 from shakerproc.cli import output
-from shakerproc.runs import RunSummary, trends
+from shakerproc.runs import RunSummary
 from shakerproc.runs.remarks import by_tests
 
 

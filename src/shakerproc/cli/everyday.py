@@ -3,8 +3,8 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from shakerproc.batch.campaign import Campaign
-from shakerproc.batch.jobs import Products
+from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.jobs import Products
 from shakerproc.cli import output
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.log_runs import run_log

@@ -5,9 +5,9 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc import __version__
+from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.cli import output
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 from shakerproc.testlog import TestLog

@@ -254,7 +254,7 @@ def exports_of(text: str) -> tuple[str, ...]:
     typer.BadParameter
         If one is not known.
     """
-    from shakerproc.batch.exports import EXPORTS
+    from shakerproc.campaign.exports import EXPORTS
 
     asked = tuple(
         dict.fromkeys(word.strip().lower() for word in text.split(",") if word.strip())

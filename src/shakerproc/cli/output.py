@@ -126,7 +126,7 @@ def out_folder(folder: Path | None, default: str) -> Path:
 @contextmanager
 def results(folder: Path, command: str) -> Iterator[None]:
     """Write the results of a command in the block, in place of all those of an earlier run."""
-    from shakerproc.batch.manifest import settle
+    from shakerproc.campaign.manifest import settle
 
     own_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final, final
 
 from shakerproc import files
-from shakerproc.batch.arrivals import Stamp, looked
+from shakerproc.campaign.arrivals import Stamp, looked
 from shakerproc.cli.draft_channels import controls_of_seen, crop_of, entries, own_channels
 from shakerproc.cli.draft_log import log_text, test_lines
 from shakerproc.cli.recordings_seen import Seen, seen_of

@@ -7,7 +7,7 @@ import numpy as np
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.run_curves import STILL, curves_of, frequency_axis, outside, values_of
-from shakerproc.runs import telling
+from shakerproc.runs.control import control_told as told_of_control
 from shakerproc.runs.summary import ControlSummary, RunSummary
 
 
@@ -15,7 +15,7 @@ def control_told(run: RunSummary, where: str) -> str:
     """Return whether the controls kept the limits that are drawn."""
     if run.control is None:
         return " The controls should stay between the thin lines."
-    return f" Mean control (limits: thin lines) {telling.control_told(run.control, where)}."
+    return f" Mean control (limits: thin lines) {told_of_control(run.control, where)}."
 
 
 def alarm_lines(run: RunSummary) -> list[svg.Curve]:

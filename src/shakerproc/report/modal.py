@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.geometry import geometry_of
-from shakerproc.modal.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over

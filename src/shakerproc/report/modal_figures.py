@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.campaign.mode_trends import trends_of_modes
 from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
 from shakerproc.modal.geometry import geometry_of
-from shakerproc.modal.mode_trends import trends_of_modes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.report import style

@@ -12,6 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from shakerproc import __version__, files
+from shakerproc.campaign.trend import Trend
+from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.report import attention, live, runs_table, style, svg, trend_view
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
@@ -21,9 +23,7 @@ from shakerproc.report.run_view import RunView, run_view
 from shakerproc.report.runs_table import Cell, Column
 from shakerproc.report.sections import Section
 from shakerproc.report.watched import Watched
-from shakerproc.runs import telling
 from shakerproc.runs.summary import RunSummary
-from shakerproc.runs.trend import Trend
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +208,7 @@ def _not_drawn(report: Report) -> str:
 
 
 def _told(report: Report) -> str:
-    return telling.trend_sentence(report.runs, report.channel)
+    return trend_sentence(report.runs, report.channel)
 
 
 def _provenance(report: Report, methods: Methods) -> list[str]:

@@ -5,9 +5,9 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.campaign import trends
 from shakerproc.data import FloatArray
 from shakerproc.report import svg
-from shakerproc.runs import trends
 from shakerproc.runs.summary import CurveSummary, RunSummary
 
 STILL: Final = 200

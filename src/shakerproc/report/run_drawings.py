@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
+from shakerproc.campaign import trends
 from shakerproc.report import style, svg
 from shakerproc.report.control_drawings import alarm_lines, control_told, level
 from shakerproc.report.drawing import Drawing
@@ -18,7 +19,6 @@ from shakerproc.report.run_curves import (
     outside,
     values_of,
 )
-from shakerproc.runs import trends
 from shakerproc.runs.summary import PeakSummary, RunSummary
 
 

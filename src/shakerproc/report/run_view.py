@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from shakerproc.campaign import trends
 from shakerproc.report import analysis_figures
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.run_drawings import figures, marked
 from shakerproc.report.sections import filled
-from shakerproc.runs import peak_rows, trends
+from shakerproc.runs import peak_rows
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,

@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
+from shakerproc.campaign import trends
 from shakerproc.report import svg
 from shakerproc.report.run_curves import curves_of
 from shakerproc.report.run_view import RunView, number
-from shakerproc.runs import trends
 from shakerproc.runs.summary import RunSummary
 
 

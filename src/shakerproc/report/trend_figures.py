@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from shakerproc.campaign.trend import Point, Trend
 from shakerproc.report import style, trend_view
 from shakerproc.report.run_figures import LEFT, save
 from shakerproc.report.trend_styles import series_styles
-from shakerproc.runs.trend import Point, Trend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

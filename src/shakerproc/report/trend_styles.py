@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-from shakerproc.runs.trend import Trend
+from shakerproc.campaign.trend import Trend
 
 STYLES: Final = 6
 """How many colours with marks of their own there are."""

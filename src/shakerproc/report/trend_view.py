@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from shakerproc.campaign.trend import Trend
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.trend_styles import series_styles
-from shakerproc.runs.trend import Trend
 
 
 def drawings(trends: Sequence[Trend]) -> list[Drawing]:

@@ -9,9 +9,9 @@ from shakerproc.recordings import MOST_CLIPPED, health, unusable
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
 from shakerproc.runs.calibrations import expired
+from shakerproc.runs.control import BEYOND_ALARM, control_told
 from shakerproc.runs.result import Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
-from shakerproc.runs.telling import BEYOND_ALARM, control_told
 from shakerproc.runs.tracking import too_fast
 from shakerproc.spectra import Sweep
 from shakerproc.testlog import ThresholdCrop, nominal_duration

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import STANDARD_GRAVITY, Channel
-from shakerproc.runs.telling import beside
+from shakerproc.runs.control import beside
 from shakerproc.spectra import CrossSpectra
 from shakerproc.testlog import PULSES, Test
 

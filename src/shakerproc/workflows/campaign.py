@@ -8,12 +8,14 @@ from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
-from shakerproc.batch.jobs import Products, relative_recording
-from shakerproc.batch.lock import locked
+from shakerproc.campaign import tables
+from shakerproc.campaign.jobs import Products, relative_recording
+from shakerproc.campaign.lock import locked
+from shakerproc.campaign.trend import Trend
+from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.report.header import header_view
-from shakerproc.runs import RunSummary, tables, telling
-from shakerproc.runs.trend import Trend
+from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import AnyPath, log_of, path_of
 from shakerproc.workflows.folders import own_folder
@@ -73,7 +75,7 @@ class Campaign(Shown):
     @property
     def sentence(self) -> str:
         """What the trends say, in words; empty where there is none."""
-        return telling.trend_sentence(self.runs, trends_of(self.runs, self.wish).channel)
+        return trend_sentence(self.runs, trends_of(self.runs, self.wish).channel)
 
     def plot(self, trend: str = "") -> "Figure":
         """Return the figure of a trend.

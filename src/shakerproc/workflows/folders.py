@@ -34,7 +34,7 @@ def own_folder(folder: Path, command: str) -> None:
     ShakerprocError
         If it holds the results of another command.
     """
-    from shakerproc.batch.manifest import check_owner  # commands without results need it not
+    from shakerproc.campaign.manifest import check_owner  # commands without results need it not
 
     checked_folder(folder)
     check_owner(folder, command)

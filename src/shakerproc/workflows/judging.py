@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from shakerproc.batch.elsewhere import at_hand
+from shakerproc.campaign.elsewhere import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of

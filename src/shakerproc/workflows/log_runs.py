@@ -3,9 +3,9 @@
 from collections.abc import Callable, Collection
 from pathlib import Path
 
-from shakerproc.batch.campaign import Campaign, run_batch
-from shakerproc.batch.elsewhere import ElsewhereExecutor, HashesElsewhere
-from shakerproc.batch.jobs import Products
+from shakerproc.campaign.batch import Campaign, run_batch
+from shakerproc.campaign.elsewhere import ElsewhereExecutor, HashesElsewhere
+from shakerproc.campaign.jobs import Products
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.work import prepare, work_through

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
 from shakerproc import files
-from shakerproc.batch.jobs import SUMMARY, Products, input_of
-from shakerproc.batch.lock import locked
-from shakerproc.batch.manifest import SINGLE
-from shakerproc.batch.single import check_folder, put_in_place
+from shakerproc.campaign import tables
+from shakerproc.campaign.jobs import SUMMARY, Products, input_of
+from shakerproc.campaign.lock import locked
+from shakerproc.campaign.manifest import SINGLE
+from shakerproc.campaign.single import check_folder, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
 from shakerproc.runs import (
@@ -20,9 +21,9 @@ from shakerproc.runs import (
     open_path,
     process_recording,
     summary_of,
-    tables,
     write_summary,
 )
+from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
 from shakerproc.workflows.folders import own_folder
@@ -57,7 +58,7 @@ class Run(Shown):
 
         Every column says its unit at its end; as spectra.csv of the command.
         """
-        return frame(tables.spectra_columns(self.result))
+        return frame(spectra_columns(self.result))
 
     @property
     def peaks(self) -> "DataFrame":

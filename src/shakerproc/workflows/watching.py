@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
-from shakerproc.batch.arrivals import Looked, Stamp, looked, recordings_in, standing
-from shakerproc.batch.campaign import Campaign
-from shakerproc.batch.jobs import Products, folder_names
-from shakerproc.batch.manifest import read_manifest
+from shakerproc.campaign.arrivals import Looked, Stamp, looked, recordings_in, standing
+from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.jobs import Products, folder_names
+from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
 from shakerproc.report.header import header_view
 from shakerproc.report.watched import Watched

@@ -4,9 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from shakerproc import files
-from shakerproc.batch.exports import EXPORTS
-from shakerproc.batch.jobs import SUMMARY, Job, Products, check_recording
-from shakerproc.batch.manifest import hashes
+from shakerproc.campaign.exports import EXPORTS
+from shakerproc.campaign.jobs import SUMMARY, Job, Products, check_recording
+from shakerproc.campaign.manifest import hashes
+from shakerproc.campaign.trends import shown
 from shakerproc.data import Recording
 from shakerproc.report.analysis_figures import draw_analyses
 from shakerproc.report.run_figures import draw_run
@@ -19,7 +20,6 @@ from shakerproc.runs import (
     write_summary,
 )
 from shakerproc.runs.thesis import write_thesis_tables
-from shakerproc.runs.trends import shown
 from shakerproc.testlog import Test, facts_of
 
 

@@ -6,15 +6,17 @@ from pathlib import Path
 from typing import Any, Final
 
 from shakerproc import __version__, files
-from shakerproc.batch.campaign import Campaign
-from shakerproc.batch.collecting import write_tables
-from shakerproc.batch.manifest import settle
+from shakerproc.campaign import trends
+from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.collecting import write_tables
+from shakerproc.campaign.manifest import settle
+from shakerproc.campaign.trend import Trend
+from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
-from shakerproc.runs import RunSummary, telling, trends
-from shakerproc.runs.trend import Trend
+from shakerproc.runs import RunSummary
 from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
 
 SCHEMA: Final = "shakerproc-report/1"
@@ -157,7 +159,7 @@ def _document(
         "title": title,
         "command": command,
         "counts": counts(runs),
-        "verdict": telling.trend_sentence(runs, channel),
+        "verdict": trend_sentence(runs, channel),
         "trend_channel": channel,
         "trends": found,
         "left_out_of_trends": [run.left_out for run in runs if run.left_out],

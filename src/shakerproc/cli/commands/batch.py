@@ -88,9 +88,9 @@ def batch(
     json: output.JsonOption = None,
 ) -> None:
     """Work every test of a log through: tables, trends, figures and a report; resumable."""
-    from shakerproc.batch.elsewhere import at_hand
-    from shakerproc.batch.jobs import Products
-    from shakerproc.batch.lock import locked
+    from shakerproc.campaign.elsewhere import at_hand
+    from shakerproc.campaign.jobs import Products
+    from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
     from shakerproc.report.header import header_view
@@ -162,8 +162,8 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
     typer.BadParameter
         If a column is unknown, or series are asked for without a trend.
     """
+    from shakerproc.campaign.trends import column_of
     from shakerproc.errors import LogError
-    from shakerproc.runs.trends import column_of
     from shakerproc.testlog import facts_of
 
     if by and not trend:
@@ -185,8 +185,8 @@ def _check_channel(log: "TestLog", channel: str | None) -> None:
     typer.BadParameter
         If there is none.
     """
+    from shakerproc.campaign.trends import chosen_channel
     from shakerproc.errors import LogError
-    from shakerproc.runs.trends import chosen_channel
 
     used = [use for test in log.active for use in test.channels if use.role != "ignore"]
     names = list(dict.fromkeys(use.name or str(use.key) for use in used))

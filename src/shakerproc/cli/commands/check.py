@@ -11,7 +11,7 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.runs.agreement import Deviation, Table, Tolerance
+    from shakerproc.campaign.agreement import Deviation, Table, Tolerance
 
 
 def check(
@@ -56,7 +56,7 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.runs.agreement import agreement, read_table
+    from shakerproc.campaign.agreement import agreement, read_table
 
     wanted = _wanted(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
@@ -95,7 +95,7 @@ def check(
 
 def _check_profiles(table: Path, json: str | None) -> None:
     """Print every line of a profile that was not kept, and what was not judged."""
-    from shakerproc.runs.keeping import profiles_kept
+    from shakerproc.campaign.keeping import profiles_kept
 
     result = profiles_kept(table)
     output.write_json(
@@ -144,7 +144,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
     typer.BadParameter
         If there is no column, or a tolerance cannot be read.
     """
-    from shakerproc.runs.agreement import read_tolerance
+    from shakerproc.campaign.agreement import read_tolerance
 
     wanted = {}
     for part in columns.split(","):
@@ -162,8 +162,8 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
 
 def _reason(table: "Table", test: str) -> str:
     """Return why a run is missing, where the table of runs beside it says so."""
+    from shakerproc.campaign.agreement import read_table
     from shakerproc.errors import TableError
-    from shakerproc.runs.agreement import read_table
 
     runs = table.path.parent / "runs.csv"
     try:
@@ -178,7 +178,7 @@ def _reason(table: "Table", test: str) -> str:
 
 def _line(off: "Deviation", tolerance: "Tolerance") -> str:
     """Return what a person reads of one deviation."""
-    from shakerproc.runs.telling import beside
+    from shakerproc.runs.control import beside
 
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""

@@ -67,8 +67,8 @@ def _worked_through(
     verdict: str = "",
 ) -> dict[str, Any]:
     """Do what `shakerproc batch` does, with the evidence in the report."""
-    from shakerproc.batch.jobs import Products
-    from shakerproc.batch.lock import locked
+    from shakerproc.campaign.jobs import Products
+    from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
     from shakerproc.workflows.evidence import NONE

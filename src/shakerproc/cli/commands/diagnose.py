@@ -27,7 +27,7 @@ def diagnose(
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
-    from shakerproc.batch.elsewhere import at_hand
+    from shakerproc.campaign.elsewhere import at_hand
     from shakerproc.cli.compiling import announce
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model

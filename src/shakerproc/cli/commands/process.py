@@ -123,8 +123,8 @@ def process(
     thesis (of two channels the first; none where a force drives the test); all others are
     responses. What measures something else is not used, and named.
     """
-    from shakerproc.batch.jobs import Products
-    from shakerproc.batch.single import folder_name
+    from shakerproc.campaign.jobs import Products
+    from shakerproc.campaign.single import folder_name
     from shakerproc.workflows.processing_options import described, unit_of
     from shakerproc.workflows.run import process_file
 
@@ -284,7 +284,7 @@ def _print_analyses(summary: "RunSummary", json: str | None) -> None:
 
 
 def _channel_row(summary: "RunSummary", channel: "ChannelSummary") -> tuple[object, ...]:
-    from shakerproc.runs.trends import omega_e
+    from shakerproc.campaign.trends import omega_e
 
     peak = None if channel.role == "control" else omega_e(summary, channel.name)
     return (

@@ -149,7 +149,7 @@ def _print(result: "StudyResult", json: str | None) -> None:
 
 def _thesis(out: Path | None, json: str | None) -> None:
     from shakerproc import files
-    from shakerproc.studies.claims import claims_page, thesis_claims
+    from shakerproc.verification.claims import claims_page, thesis_claims
 
     with output.progress("statements of the thesis", len(thesis_claims())) as advance:
         outcomes = []

@@ -82,8 +82,8 @@ def watch(
     that grows or changes later is processed again. The page in a browser loads itself again
     while the folder is watched. No port is opened.
     """
-    from shakerproc.batch.jobs import Products
-    from shakerproc.batch.lock import locked
+    from shakerproc.campaign.jobs import Products
+    from shakerproc.campaign.lock import locked
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.watching import Pace, Watch
     from shakerproc.workflows.write_up import Wish

@@ -11,9 +11,9 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Look, Panel, Scale
+from shakerproc.runs.control import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.runs.telling import BEYOND_ALARM, beside
 from shakerproc.spectra.profiles import profile_at, profile_rms
 from shakerproc.testlog import Profile
 

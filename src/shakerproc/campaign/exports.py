@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc import files
-from shakerproc.batch.collecting import write_parquet
+from shakerproc.campaign.collecting import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs import RunResult
 from shakerproc.runs.result import shown_unit

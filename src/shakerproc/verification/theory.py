@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import above, below, equals
-from shakerproc.studies.claims_base import Found
+from shakerproc.verification.base import Found
 
 
 def _damping_beyond_root_two() -> Found:

@@ -6,12 +6,12 @@ import signal
 import time
 
 import pytest
-from tests.batch.watched import kill_and_compare, watch
+from tests.campaign.watched import kill_and_compare, watch
 from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.batch.arrivals import Stamp, looked, recordings_in, standing
-from shakerproc.batch.jobs import Products
+from shakerproc.campaign.arrivals import Stamp, looked, recordings_in, standing
+from shakerproc.campaign.jobs import Products
 from shakerproc.cli.watched_log import DraftedLog, GivenLog, WatchedLog
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.testlog import read_testlog
@@ -174,7 +174,7 @@ def test_results_around_the_recordings_are_refused(tmp_path, capsys):
 
 
 def test_a_folder_that_another_watch_has_is_locked(tmp_path):
-    from shakerproc.batch.lock import locked
+    from shakerproc.campaign.lock import locked
 
     with locked(tmp_path / "results"):
         assert run("watch", tmp_path, *QUICK) == 75

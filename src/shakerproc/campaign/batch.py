@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from shakerproc import files
-from shakerproc.batch.jobs import (
+from shakerproc.campaign.jobs import (
     RUNS,
     SUMMARY,
     Job,
@@ -18,7 +18,7 @@ from shakerproc.batch.jobs import (
     input_of,
     relative_recording,
 )
-from shakerproc.batch.manifest import (
+from shakerproc.campaign.manifest import (
     NOTHING,
     Entry,
     Manifest,

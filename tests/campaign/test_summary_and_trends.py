@@ -7,18 +7,18 @@ import pytest
 from tests.small_campaign import write_campaign
 
 from shakerproc import files
+from shakerproc.campaign import tables, trends
+from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import LogError
 from shakerproc.runs import (
     process_test,
     read_summary,
     summary_of,
-    tables,
-    telling,
-    trends,
     write_summary,
 )
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, SpectrumSummary
 from shakerproc.runs.summing_up import thinned
+from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import facts_of, read_testlog
 
 SPECTRUM = SpectrumSummary(
@@ -59,14 +59,14 @@ FALLING = [run("1", 360.0, 0.0), run("2", 300.0, 5e-5), run("3", 252.0, 1e-4)]
 
 
 def test_the_sentence_tells_the_fall_with_clearance():
-    sentence = telling.trend_sentence(FALLING, "ch3")
+    sentence = trend_sentence(FALLING, "ch3")
     assert "falls from 360 Hz at 0.00 mm to 252 Hz at 0.10 mm" in sentence
     assert "30%" in sentence
 
 
 def test_the_sentence_tells_when_nothing_moves_by_more_than_a_bin():
     still = [run("1", 360.0, 0.0), run("2", 361.0, 1e-4)]
-    assert "stays at 360 Hz" in telling.trend_sentence(still, "ch3")
+    assert "stays at 360 Hz" in trend_sentence(still, "ch3")
 
 
 def test_without_clearances_the_level_is_told():
@@ -74,13 +74,13 @@ def test_without_clearances_the_level_is_told():
         run(str(level), 180.0 + 1e4 * level, 1e-4, level_g2_per_hz=level)
         for level in (0.001, 0.005, 0.01)
     ]
-    sentence = telling.trend_sentence(runs, "ch3")
+    sentence = trend_sentence(runs, "ch3")
     assert "rises from 190 Hz at 0.001 g²/Hz to 280 Hz at 0.01 g²/Hz of level" in sentence
     assert "nonlinear" in sentence
 
 
 def test_nothing_is_told_of_one_clearance():
-    assert telling.trend_sentence([run("1", 360.0, 0.0)], "ch3") == ""
+    assert trend_sentence([run("1", 360.0, 0.0)], "ch3") == ""
 
 
 def test_the_channel_of_the_trends_is_the_one_that_moves_most():
@@ -126,7 +126,7 @@ def test_a_summary_comes_back_as_it_was_written(tmp_path):
     summary = summary_of(result, "1", facts_of(test), "test_1.tdms", "ab")
     write_summary(tmp_path / "s.json", summary)
     assert read_summary(tmp_path / "s.json") == summary
-    spectra = tables.spectra_columns(result)
+    spectra = spectra_columns(result)
     assert {"frequency_hz", "psd_ch3_g2_per_hz", "h1_ch3_phase_deg", "excited"} <= set(spectra)
     assert {len(column) for column in spectra.values()} == {257}
     table = list(csv.DictReader(io.StringIO(files.csv_text(tables.peak_columns([summary])))))

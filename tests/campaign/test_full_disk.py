@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.batch.chaos import fingerprints
+from tests.campaign.chaos import fingerprints
 from tests.small_campaign import write_campaign
 
 BATCH = f"{sys.executable} -m shakerproc batch --no-figures --workers 1 {{log}} --out {{out}}"

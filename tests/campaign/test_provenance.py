@@ -6,12 +6,12 @@ import os
 import shutil
 
 import pytest
-from tests.batch.exchanges import exchanges, trusting_work
-from tests.batch.light_work import light_work
-from tests.batch.test_campaign import HereExecutor, batch
+from tests.campaign.exchanges import exchanges, trusting_work
+from tests.campaign.light_work import light_work
+from tests.campaign.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.batch.jobs import Products
+from shakerproc.campaign.jobs import Products
 from shakerproc.cli.everyday import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError

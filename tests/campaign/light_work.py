@@ -3,11 +3,11 @@
 import hashlib
 import os
 
-from tests.batch.bad_work import work as misbehave
+from tests.campaign.bad_work import work as misbehave
 
 from shakerproc import files
-from shakerproc.batch.jobs import SUMMARY, check_recording
-from shakerproc.batch.manifest import hashes
+from shakerproc.campaign.jobs import SUMMARY, check_recording
+from shakerproc.campaign.manifest import hashes
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import facts_of

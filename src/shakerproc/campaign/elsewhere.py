@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, final
 
 from shakerproc import files
-from shakerproc.batch.jobs import RUNS, Job, relative_recording
+from shakerproc.campaign.jobs import RUNS, Job, relative_recording
 from shakerproc.errors import RecordingError, ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.recordings import fetch, sha256

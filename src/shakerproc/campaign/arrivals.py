@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias, final
 
-from shakerproc.batch import lock, manifest
+from shakerproc.campaign import lock, manifest
 from shakerproc.recordings import READERS
 
 _OURS: Final = frozenset({lock.NAME, manifest.NAME})

@@ -1,4 +1,4 @@
-"""``python -m tests.batch.watched KILLS``: kill a watch again and again while it is measured.
+"""``python -m tests.campaign.watched KILLS``: kill a watch again and again.
 
 A process appends to TDMS files segment by segment; the watch of their folder is killed with
 SIGKILL at random moments and started again. At the end every recording is in the log once, no
@@ -84,7 +84,7 @@ def kill_and_compare(folder, kills, recordings, *, seed=1, pause=PAUSE, most=14)
     """Return how many files were compared, and how many results stood after each kill."""
     rng, said, stood = random.Random(seed), [], []
     (folder / "in").mkdir(parents=True)
-    writer = start("tests.batch.slow_writer", folder / "in", recordings, pause)
+    writer = start("tests.campaign.slow_writer", folder / "in", recordings, pause)
     for _ in range(kills):
         process = watch(folder / "in")
         wait_until_busy(folder / "in", rng, most)

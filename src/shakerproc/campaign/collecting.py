@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shakerproc import files
-from shakerproc.runs import RunSummary, tables
-from shakerproc.runs.trend import Trend
+from shakerproc.campaign import tables
+from shakerproc.campaign.trend import Trend
+from shakerproc.runs import RunSummary
+from shakerproc.runs.tables import Columns
 
 
 def write_tables(
@@ -29,7 +31,7 @@ def write_tables(
     return [*(root / name for name in content), root / "peaks.parquet"]
 
 
-def write_parquet(path: Path, columns: tables.Columns) -> None:
+def write_parquet(path: Path, columns: Columns) -> None:
     """Write columns as Parquet, whole or not at all; a column of mixed kinds becomes text."""
     import pyarrow as pa
     import pyarrow.parquet as pq

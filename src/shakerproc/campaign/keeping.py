@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from shakerproc.campaign.agreement import Table, read_table
 from shakerproc.errors import TableError
-from shakerproc.runs.agreement import Table, read_table
 
 
 @final

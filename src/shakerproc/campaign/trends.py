@@ -5,9 +5,9 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from shakerproc.campaign.trend import Point, Seen, Trend, TrendRequest
 from shakerproc.errors import LogError
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
-from shakerproc.runs.trend import Point, Seen, Trend, TrendRequest
 from shakerproc.units import near_miss
 
 SINGLE_FREQUENCY: Final = ("sine",)

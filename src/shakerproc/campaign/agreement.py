@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc import units
+from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
-from shakerproc.runs.trends import SINGLE_FREQUENCY
 
 OMEGA_E: Final = "omega_e"
 """Name that stands for omega_e in every table that holds it, whatever its column is called."""

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import equals
-from shakerproc.studies.claims_base import Found
+from shakerproc.verification.base import Found
 
 _LAST_DIGIT: Final = 5e-6  # half of the last digit of 0.00155 mm
 

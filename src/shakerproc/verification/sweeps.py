@@ -11,7 +11,8 @@ from shakerproc.simulation.harmonic_balance import (
     frequency_response,
 )
 from shakerproc.studies.checks import below
-from shakerproc.studies.claims_base import (
+from shakerproc.studies.study import Run
+from shakerproc.verification.base import (
     STIFFNESS,
     SWEEP,
     WELCH,
@@ -25,7 +26,6 @@ from shakerproc.studies.claims_base import (
     series,
     values_of,
 )
-from shakerproc.studies.study import Run
 
 CLEARANCES: Final = (0.0, 0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3)
 PRINTED: Final = (0.0, 0.5e-3, 2e-3, 5e-3, 10e-3, 20e-3)

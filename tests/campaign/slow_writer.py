@@ -1,4 +1,4 @@
-"""``python -m tests.batch.slow_writer FOLDER N PAUSE``: N recordings, segment after segment."""
+"""``python -m tests.campaign.slow_writer FOLDER N PAUSE``: N recordings in segments."""
 
 import sys
 import time

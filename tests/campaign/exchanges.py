@@ -1,4 +1,4 @@
-"""``python -m tests.batch.exchanges ROUNDS``: exchange recordings while a batch reads them.
+"""``python -m tests.campaign.exchanges ROUNDS``: exchange recordings while a batch reads them.
 
 In each round recordings are replaced, written over, shortened, removed, and put back with their
 old times, at random moments of a batch and of the batch that resumes it. After each batch every
@@ -29,9 +29,9 @@ from pathlib import Path
 from tests.small_campaign import HEAD, ROW, write_recording
 
 from shakerproc import files
-from shakerproc.batch.campaign import run_batch
-from shakerproc.batch.jobs import SUMMARY, Products, check_recording
-from shakerproc.batch.manifest import hashes
+from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.jobs import SUMMARY, Products, check_recording
+from shakerproc.campaign.manifest import hashes
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome
 from shakerproc.recordings import WatchedFile

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-from shakerproc.studies import claims_experiment, claims_free, claims_sweep, claims_theory
 from shakerproc.studies.checks import VERDICTS, Checked, Verdict
-from shakerproc.studies.claims_base import Found
+from shakerproc.verification import experiment, free_motion, sweeps, theory
+from shakerproc.verification.base import Found
 
 
 @final
@@ -62,7 +62,7 @@ class ThesisClaim:
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
     ThesisClaim(*row)
-    for module in (claims_theory, claims_sweep, claims_free, claims_experiment)
+    for module in (theory, sweeps, free_motion, experiment)
     for row in module.CLAIMS
 )
 

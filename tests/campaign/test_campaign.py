@@ -9,14 +9,14 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.batch.chaos import chaos
-from tests.batch.light_work import light_work
+from tests.campaign.chaos import chaos
+from tests.campaign.light_work import light_work
 from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
-from shakerproc.batch.campaign import run_batch
-from shakerproc.batch.jobs import Products, folder_names
-from shakerproc.batch.lock import locked
-from shakerproc.batch.manifest import read_manifest
+from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.jobs import Products, folder_names
+from shakerproc.campaign.lock import locked
+from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import LockedError, LogError
 from shakerproc.executors import AbstractExecutor, Limits, Outcome, ProcessExecutor
 from shakerproc.testlog import Test, read_testlog

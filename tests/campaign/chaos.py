@@ -1,4 +1,4 @@
-"""``python -m tests.batch.chaos KILLS``: kill a batch at random moments, resume, compare.
+"""``python -m tests.campaign.chaos KILLS``: kill a batch at random moments, resume, compare.
 
 A batch is killed with SIGKILL once or several times, then resumed to its end. After each kill
 whatever stands under its final name must be whole, and at the end every file must equal that
@@ -20,7 +20,7 @@ from tests.small_campaign import write_campaign
 
 from shakerproc.files import TEMPORARY_PREFIX
 
-LIGHT = (sys.executable, "-m", "tests.batch.light_batch")
+LIGHT = (sys.executable, "-m", "tests.campaign.light_batch")
 REAL = (sys.executable, "-m", "shakerproc", "batch", "--no-figures", "--workers", "2")
 ROOT = Path(__file__).parents[2]
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from shakerproc.campaign.trend import Seen, Trend, TrendRequest
+from shakerproc.campaign.trend_sentences import shift_sentence
+from shakerproc.campaign.trends import label_of, standard_trends, trend_over
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.tracking import Track
 from shakerproc.runs.summary import Value
-from shakerproc.runs.telling import shift_sentence
-from shakerproc.runs.trend import Seen, Trend, TrendRequest
-from shakerproc.runs.trends import label_of, standard_trends, trend_over
 from shakerproc.testlog import facts_of
 
 FURTHER: Final[Mapping[str, tuple[str, ...]]] = {

@@ -11,7 +11,12 @@ from scipy.integrate import solve_ivp
 from shakerproc.data import FloatArray
 from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import Checked, above, below
-from shakerproc.studies.claims_base import (
+from shakerproc.studies.estimators import spectrum
+from shakerproc.studies.kinds.grid import PeakOfRun
+from shakerproc.studies.motion_readings import half_cycle_scatter, period_of
+from shakerproc.studies.simulated import signal_of, simulated, strobe
+from shakerproc.studies.study import Measure, Run
+from shakerproc.verification.base import (
     Found,
     peak,
     peaks,
@@ -19,11 +24,6 @@ from shakerproc.studies.claims_base import (
     series,
     values_of,
 )
-from shakerproc.studies.estimators import spectrum
-from shakerproc.studies.kinds.grid import PeakOfRun
-from shakerproc.studies.motion_readings import half_cycle_scatter, period_of
-from shakerproc.studies.simulated import signal_of, simulated, strobe
-from shakerproc.studies.study import Measure, Run
 
 NATURAL: Final = float(np.sqrt(10.0 / 1e-3) / (2.0 * np.pi))
 """The thesis' linear frequency of the power law, sqrt(kappa / (a m)) / 2 pi [Hz]."""

@@ -1,15 +1,15 @@
-"""``python -m tests.batch.light_batch LOG OUT``: a batch of light work, to be killed."""
+"""``python -m tests.campaign.light_batch LOG OUT``: a batch of light work, to be killed."""
 
 import os
 import sys
 from pathlib import Path
 
-from tests.batch.light_work import light_work
+from tests.campaign.light_work import light_work
 
-from shakerproc.batch.campaign import run_batch
-from shakerproc.batch.collecting import write_tables
-from shakerproc.batch.jobs import Products
-from shakerproc.batch.lock import locked
+from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.collecting import write_tables
+from shakerproc.campaign.jobs import Products
+from shakerproc.campaign.lock import locked
 from shakerproc.executors import Limits, ProcessExecutor
 from shakerproc.testlog import read_testlog
 

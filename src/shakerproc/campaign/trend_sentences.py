@@ -1,12 +1,12 @@
-"""What trends and controls come to, in sentences that no rounding contradicts."""
+"""What trends come to, in sentences."""
 
 import math
 from collections.abc import Sequence
 from typing import Final
 
-from shakerproc.runs.summary import ControlSummary, RunSummary
-from shakerproc.runs.trend import Point, Seen, TrendRequest
-from shakerproc.runs.trends import peaks_of, shown, trend_over
+from shakerproc.campaign.trend import Point, Seen, TrendRequest
+from shakerproc.campaign.trends import peaks_of, shown, trend_over
+from shakerproc.runs.summary import RunSummary
 
 _ASKED: Final = (
     ("clearance_m", "random", ("joint", "orientation", "level")),
@@ -19,52 +19,6 @@ _ASKED: Final = (
     ("level_n", "sine sweep", ("joint", "clearance_m", "orientation")),
 )
 """What is asked, in this order: quantity, excitation, and what else must be equal."""
-
-
-BEYOND_ALARM: Final = 0.05
-"""Share of the band or the sweep that may lie beyond the alarm limit by chance [-]."""
-
-
-def beside(value: float, limit: float, decimals: int = 1, *, sign: bool = True) -> str:
-    """Return a number rounded so that it stays on its side of a limit.
-
-    More decimals than asked are written where the rounded number would lie on the other side:
-    3.04 beside a limit of 3 is ``+3.04``.
-    """
-    beyond = abs(value) > limit
-    for places in range(decimals, decimals + 12):
-        text = f"{round(value, places) + 0.0:{'+' if sign else ''}.{places}f}"
-        if (abs(float(text)) > limit) == beyond:
-            return text
-    return f"{value:+}" if sign else f"{value}"
-
-
-def control_told(seen: ControlSummary, where: str) -> str:
-    """Return how far a control kept to what is demanded along its band or its sweep.
-
-    Parameters
-    ----------
-    seen : ControlSummary
-        Its departure, limits and verdict.
-    where : str
-        Along what: ``band`` or ``sweep``.
-    """
-    past_abort = not seen.kept and seen.beyond_alarm <= BEYOND_ALARM
-    limit = seen.abort_db if past_abort else seen.alarm_db
-    level = f"±{limit:g} dB of the demanded level"
-    if abs(seen.worst_db) <= limit:
-        place = f"within {level}"
-    elif past_abort:
-        place = f"beyond {level}, the abort limit"
-    elif seen.beyond_alarm == 0.0:
-        place = f"beyond {level} by no more than chance"
-    else:
-        allowed = 100.0 * BEYOND_ALARM
-        share = beside(100.0 * seen.beyond_alarm, allowed, sign=False)
-        place = f"beyond {level} in {share} % of the {where}, where {allowed:g} % may be"
-    verdict = "kept" if seen.kept else "NOT KEPT"
-    worst = beside(seen.worst_db, limit)
-    return f"{place}: {verdict}, at worst {worst} dB at {seen.worst_hz:.4g} Hz"
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:

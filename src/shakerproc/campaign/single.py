@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from shakerproc import files
-from shakerproc.batch.jobs import SUMMARY, folder_names
-from shakerproc.batch.manifest import (
+from shakerproc.campaign.jobs import SUMMARY, folder_names
+from shakerproc.campaign.manifest import (
     SINGLE,
     Entry,
     Manifest,

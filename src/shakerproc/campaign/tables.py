@@ -1,0 +1,156 @@
+"""The tables of many runs, tidy and with units in their headers."""
+
+from collections.abc import Sequence
+
+from shakerproc.campaign.trend import Trend
+from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
+from shakerproc.runs.tables import Columns, columns_of
+
+
+def _run_cells(run: RunSummary) -> dict[str, Value]:
+    return {
+        "test": run.test,
+        **run.facts,
+        "incomplete": run.incomplete,
+        "present_s": run.duration_s,
+        "promised_s": run.promised_s or run.duration_s,
+        "flags": "; ".join(dict.fromkeys(flag.kind for flag in run.flags)),
+    }
+
+
+def peak_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each peak: of the density and of |H1|, rank 1 is omega_e."""
+    rows = [
+        {**_run_cells(run), **_channel_cells(channel), **_peak_cells(run, quantity, rank, peak)}
+        for run in runs
+        for channel in run.channels
+        for quantity, peaks in (("psd", channel.psd_peaks), ("h1", channel.response_peaks))
+        for rank, peak in enumerate(peaks, 1)
+    ]
+    rows += [
+        {
+            **_run_cells(run),
+            **_channel_cells(channel),
+            "quantity": f"sweep {peak.direction}",
+            "rank": 1,
+            "frequency_hz": peak.frequency_hz,
+            "height": peak.gain,
+            "height_steady": peak.steady_gain,
+            "steady_hz": peak.steady_hz,
+            "natural_frequency_hz": peak.natural_frequency_hz,
+            "damping_ratio": peak.damping_ratio,
+            "damping_low": peak.damping_low,
+            "damping_high": peak.damping_high,
+            "quality": None if peak.damping_ratio is None else 0.5 / peak.damping_ratio,
+        }
+        for run in runs
+        for channel in run.channels
+        for peak in channel.swept_peaks
+    ]
+    return columns_of(rows)
+
+
+def _channel_cells(channel: ChannelSummary) -> dict[str, Value]:
+    return {"channel": channel.name, "role": channel.role, "at": channel.at}
+
+
+def _peak_cells(
+    run: RunSummary, quantity: str, rank: int, peak: PeakSummary
+) -> dict[str, Value]:
+    return {
+        "quantity": quantity,
+        "rank": rank,
+        "frequency_hz": peak.frequency_hz,
+        "bin_hz": peak.bin_hz,
+        "bin_width_hz": run.spectrum.bin_width_hz if run.spectrum else None,
+        "height": peak.height,
+        "height_resolved": peak.resolved,
+        "height_fitted": peak.fitted_height,
+        "natural_frequency_hz": peak.natural_frequency_hz,
+        "damping_ratio": peak.damping_ratio,
+        "damping_low": peak.damping_low,
+        "damping_high": peak.damping_high,
+        "quality": peak.quality,
+        "damping_bin_width_hz": peak.damping_bin_hz,
+        "damping_withheld": peak.why_not,
+        "coherence": peak.coherence,
+    }
+
+
+def statistics_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each channel of each run."""
+    return columns_of([
+        {
+            **_run_cells(run),
+            **_channel_cells(c),
+            "unit": c.unit,
+            "mean": c.mean,
+            "rms": c.rms,
+            "minimum": c.minimum,
+            "maximum": c.maximum,
+            "crest_factor": c.crest_factor,
+            "kurtosis": c.kurtosis,
+            "band_low_hz": run.spectrum.band_hz[0] if run.spectrum else None,
+            "band_high_hz": run.spectrum.band_hz[1] if run.spectrum else None,
+            "band_rms": c.band_rms,
+            "mean_coherence": c.coherence,
+        }
+        for run in runs
+        for c in run.channels
+    ])
+
+
+def run_columns(runs: Sequence[RunSummary]) -> Columns:
+    """Return one row for each test: what the log says, how it went, what was measured."""
+    return columns_of([
+        {
+            "test": run.test,
+            "status": run.status,
+            **run.facts,
+            "measured_level": run.measured_level,
+            "measured_level_unit": run.level_unit,
+            "sample_rate_hz": run.sample_rate_hz,
+            "crop_start_s": run.crop_s[0] if run.crop_s else None,
+            "crop_stop_s": run.crop_s[1] if run.crop_s else None,
+            **{k: v for k, v in _run_cells(run).items() if k not in {"test", *run.facts}},
+            "error": run.error,
+            "recording": run.recording,
+            "sha256": run.sha256,
+        }
+        for run in runs
+    ])
+
+
+def trend_columns(trend: Trend, channel: str) -> Columns:
+    """Return one row for each point of a trend."""
+    return columns_of([
+        {
+            "series": name,
+            trend.x_label: point.x,
+            "test": point.test,
+            "channel": channel,
+            "omega_e_hz": point.frequency_hz,
+            "bin_width_hz": point.bin_width_hz,
+            "incomplete": point.incomplete,
+            "present_s": point.present_s,
+            "promised_s": point.promised_s,
+        }
+        for name, points in trend.series.items()
+        for point in points
+    ])
+
+
+def analysis_columns(runs: Sequence[RunSummary], kind: str) -> Columns:
+    """Return the rows of one kind of analysis of every run; empty where none has it."""
+    return columns_of([
+        {**_run_cells(run), **row}
+        for run in runs
+        for one in run.analyses
+        if one.kind == kind
+        for row in one.rows
+    ])
+
+
+def kinds_of_analysis(runs: Sequence[RunSummary]) -> list[str]:
+    """Return the kinds of analysis that have rows, in the order of the runs."""
+    return list(dict.fromkeys(one.kind for run in runs for one in run.analyses if one.rows))
