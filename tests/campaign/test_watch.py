@@ -12,10 +12,10 @@ from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc.campaign.arrivals import Stamp, looked, recordings_in, standing
 from shakerproc.campaign.jobs import Products
-from shakerproc.cli.watched_log import DraftedLog, GivenLog, WatchedLog
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
 from shakerproc.workflows.watching import Pace, Watch
 from shakerproc.workflows.write_up import Wish
 

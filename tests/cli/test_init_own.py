@@ -4,12 +4,12 @@ import pytest
 from tests.in_process import run
 from tests.small_campaign import CHANNELS, RATE, samples, write_recording
 
-from shakerproc.cli.draft_channels import controls_of
-from shakerproc.cli.recordings_seen import recordings_below
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.model_files import read_model
 from shakerproc.recordings import write_tdms
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows.draft_channels import controls_of
+from shakerproc.workflows.recordings_seen import recordings_below
 
 
 @pytest.fixture

@@ -144,7 +144,7 @@ def batch(
                 log.title, campaign, root, wish, evidence=evidence, verdict=verdict
             )
         if modal:
-            from shakerproc.cli.modal_folder import modes_of_batch
+            from shakerproc.cli.modal_output import modes_of_batch
 
             modes_of_batch(log, root, json, figures=figures)
     output.write_json(document, json)

@@ -44,8 +44,8 @@ def init(
 
 
 def _own(folder: Path, recordings: Path, sample_rate: float | None) -> None:
-    from shakerproc.cli.own_campaign import begin
-    from shakerproc.cli.recordings_seen import recordings_below
+    from shakerproc.workflows.drafted_campaign import begin
+    from shakerproc.workflows.recordings_seen import recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
         log, model = begin(folder, recordings, sample_rate, advance, output.warning)

@@ -70,10 +70,10 @@ def modal(
     Inputs are the controls, else the force channels; where there are none, output only. Modes
     are chosen automatically and followed from test to test.
     """
-    from shakerproc.cli.modal_folder import write_folder
-    from shakerproc.cli.modal_tables import document_of, print_analysis
+    from shakerproc.cli.modal_output import print_analysis, write_folder
     from shakerproc.modal.from_log import analyse_log
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.modal_tables import document_of
 
     read = read_testlog(log)
     wish = _wish(read.modal, from_hz, to_hz, count, order)

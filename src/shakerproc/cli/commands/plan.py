@@ -138,14 +138,17 @@ def _suggested(diagnosis: Path, log: "TestLog") -> "tuple[Test, ...]":
 
 def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
     """Simulate the campaign, as simulate does with its defaults."""
-    from shakerproc.cli.rehearsal import rehearse_campaign
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.rehearsal import rehearse_campaign
 
-    found = rehearse_campaign(
-        read_model(model), read_testlog(testlog), Staging(), folder=folder, overwrite=True
-    )
+    log = read_testlog(testlog)
+    with output.progress("simulate", len(log.active)) as advance:
+        found = rehearse_campaign(
+            read_model(model), log, Staging(),
+            folder=folder, overwrite=True, advance=advance, warn=output.warning,
+        )  # fmt: skip
     output.message(
         f"{len(found)} recordings simulated: shakerproc batch {folder / testlog.name}"
     )

@@ -90,12 +90,12 @@ def simulate(
     is there is replaced without --overwrite.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.cli.rehearsal import rehearse_campaign
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.rehearsal import rehearse_campaign
 
     is_log = excitation.suffix.lower() in {".yaml", ".yml"}
     if is_log:
@@ -115,10 +115,11 @@ def simulate(
     if is_log:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
         log, driven_by = read_hashed(read_testlog, excitation)
-        found = rehearse_campaign(
-            shaken, log, staging,
-            folder=out, wanted=wanted, overwrite=overwrite,
-        )  # fmt: skip
+        with output.progress("simulate", len(wanted or log.active)) as advance:
+            found = rehearse_campaign(
+                shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,
+                advance=advance, warn=output.warning,
+            )  # fmt: skip
     else:
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
         found = [one]
@@ -168,10 +169,10 @@ def _respond(
     LogError
         If the file is there already.
     """
-    from shakerproc.cli.rehearsal import write_recording
     from shakerproc.errors import LogError
     from shakerproc.planning import respond, with_usual_roles
     from shakerproc.recordings import open_recording
+    from shakerproc.workflows.rehearsal import write_recording
 
     target = (path.parent if out is None else out) / f"{path.stem}_simulated.tdms"
     if target.exists() and not overwrite:

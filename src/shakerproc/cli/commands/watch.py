@@ -125,7 +125,7 @@ def watch(
 def _logs(
     folder: Path, log: Path | None, sample_rate: float | None
 ) -> "Callable[..., TestLog | None]":
-    from shakerproc.cli.watched_log import DraftedLog, GivenLog, WatchedLog
+    from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
 
     if log is None:
         return DraftedLog(folder, sample_rate, output.warning)

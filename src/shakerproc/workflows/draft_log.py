@@ -5,14 +5,14 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from shakerproc.cli.draft_channels import (
+from shakerproc.workflows.draft_channels import (
     controls_of_seen,
     crop_of,
     entries,
     own_channels,
     quoted,
 )
-from shakerproc.cli.recordings_seen import Seen, natural
+from shakerproc.workflows.recordings_seen import Seen, natural
 
 LOG: Final = """\
 # The log sheet of a campaign: what was on the shaker, test by test. Begun by `shakerproc init`

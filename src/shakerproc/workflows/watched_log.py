@@ -7,12 +7,12 @@ from typing import Final, final
 
 from shakerproc import files
 from shakerproc.campaign.arrivals import Stamp, looked
-from shakerproc.cli.draft_channels import controls_of_seen, crop_of, entries, own_channels
-from shakerproc.cli.draft_log import log_text, test_lines
-from shakerproc.cli.recordings_seen import Seen, seen_of
 from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.report.header import header_view
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
+from shakerproc.workflows.draft_channels import controls_of_seen, crop_of, entries, own_channels
+from shakerproc.workflows.draft_log import log_text, test_lines
+from shakerproc.workflows.recordings_seen import Seen, seen_of
 
 LOG: Final = "testlog.yaml"
 """Name of the log that is drafted in a watched folder."""

@@ -6,10 +6,16 @@ from pathlib import Path
 from typing import Final
 
 from shakerproc import files
-from shakerproc.cli.draft_channels import FORCE, controls_of_seen, ignored, measures, quoted
-from shakerproc.cli.draft_log import log_text
-from shakerproc.cli.recordings_seen import Seen, recordings_below, seen_of
 from shakerproc.errors import LogError
+from shakerproc.workflows.draft_channels import (
+    FORCE,
+    controls_of_seen,
+    ignored,
+    measures,
+    quoted,
+)
+from shakerproc.workflows.draft_log import log_text
+from shakerproc.workflows.recordings_seen import Seen, recordings_below, seen_of
 
 MODEL: Final = """\
 # What is thought to be on the shaker: one mass on a spring and a damper. Weigh what moves with

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from shakerproc.cli.recordings_seen import Seen
+from shakerproc.workflows.recordings_seen import Seen
 
 _ON_THE_TABLE: Final = re.compile(r"control|table|base|input|drive|armature|\bref", re.I)
 

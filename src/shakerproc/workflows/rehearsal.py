@@ -1,11 +1,10 @@
 """A campaign simulated: the recordings that a log describes, written where it expects them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shakerproc import files
-from shakerproc.cli import output
 from shakerproc.errors import LogError
 
 if TYPE_CHECKING:
@@ -23,6 +22,8 @@ def rehearse_campaign(
     folder: Path | None = None,
     wanted: Sequence[str] = (),
     overwrite: bool = False,
+    advance: Callable[[str], None] = lambda _text: None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> list[dict[str, object]]:
     """Write the recording of each test that has one; return what is known of each.
 
@@ -33,6 +34,10 @@ def rehearse_campaign(
         beside the log itself.
     wanted : sequence of str
         Ids of tests; by default all that are not discarded.
+    overwrite : bool
+        Whether recordings that are there are replaced.
+    advance, warn : callable
+        Called after each test, and with what may be wrong.
 
     Raises
     ------
@@ -46,7 +51,8 @@ def rehearse_campaign(
     tests = [log.find(one) for one in wanted] if wanted else list(log.active)
     for test in tests:
         if test.recording is None:
-            output.warning(f"test {test.id} has no recording in the log and is left out")
+            warn(f"test {test.id} has no recording in the log and is left out")
+            advance(f"test {test.id}")
     named = [test for test in tests if test.recording is not None]
     if not named:
         raise LogError(f"{log.path}: no test has a recording to write; add the key")
@@ -55,12 +61,11 @@ def rehearse_campaign(
     if target != root:
         _copy_log(log, target, overwrite=overwrite)
     found = []
-    with output.progress("simulate", len(named)) as advance:
-        for test, path in zip(named, paths, strict=True):
-            made = rehearse(model, test, staging)
-            write_recording(path, made.recording)
-            found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
-            advance(f"test {test.id}")
+    for test, path in zip(named, paths, strict=True):
+        made = rehearse(model, test, staging)
+        write_recording(path, made.recording)
+        found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
+        advance(f"test {test.id}")
     return found
 
 

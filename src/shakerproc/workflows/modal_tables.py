@@ -6,95 +6,12 @@ import numpy as np
 
 from shakerproc import __version__
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
-from shakerproc.cli import output
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 from shakerproc.testlog import TestLog
 
 SCHEMA: Final = "shakerproc-modal/1"
-
-
-def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
-    """Print the modes of every test, then each mode through the tests."""
-    for one in analysis.tests:
-        _print_test(one, json)
-    rows = track_rows(analysis)
-    if len(analysis.tests) > 1 and rows:
-        columns = list(track_columns(analysis))
-        output.print_table(
-            columns,
-            rows,
-            title="modes over the tests:",
-            json_target=json,
-            elsewhere="tracks.csv",
-        )
-    if analysis.reciprocals:
-        pairs = reciprocity_columns(analysis)
-        output.print_table(
-            list(pairs),
-            list(zip(*pairs.values(), strict=True)),
-            title="reciprocity:",
-            json_target=json,
-            elsewhere="reciprocity.csv",
-        )
-    for sentence in told_of_modes(analysis):
-        output.data(sentence, json_target=json)
-    for note in analysis.notes:
-        output.data(f"note: {note}", json_target=json)
-    for name, reason in analysis.failed:
-        output.warning(f"test {name} left out: {reason}")
-
-
-def _print_test(one: TestModes, json: str | None) -> None:
-    modes = one.modes
-    said = ", ".join(word for word in (one.test.excitation, one.test.level_text) if word)
-    title = (
-        f"test {one.name}{f' ({said})' if said else ''}: {modes.poles.size} modes from "
-        f"{one.band[0]:.4g} to {one.band[1]:.4g} Hz, {len(one.sensors)} sensors, input "
-        f"{', '.join(one.inputs) or 'not measured'}"
-    )
-    rows = [
-        (
-            i + 1,
-            f"{modes.frequency[i]:.6g}",
-            f"{100.0 * modes.frequency_error[i] * 1.96:.2g}",
-            f"{100.0 * modes.damping[i]:.4g}",
-            _interval(modes.damping_bounds[:, i]),
-            f"{modes.collinearity[i]:.3f}",
-            _orders(one, i),
-        )
-        for i in range(modes.poles.size)
-    ]
-    if rows:
-        columns = (
-            "mode", "f_n [Hz]", "+- 95 % [%]", "zeta [%]", "95 % [%]", "collinearity", "orders",
-        )  # fmt: skip
-        output.print_table(columns, rows, title=title, json_target=json)
-    else:
-        output.data(title, json_target=json)
-    if modes.model is not None:
-        left = one.unexplained
-        output.data(
-            f"the modes leave {left.min():.2%} to {left.max():.2%} rms of the responses; "
-            f"intervals: {modes.interval_from}",
-            json_target=json,
-        )
-    else:
-        output.data(f"intervals: {modes.interval_from}", json_target=json)
-    for note in one.notes:
-        output.data(f"note: {note}", json_target=json)
-
-
-def _interval(bounds: "np.ndarray[Any, Any]") -> str:
-    return f"{100.0 * bounds[0]:.4g} to {100.0 * bounds[1]:.4g}"
-
-
-def _orders(one: TestModes, mode: int) -> int:
-    """Return at how many orders of the diagram a stable pole is near a mode."""
-    diagram, pole = one.modes.diagram, one.modes.poles[mode]
-    near = np.abs(diagram.poles - pole) < max(-pole.real, 0.002 * abs(pole))
-    return int(np.unique(diagram.order[near & diagram.stable]).size)
 
 
 def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:

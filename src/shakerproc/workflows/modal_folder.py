@@ -1,0 +1,50 @@
+"""What a modal analysis leaves in a folder, of its own or of a batch."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from shakerproc import files
+from shakerproc.modal.analysis import ModalAnalysis
+from shakerproc.report.modal import modal_report
+from shakerproc.report.page import write_report
+from shakerproc.workflows.modal_tables import (
+    mode_columns,
+    reciprocity_columns,
+    shape_columns,
+    track_columns,
+    trend_columns,
+)
+
+
+def write_modes(
+    folder: Path,
+    analysis: ModalAnalysis,
+    document: dict[str, Any],
+    logs: Sequence[Path],
+    *,
+    command: str,
+    figures: bool,
+) -> None:
+    """Write tables, JSON, figures and the page of a modal analysis."""
+    files.write_csv(folder / "modes.csv", mode_columns(analysis))
+    files.write_csv(folder / "shapes.csv", shape_columns(analysis))
+    files.write_csv(folder / "tracks.csv", track_columns(analysis))
+    points = trend_columns(analysis)
+    if points["mode"]:
+        files.write_csv(folder / "mode_trends.csv", points)
+    if analysis.reciprocals:
+        files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
+    files.write_json(folder / "report.json", document)
+    if figures:
+        from shakerproc.report.modal_figures import draw_modal
+
+        draw_modal(analysis, folder)
+    inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]
+    inputs += [
+        (f"test {one.name}", one.test.require_recording().name, one.sha256)
+        for one in analysis.tests
+    ]
+    page = modal_report(analysis, command, tuple(inputs))
+    write_report(folder / "report.html", page)
