@@ -3,12 +3,12 @@
 python -m benchmarks.house [--source src/shakerproc] [--longest 5] [--undocumented]
 
 Code lines of a function are those that hold code: no docstring, comment or empty line.
-Complexity is that of McCabe. Compiled kernels (decorated for the compiler, or in a file of kernels) are counted
-on their own, and so are commands, whose parameters are their options. A quantity is a parameter
-that is annotated as a float or an array of them; a public function documents it where its
-docstring names it and gives a unit in brackets, `[Hz]`, `[-]` for none, or, in a docstring
-without an entry for it, gives a unit in its sentences. What overrides is documented where it is
-declared.
+Complexity is that of McCabe. Compiled kernels (decorated for the compiler, or in a file of
+kernels) are counted on their own, and so are commands, whose parameters are their options. A
+quantity is a parameter that is annotated as a float or an array of them; a public function
+documents it where its docstring names it and gives a unit in brackets, `[Hz]`, `[-]` for none,
+or, in a docstring without an entry for it, gives a unit in its sentences. What overrides is
+documented where it is declared.
 """
 
 import argparse
