@@ -20,8 +20,6 @@ class Campaign:
     ----------
     data : DataSet
         The tests, and the model with its further modes, as it is fitted.
-    sampled : DataSet
-        The same as it is scored: its accelerations as the recorder took them.
     fitted : tuple of Test
         Those that may be fitted to.
     known : mapping of joint to mapping of str to Identification
@@ -31,7 +29,6 @@ class Campaign:
     """
 
     data: DataSet
-    sampled: DataSet
     fitted: tuple[Test, ...]
     known: Known
     stages: Stages
@@ -43,7 +40,6 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
     motions = {joint: data.across(joint) for joint in joints_of(model)}
     return Campaign(
         data=data,
-        sampled=data,
         fitted=tuple(test for test in tests if not test.arrays.hold_out),
         known={
             j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()

@@ -35,17 +35,16 @@ more [-]."""
 
 
 def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
-    """Return the campaign whose accelerations are scored as the recorder took them.
+    """Return the campaign whose accelerations are compared as the recorder took them.
 
     A recorder with a filter hears of a jump what lies below half the sample rate: means over
     a sample alias next to nothing. One without takes values at the samples, in which jumps
-    alias; so does then the simulation. Smooth motion is the same in both. Fits are always to
-    means, whose slopes do not jump.
+    alias; so does then the simulation. Smooth motion is the same in both.
 
     Parameters
     ----------
     campaign : Campaign
-        Accelerations are scored as means.
+        Accelerations are compared as means.
     fits : sequence of Fit
         The best of these tells.
     """
@@ -54,7 +53,7 @@ def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
     means, values = as_fitted(campaign.data, best), as_fitted(points, best)
     if means is None or values is None or gain(values, means).t < SURE:
         return campaign
-    return replace(campaign, sampled=points)
+    return replace(campaign, data=points)
 
 
 def usable_forms(campaign: Campaign) -> list[Form]:
@@ -181,5 +180,5 @@ def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> lis
 
 def scored_at(campaign: Campaign, fits: Sequence[Fit | None], form: Form) -> list[Score]:
     """Return scores of fits at one horizon; those that run away are left out."""
-    scores = [scored(campaign.sampled, one, form.held_out) for one in fits if one is not None]
+    scores = [scored(campaign.data, one, form.held_out) for one in fits if one is not None]
     return [score for score in scores if score is not None]

@@ -16,7 +16,8 @@ from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
-from shakerproc.diagnosis.estimation.one_more import OneMore, as_in
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.horizon import along, as_sampled, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
@@ -196,7 +197,7 @@ def _as_fitted(
         )
     without, with_effect = scores
     before = as_it_is(original, without.fit)
-    return Fitted(campaign.sampled, (), form, before, without, with_effect)
+    return Fitted(campaign.data, (), form, before, without, with_effect)
 
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:

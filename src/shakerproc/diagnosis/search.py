@@ -20,7 +20,8 @@ from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, signs_and_delays
-from shakerproc.diagnosis.estimation.one_more import OneMore, as_in, grouped
+from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
+from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, as_sampled, compared, usable_forms
@@ -120,7 +121,7 @@ def _searched(
     forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
     found = Found(
-        data=campaign.sampled,
+        data=campaign.data,
         linear_model=linear_model,
         form=forms[-1],
         before=as_it_is(original, linear),

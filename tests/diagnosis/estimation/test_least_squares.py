@@ -14,7 +14,8 @@ from shakerproc.diagnosis.estimation.least_squares import (
 )
 from shakerproc.diagnosis.estimation.normal_equations import student_over_normal
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
-from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation, Point
+from shakerproc.diagnosis.estimation.point import Point
+from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
@@ -87,6 +88,19 @@ def test_an_effect_is_found_with_its_numbers(campaign, kind, values, which, away
     for name, estimate in estimates(found, 0).items():
         assert estimate.value == pytest.approx(values[name], rel=0.05)
         assert estimate.low < estimate.value < estimate.high
+
+
+@pytest.mark.parametrize("force", [2.0, 5.0])
+def test_jumps_of_friction_that_a_recorder_took_as_values_tell_the_numbers(force):
+    means = hidden("coulomb_friction", {"sliding_force": force})
+    left = []
+    for data in (means, replace(means, points=True)):
+        hypothesis, truth = added(data, "coulomb_friction", sliding_force=force)
+        start = truth + np.array([0.03, -0.2, 0.05])
+        found = fit(data, hypothesis, start, whole_tests(data, held_out=False), rounds=12)
+        left.append(np.abs(found.x - truth))
+    assert np.all(left[1] < [5e-4, 1e-2, 1e-3])
+    assert np.all(left[1] < 0.5 * left[0])
 
 
 def test_a_window_that_runs_away_does_not_rule_the_fit(linear):

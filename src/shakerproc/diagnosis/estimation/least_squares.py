@@ -16,13 +16,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.residual_slopes import (
-    RUNAWAY,
-    Channels,
-    Linearisation,
-    Point,
-    State,
-)
+from shakerproc.diagnosis.estimation.point import Channels, Point, State
+from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, Linearisation
 from shakerproc.diagnosis.estimation.window_starts import with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError

@@ -19,7 +19,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Linearised, Point
+from shakerproc.diagnosis.estimation.point import Linearised, Point
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 
 LONGEST_STEP: Final = 0.7
 """Largest change of a coordinate in one step: a factor of two of a logarithm [-]."""

@@ -10,13 +10,13 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
-from shakerproc.diagnosis.estimation.residual_slopes import Channels
-from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis, addition
-from shakerproc.diagnosis.hypotheses.joints import Joint, Known, joints_of
+from shakerproc.diagnosis.estimation.own_starts import own_start, turned
+from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain
 from shakerproc.diagnosis.selection.standing import worth_a_fit
-from shakerproc.models import Model
 from shakerproc.models.identification import Contained
 
 STARTS: Final = 64
@@ -202,10 +202,10 @@ class OneMore:
         reached = [one.level for one in self._contained(group, simpler).values()]
         if not tried or (found is not None and found.level < min(reached) - LEAST):
             return found
-        best = self._least(tried, windows)
-        if best is None:
+        best = self._least(tried, windows)[:1]
+        if not best:
             return found
-        hypothesis, x, channels = best
+        hypothesis, x, channels = best[0]
         other = fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
         good = [one for one in (found, other) if one is not None]
         return min(good, key=lambda one: one.level) if good else None
@@ -228,25 +228,35 @@ class OneMore:
         return {g: one for g, one in simpler.items() if g[0] in kinds and g[1] == joint}
 
     def _best(self, tried: Sequence[_Tried], *, simplest: bool) -> list[_Tried]:
-        """Return the best start with numbers and sensors as told, and the best of the others.
+        """Return the best starts with numbers and sensors as told, and the best of the others.
 
         Numbers and gains that imitate the effect without it explain more at first and lead
-        away from it. What is rare shows in whole tests alone: there the best start of what
-        nothing simpler leads to is sought, too.
+        away from it. What is rare shows in whole tests alone: there the best starts of what
+        nothing simpler leads to are sought, too.
         """
         told = [one for one in tried if one[2] is None]
         others = [one for one in tried if one[2] is not None]
         first, whole = self.stages.looked_at, self.stages.whole
-        found = [self._least(told, first), self._least(others, first)]
+        near = self._least(told, first)
+        found = [*near[:2], *self._least(others, first)[:1]]
         if whole is not None and simplest:
-            found.append(self._least(told[:BEST_STARTS], whole))
-        return list({id(one): one for one in found if one is not None}.values())
+            found += self._least(near[:BEST_STARTS], whole)[:2]
+        return list({id(one): one for one in found}.values())
 
-    def _least(self, tried: Sequence[_Tried], windows: Windows) -> _Tried | None:
-        """Return what leaves least of windows as it is; None where all run away."""
-        levels = [level_at(self.data, h, x, windows, channels) for h, x, channels in tried]
-        best = int(np.argmin(levels)) if levels else 0
-        return tried[best] if levels and np.isfinite(levels[best]) else None
+    def _least(self, tried: Sequence[_Tried], windows: Windows) -> list[_Tried]:
+        """Return starts by what they leave of windows as they are, without those that run away.
+
+        Those that leave the same are one: forces above what a joint carries, say, which no
+        slope leads away from.
+        """
+        levels = np.array([level_at(self.data, h, x, windows, own) for h, x, own in tried])
+        found: list[_Tried] = []
+        reached = -np.inf
+        for i in np.argsort(levels):
+            if np.isfinite(levels[i]) and levels[i] > reached + LEAST:
+                found.append(tried[i])
+                reached = float(levels[i])
+        return found
 
     def _extended(self, group: Group, contained: Contained, fitted: Fit) -> list[_Tried]:
         """Return where a richer effect may start from where one that it contains ended."""
@@ -265,40 +275,3 @@ class OneMore:
 
 def _is_near(score: Score | None, best: Score | None) -> bool:
     return score is not None and best is not None and gain(best, score).t < FAR
-
-
-def as_in(none: Hypothesis, other: Model) -> FloatArray:
-    """Return the coordinates of the own numbers as another model has them, as far as usual."""
-    ratios = np.array([number.value(other) / number.value(none.model) for number in none.own])
-    return _coordinates(ratios)
-
-
-def own_start(none: Hypothesis, start: Start) -> FloatArray:
-    """Return the logarithms of the model's own numbers that go with a start."""
-    signs = np.array([number.sign for number in none.own])
-    return _coordinates(signs * _ratios(none, start))
-
-
-def turned(none: Hypothesis, start: Start) -> Hypothesis:
-    """Return the model whose own numbers have the signs that go with a start."""
-    signs = np.where(_ratios(none, start) < 0.0, -1.0, 1.0)
-    own = (replace(n, sign=float(sign)) for n, sign in zip(none.own, signs, strict=True))
-    return replace(none, own=tuple(own))
-
-
-def _coordinates(ratios: FloatArray) -> FloatArray:
-    return np.asarray(np.log(np.clip(ratios, 1.0 / FARTHEST, FARTHEST)))
-
-
-def _ratios(none: Hypothesis, start: Start) -> FloatArray:
-    """Return the own numbers that go with a start over those of the file."""
-    joints = joints_of(none.model)
-    ratios = np.ones(len(none.own))
-    for i, number in enumerate(none.own):
-        if number.element is None or number.name not in {"stiffness", "damping"}:
-            continue
-        joint = tuple(none.model.elements[number.element].between)
-        if joint in joints:
-            changes = start.stiffness if number.name == "stiffness" else start.damping
-            ratios[i] += changes[joints.index(joint)]
-    return ratios

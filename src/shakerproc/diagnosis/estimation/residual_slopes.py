@@ -1,14 +1,14 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet, Windows
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
+from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -29,57 +29,6 @@ drift by (starting value) [-]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
-
-Channels: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""Gain of each sensor [-], its delay [s], and the constant of each input over its rms [-]."""
-
-State: TypeAlias = tuple[list[FloatArray], Predicted, float]
-"""Residuals of every stack of windows, (n_members, n_residuals) arrays over the noise, the
-prediction, and the cost with the prior."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Point:
-    """Where the search is.
-
-    Attributes
-    ----------
-    x : (n_x,) array
-        Coordinates of the hypothesis.
-    gain, delay : (n_sensors,) array
-        Gain of each sensor [-] and its delay [s].
-    offset : (n_offsets,) array
-        Constant of the input of each test over its rms [-].
-    starts : (n_windows, n_motions) array or None
-        Motion where windows begin, of the masses and of the modes, and states of the laws.
-    """
-
-    x: FloatArray
-    gain: FloatArray
-    delay: FloatArray
-    offset: FloatArray
-    starts: FloatArray | None
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Linearised:
-    """Residual of every stack of windows and its slopes; all 0 for windows that ran away.
-
-    Attributes
-    ----------
-    residual : list of (n_members, n_residuals) array
-        Over the noise [-].
-    slopes : list of (n_members, n_residuals, n) array
-        By coordinates, gains, delays and offsets.
-    own : list of (n_members, n_residuals, n_starts) array
-        By the window's own start, over its scales.
-    """
-
-    residual: list[FloatArray]
-    slopes: list[FloatArray]
-    own: list[FloatArray]
 
 
 @final
@@ -138,12 +87,17 @@ class Linearisation:
         return self._sizes
 
     def predict(
-        self, x: FloatArray, starts: FloatArray | None, offset: FloatArray
+        self,
+        x: FloatArray,
+        starts: FloatArray | None,
+        offset: FloatArray,
+        *,
+        evened: bool = False,
     ) -> Predicted | None:
         """Return what the model says; None where no model can have these numbers."""
         try:
             model = self.hypothesis.model_at(x)
-            return predict(self.data, model, self.windows, starts, offset)
+            return predict(self.data, model, self.windows, starts, offset, evened=evened)
         except ModelError:
             return None
 
@@ -212,18 +166,25 @@ class Linearisation:
         return np.concatenate([at.x, at.gain - 1.0, at.delay, at.offset])
 
     def linearise(self, at: Point, state: State, *, physics: bool = True) -> Linearised:
-        """Return the slopes of the residual; without `physics`, by the starts alone."""
+        """Return the slopes of the residual; without `physics`, by the starts alone.
+
+        Values at the samples jump where a jump of the acceleration crosses a sample, and have
+        no slope there; what is expected of them has: their means.
+        """
         residual, predicted, _ = state
+        here = predicted
+        if self.data.points:
+            here = self.predict(at.x, at.starts, at.offset, evened=True) or predicted
         slopes: list[list[FloatArray]] = [[] for _ in self.stacks]
         if physics:
-            for change in self._by_coordinates(at, predicted):
+            for change in self._by_coordinates(at, here):
                 _append(slopes, change)
             for columns, stack in zip(slopes, self.stacks, strict=True):
                 columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
-            for change in self._by_offsets(at, predicted):
+            for change in self._by_offsets(at, here):
                 _append(slopes, change)
         own: list[list[FloatArray]] = [[] for _ in self.stacks]
-        for change in self._by_starts(at, predicted):
+        for change in self._by_starts(at, here):
             _append(own, change)
         count = self.spread.size
         return Linearised(
@@ -238,14 +199,14 @@ class Linearisation:
             step = STEP if at.x[k] + STEP <= self.high[k] else -STEP
             moved = at.x.copy()
             moved[k] += step
-            there = self.predict(moved, at.starts, at.offset)
+            there = self.predict(moved, at.starts, at.offset, evened=True)
             yield self._differences(at.gain / step, here, there)
 
     def _by_offsets(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by the constant input of each test."""
         if not at.offset.size:
             return
-        there = self.predict(at.x, at.starts, at.offset + STEP)
+        there = self.predict(at.x, at.starts, at.offset + STEP, evened=True)
         change = self._differences(at.gain / STEP, here, there)
         of_test = [self.windows.table[stack.members[0], 0] for stack in self.stacks]
         for test in range(at.offset.size):
@@ -261,7 +222,7 @@ class Linearisation:
         for k, scale in enumerate(self.sizes_of_starts(at)):
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
-            there = self.predict(at.x, shifted, at.offset)
+            there = self.predict(at.x, shifted, at.offset, evened=True)
             yield self._differences(at.gain / STEP, here, there)
 
     def _differences(

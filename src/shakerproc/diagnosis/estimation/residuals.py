@@ -42,6 +42,8 @@ def predict(
     windows: Windows,
     starts: FloatArray | None,
     offset: FloatArray | None = None,
+    *,
+    evened: bool = False,
 ) -> Predicted:
     """Return what the free-running model says.
 
@@ -57,6 +59,9 @@ def predict(
         Motion where they begin, and states of the laws.
     offset : (n_offsets,) array, optional
         Constant of the input of each test, over its rms [-].
+    evened : bool
+        Whether accelerations, where they are values at the samples, are to be means over the
+        sample before and the one after: what is expected of a jump somewhere between them.
 
     Raises
     ------
@@ -65,5 +70,16 @@ def predict(
     """
     inputs = data.inputs if offset is None else data.inputs_with(offset)
     runs = Runs(inputs, windows.table, starts)
-    found = free_runs(model, runs, tolerance=TOLERANCE, means=not data.points)
-    return Predicted(found.outputs, found.failed)
+    means = evened or not data.points
+    found = free_runs(model, runs, tolerance=TOLERANCE, means=means)
+    outputs = found.outputs
+    if evened and data.points:
+        jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])
+        outputs = tuple(_centred(rows, jumps) for rows in outputs)
+    return Predicted(outputs, found.failed)
+
+
+def _centred(rows: FloatArray, chosen: NDArray[np.bool_]) -> FloatArray:
+    """Return rows, those chosen as means over the interval before and the one after."""
+    before = np.concatenate([rows[:, :1], rows[:, :-1]], axis=1)
+    return np.where(chosen[:, None], 0.5 * (before + rows), rows)

@@ -7,7 +7,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point
+from shakerproc.diagnosis.estimation.point import Point
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 
 ROUNDS: Final = 12

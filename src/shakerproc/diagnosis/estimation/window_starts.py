@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.hidden_motion import elsewhere
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation, Point, State
+from shakerproc.diagnosis.estimation.point import Point, State
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.simulation import largest_states
 

@@ -1,12 +1,10 @@
 """The verdict: which hypothesis stands, which stand beside it, and what is said of the rest."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 
 from shakerproc.diagnosis import wording
-from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.intervals import estimates, far_numbers, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
@@ -25,6 +23,7 @@ from shakerproc.diagnosis.selection.errors import (
     error_of_scored,
     scored_tests,
 )
+from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
@@ -34,12 +33,6 @@ from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
-
-GAIN_TOLERANCE: Final = 0.03
-"""Gain error of a sensor from which it is a fault: three times its spread [-]."""
-
-DELAY_TOLERANCE: Final = 40e-6
-"""Delay of a channel from which it is a fault: twice its spread [s]."""
 
 
 def judged(
@@ -67,11 +60,11 @@ def judged(
     errors = _errors(found, chosen, *map(error_of_scored, before))
     alike = _indistinguishable(standing)
     effects = _effects(fit)
-    faults, locked, outside = _faults(found, fit), _locked(found, fit, effects), None
+    faults, locked, outside = faults_of(found, fit), _locked(found, fit, effects), None
     laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
     far = {} if found.rigid else far_numbers(fit)
-    doubted = _doubted(found, chosen, faults)
-    faults = [fault for fault in faults if fault not in doubted]
+    open_ones = doubted(found, chosen, faults)
+    faults = [fault for fault in faults if fault not in open_ones]
     if is_outside(found, chosen):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
@@ -107,7 +100,7 @@ def judged(
             *_notes(found),
             *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
             *(_remaining(found, chosen, more) if effects else ()),
-            *([wording.doubted_note(doubted)] if doubted else ()),
+            *([wording.doubted_note(open_ones)] if open_ones else ()),
         ),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
@@ -151,62 +144,6 @@ def _errors(found: Found, chosen: Score, before_fitted: float, before_held: floa
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
     )
-
-
-def _faults(found: Found, fit: Fit) -> list[Finding]:
-    """Return gains and delays beyond what is usual, with their intervals.
-
-    Not of a fit to a joint that held: it has no gain and delay but what imitate that.
-    """
-    n, n_sensors = fit.hypothesis.size, fit.gain.size
-    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
-    gains, delays = fit.gain, fit.delay
-    if found.corrected:
-        gains = gains * applied_gain(found.linear_model)
-        delays = delays + applied_delay(found.linear_model)
-    if found.late:
-        delays = delays + np.array(found.late)
-    out = []
-    for i, name in enumerate(fit.hypothesis.model.sensors if not found.rigid else ()):
-        size, delay = abs(float(gains[i])), float(delays[i])
-        own, late = float(spread[n + i]), float(spread[n + n_sensors + i])
-        out += _in_the_samples(found, i, name)
-        if found.signs and found.signs[i] < 0.0:
-            out.append(Finding("sensor_polarity", (name,), {}))
-        if abs(size - 1.0) > GAIN_TOLERANCE:
-            value = Estimate(size, size - own, size + own, "1")
-            out.append(Finding("sensor_gain", (name,), {"gain": value}))
-        if abs(delay) > DELAY_TOLERANCE:
-            value = Estimate(delay, delay - late, delay + late, "s")
-            out.append(Finding("sensor_delay", (name,), {"delay": value}))
-    return out
-
-
-def _doubted(found: Found, chosen: Score, faults: Sequence[Finding]) -> list[Finding]:
-    """Return the faults that only a model tells which leaves more than noise.
-
-    They may stand for what is missing in it; not a delay that was seen before all else.
-    """
-    known = np.isfinite(found.floor_under(chosen)) and not found.is_explained_by(chosen)
-    if not known or found.late:
-        return []
-    return [fault for fault in faults if fault.kind in {"sensor_gain", "sensor_delay"}]
-
-
-def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
-    """Return the faults of a sensor that show in the samples: clipping, and hum."""
-    out = []
-    limits = [float(test.limits[sensor]) for test in found.data.tests]
-    reached = [limit for limit in limits if np.isfinite(limit)]
-    if reached:
-        unit = "m/s^2" if found.data.model.sensors[name].measures == "acceleration" else ""
-        level = Estimate(min(reached), min(reached), min(reached), unit)
-        out.append(Finding("clipping", (name,), {"level": level}))
-    for hum in found.hums:
-        if hum.sensor == sensor:
-            line = Estimate(hum.frequency, hum.frequency, hum.frequency, "Hz")
-            out.append(Finding("mains_hum", (name,), {"frequency": line}))
-    return out
 
 
 def _curve(found: Found) -> Outside | None:
