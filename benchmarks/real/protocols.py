@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from shakerproc.comparison.measured import input_rows, sensor_row, sensors_of
+from shakerproc.comparison.sensors import input_rows, sensor_row, sensors_of
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
 from shakerproc.runs import find_crop, open_test

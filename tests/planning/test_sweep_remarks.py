@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.planning.test_plan import planned
 
-from shakerproc.spectra.passing import swept_peak
+from shakerproc.spectra.tones.passing import swept_peak
 
 
 @pytest.mark.parametrize("rate", [1.0, 4.0])

@@ -9,7 +9,7 @@ from tests.runs.test_peak_tables import mode, processed
 from tests.small_campaign import RATE
 
 from shakerproc.spectra import swept_mode, swept_response
-from shakerproc.spectra.passing import passing, swept_peak, swept_shift
+from shakerproc.spectra.tones.passing import passing, swept_peak, swept_shift
 
 
 def swept(rate, low=40.0, high=90.0, sample_rate=RATE):

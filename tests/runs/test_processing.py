@@ -12,11 +12,11 @@ from shakerproc.data import STANDARD_GRAVITY, recording_of_arrays
 from shakerproc.errors import LogError, RecordingError, SpectrumError
 from shakerproc.runs import (
     UnitOption,
+    notch,
     open_path,
     open_test,
     process_recording,
     process_test,
-    processing,
     tables,
     usual_roles,
 )
@@ -191,7 +191,7 @@ def test_damping_is_read_from_longer_segments_where_these_do_not_resolve_it():
 
 
 def test_a_long_notch_is_cut_from_the_middle_and_says_so(monkeypatch):
-    monkeypatch.setattr(processing, "FILTERED", round(10.0 * RATE))
+    monkeypatch.setattr(notch, "FILTERED", round(10.0 * RATE))
     rows = samples(250.0, seconds=20.0)
     rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(rows.shape[1]) / RATE)
     result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))

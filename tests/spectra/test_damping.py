@@ -6,12 +6,9 @@ from numpy.testing import assert_allclose
 from scipy import signal
 
 from shakerproc.spectra import cross_spectra, find_peaks, h1
-from shakerproc.spectra.damping import (
-    damping_of_density,
-    damping_of_response,
-    half_power_ratio,
-)
-from shakerproc.spectra.windows import (
+from shakerproc.spectra.peaks.damping import damping_of_density, damping_of_response
+from shakerproc.spectra.peaks.half_power import half_power_ratio
+from shakerproc.spectra.welch.windows import (
     COSINE_TERMS,
     CosineCorrelation,
     SampledCorrelation,

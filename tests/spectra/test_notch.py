@@ -7,7 +7,7 @@ from scipy import signal
 
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import notch, periodogram, thesis_notch
-from shakerproc.spectra.notch_filters import (
+from shakerproc.spectra.tones.notch_filters import (
     butterworth_band_stop,
     centred_notch,
     filter_both_ways,

@@ -7,10 +7,10 @@ from numpy.testing import assert_allclose
 from shakerproc.data import Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
-from shakerproc.spectra.orders import rotation
+from shakerproc.spectra.tones.orders import rotation
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.analyses import Distribution, Octaves, Orders, Waterfall
-from shakerproc.testlog.log import ThresholdCrop
+from shakerproc.testlog.processing import ThresholdCrop
 
 RATE = 4096.0
 TIME = np.arange(int(20.0 * RATE)) / RATE

@@ -13,7 +13,7 @@ from shakerproc.spectra import (
     swept_response,
     tone_response,
 )
-from shakerproc.spectra.swept import MOST_WINDOWS, SMEAR
+from shakerproc.spectra.tones.swept import MOST_WINDOWS, SMEAR
 
 RATE = 2000.0
 

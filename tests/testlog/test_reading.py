@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Section
 from shakerproc.errors import DocumentError, LogError
-from shakerproc.spectra.windows import COSINE_TERMS
+from shakerproc.spectra.welch.windows import COSINE_TERMS
 from shakerproc.testlog import (
     Processing,
     ThresholdCrop,

@@ -15,10 +15,11 @@ from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
 from shakerproc.comparison.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.comparison.held_out import held_out
 from shakerproc.comparison.joints import JointMotion, joint_motions
-from shakerproc.comparison.measured import Measured, check_driven, usable_tests, with_repeats
+from shakerproc.comparison.measured import Measured, usable_tests, with_repeats
 from shakerproc.comparison.noise import NOT_REFUTED
 from shakerproc.comparison.prediction import Prediction, predict
 from shakerproc.comparison.refit import Refit, refit
+from shakerproc.comparison.sensors import check_driven
 from shakerproc.comparison.windows import Windows
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog

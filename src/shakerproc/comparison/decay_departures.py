@@ -7,7 +7,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
-from shakerproc.comparison.measured import UNIT_OF
+from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.runs.analyses.decay_words import DISPUTED, harmonic_of, law_words
 from shakerproc.runs.result import shown_unit

@@ -49,7 +49,7 @@ from shakerproc.planning.rehearsal import (
     with_usual_roles,
 )
 from shakerproc.planning.suggested import suggested_tests
-from shakerproc.spectra.passing import fastest_rate, swept_peak
+from shakerproc.spectra.tones.passing import fastest_rate, swept_peak
 
 __all__ = [
     "AbstractInput",

@@ -18,7 +18,7 @@ from shakerproc.planning.joints import AbstractJoint, FreeJoint, Mode, Walls
 from shakerproc.planning.limits import ShakerLimits
 from shakerproc.planning.play import Play, Warming, Which, play_of_test
 from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
-from shakerproc.spectra.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
+from shakerproc.spectra.tones.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
 from shakerproc.testlog import PULSES, Multisine, Test, TestLog, ThresholdCrop
 
 LINES_OF_A_MODE: Final = 4.0

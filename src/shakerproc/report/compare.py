@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
-from shakerproc.comparison.measured import UNIT_OF
+from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.report import style
 from shakerproc.report.run_figures import save

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison, by_range
-from shakerproc.comparison.measured import UNIT_OF
+from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import STANDARD_GRAVITY, ComplexArray, FloatArray
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing

@@ -1,13 +1,10 @@
 """One test of a log, worked through: recording, crop, spectra, peaks, flags."""
 
+from shakerproc.runs.averaging import welch
 from shakerproc.runs.blows import averaged_blows
+from shakerproc.runs.crops import find_crop
 from shakerproc.runs.opening import open_path, open_test
-from shakerproc.runs.processing import (
-    find_crop,
-    process_recording,
-    process_test,
-    welch,
-)
+from shakerproc.runs.processing import process_recording, process_test
 from shakerproc.runs.result import Flag, ResonancePeak, Responses, RunResult
 from shakerproc.runs.roles import UnitOption, usual_roles
 from shakerproc.runs.summary import RunSummary, read_summary, write_summary

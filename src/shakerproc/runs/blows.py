@@ -12,10 +12,10 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import lone_force
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.blows import Blow, Blows, Cut, Setup, noise_before, windowed
+from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
+from shakerproc.spectra.hammer.blows import Blow, Blows, Cut, Setup, noise_before, windowed
+from shakerproc.spectra.hammer.strikes import find_strikes, usual_length
 from shakerproc.spectra.range_ends import range_ends
-from shakerproc.spectra.strikes import find_strikes, usual_length
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)

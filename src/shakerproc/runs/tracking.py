@@ -10,8 +10,8 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import Crop, Spectrogram, Sweep, Tone
-from shakerproc.spectra.passing import ENOUGH, SweptMode
-from shakerproc.spectra.swept import Direction
+from shakerproc.spectra.tones.passing import ENOUGH, SweptMode
+from shakerproc.spectra.tones.swept import Direction
 from shakerproc.testlog import Test
 
 N_HARMONICS: Final = 5

@@ -1,11 +1,5 @@
 """Signal processing, arrays in and arrays out: crop, Welch engine, responses, peaks, sweeps."""
 
-from shakerproc.spectra.bounds import (
-    Bounds,
-    gain_random_error,
-    psd_bounds,
-    response_bounds,
-)
 from shakerproc.spectra.crop import (
     Crop,
     ThresholdNotReachedError,
@@ -13,40 +7,25 @@ from shakerproc.spectra.crop import (
     crop_by_time,
     sample_at,
 )
-from shakerproc.spectra.cross import CrossSpectra, Detrend
-from shakerproc.spectra.damping import (
-    Damping,
-    damping_of_density,
-    damping_of_response,
-    half_power_ratio,
-    is_resolved,
+from shakerproc.spectra.peaks.damping import Damping, damping_of_density, damping_of_response
+from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
+from shakerproc.spectra.peaks.half_power import half_power_ratio, is_resolved
+from shakerproc.spectra.responses.bounds import (
+    Bounds,
+    gain_random_error,
+    psd_bounds,
+    response_bounds,
 )
-from shakerproc.spectra.description import Statistics, statistics
-from shakerproc.spectra.engine import cross_spectra
-from shakerproc.spectra.levels import (
-    Imbalance,
-    control_imbalance,
-    cumulative_rms,
-    rms_in_band,
-)
-from shakerproc.spectra.lines import Line, beside_lines, steady_lines
-from shakerproc.spectra.masks import driven, excited, masked
-from shakerproc.spectra.notch_filters import Notched, notch, thesis_notch
-from shakerproc.spectra.passing import SweptMode, fastest_rate, swept_mode
-from shakerproc.spectra.peaks import Peak, effective_frequencies, find_peaks
-from shakerproc.spectra.periodograms import periodogram
-from shakerproc.spectra.responses import (
+from shakerproc.spectra.responses.estimators import (
     coherence,
     h1,
     h1_of_inputs,
     h2,
     hv,
     multiple_coherence,
-    psd,
     psd_ratio,
 )
-from shakerproc.spectra.spectrograms import Spectrogram, spectrogram
-from shakerproc.spectra.swept import Sweep, stitched, swept_response
+from shakerproc.spectra.responses.masks import driven, excited, masked
 from shakerproc.spectra.thesis import (
     Table,
     ThesisPeak,
@@ -54,8 +33,24 @@ from shakerproc.spectra.thesis import (
     ThesisTables,
     thesis_tables,
 )
-from shakerproc.spectra.tones import Tone, stepped_response, tone_response
-from shakerproc.spectra.windows import COSINE_TERMS, effective_averages, window_samples
+from shakerproc.spectra.tones.lines import Line, beside_lines, steady_lines
+from shakerproc.spectra.tones.notch_filters import Notched, notch, thesis_notch
+from shakerproc.spectra.tones.passing import SweptMode, fastest_rate, swept_mode
+from shakerproc.spectra.tones.steady import Tone, stepped_response, tone_response
+from shakerproc.spectra.tones.swept import Sweep, stitched, swept_response
+from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
+from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.description import Statistics, statistics
+from shakerproc.spectra.welch.engine import cross_spectra
+from shakerproc.spectra.welch.levels import (
+    Imbalance,
+    control_imbalance,
+    cumulative_rms,
+    rms_in_band,
+)
+from shakerproc.spectra.welch.periodograms import periodogram
+from shakerproc.spectra.welch.spectrograms import Spectrogram, spectrogram
+from shakerproc.spectra.welch.windows import COSINE_TERMS, effective_averages, window_samples
 
 __all__ = [
     "COSINE_TERMS",

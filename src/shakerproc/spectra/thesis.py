@@ -9,12 +9,13 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.crop import Crop, crop_by_threshold
-from shakerproc.spectra.cross import CrossSpectra, Detrend
-from shakerproc.spectra.engine import cross_spectra
-from shakerproc.spectra.notch_filters import thesis_notch
-from shakerproc.spectra.peaks import thesis_peaks
-from shakerproc.spectra.periodograms import periodogram
-from shakerproc.spectra.responses import coherence, psd, psd_ratio
+from shakerproc.spectra.peaks.finding import thesis_peaks
+from shakerproc.spectra.responses.estimators import coherence, psd_ratio
+from shakerproc.spectra.tones.notch_filters import thesis_notch
+from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
+from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.engine import cross_spectra
+from shakerproc.spectra.welch.periodograms import periodogram
 
 Mode: TypeAlias = Literal["thesis", "corrected"]
 

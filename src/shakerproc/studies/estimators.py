@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra import cross_spectra, periodogram, psd
-from shakerproc.spectra.peaks import local_maxima
+from shakerproc.spectra.peaks.finding import local_maxima
 from shakerproc.studies.study import Measure
 
 SMALLEST = 1e-3

@@ -1,33 +1,27 @@
 """The YAML log sheet of a campaign, read into a TestLog; every message with line and column."""
 
 from shakerproc.testlog.analyses import ResponseFunction
+from shakerproc.testlog.equipment import Shaker, Specimen
+from shakerproc.testlog.excitation import BROADBAND, PULSES, Excitation, Profile, ProfileNotch
 from shakerproc.testlog.expectations import check_expectation, nominal_duration
 from shakerproc.testlog.facts import facts_of
 from shakerproc.testlog.hammer import Hammer
 from shakerproc.testlog.levels import level_of
-from shakerproc.testlog.log import (
-    BROADBAND,
-    PULSES,
+from shakerproc.testlog.log import TestLog
+from shakerproc.testlog.merging import threshold_of
+from shakerproc.testlog.multisine import Multisine
+from shakerproc.testlog.one_test import Expectation, Test
+from shakerproc.testlog.processing import (
     Crop,
-    Excitation,
-    Expectation,
     Modal,
     NotchFilter,
     Peaks,
     Processing,
-    Profile,
-    ProfileNotch,
-    Shaker,
-    Specimen,
-    Test,
-    TestLog,
     ThresholdCrop,
     TimeCrop,
     Tolerance,
     Welch,
 )
-from shakerproc.testlog.merging import threshold_of
-from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.reading import read_testlog
 
 __all__ = [

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from shakerproc.data import Recording
 from shakerproc.errors import LogError
-from shakerproc.testlog.log import Test
+from shakerproc.testlog.one_test import Test
 from shakerproc.units import is_same_unit, quoted
 
 RATE_TOLERANCE = 1e-4

@@ -3,7 +3,8 @@
 from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
-from shakerproc.testlog.log import Fact, LevelUnit, Test
+from shakerproc.testlog.excitation import LevelUnit
+from shakerproc.testlog.one_test import Fact, Test
 
 _LEVELS: Final[tuple[tuple[LevelUnit, str, float], ...]] = (
     ("m/s^2", "level_g", STANDARD_GRAVITY),

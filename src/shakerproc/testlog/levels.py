@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from shakerproc.testlog.log import BROADBAND, Excitation, LevelUnit
+from shakerproc.testlog.excitation import BROADBAND, Excitation, LevelUnit
 from shakerproc.units import is_unit_of, quoted, to_si
 
 _AMPLITUDES: Final[tuple[LevelUnit, ...]] = ("m/s^2", "N")

@@ -18,16 +18,16 @@ from shakerproc.testlog.analyses import (
     Shock,
     Waterfall,
 )
-from shakerproc.testlog.log import (
+from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.one_test import Expectation
+from shakerproc.testlog.processing import (
     Crop,
-    Expectation,
     Modal,
     Processing,
     ThresholdCrop,
     TimeCrop,
     Welch,
 )
-from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.schema import (
     ChannelSection,
     ExpectSection,

@@ -8,8 +8,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final, final
 
-from shakerproc.testlog.log import LevelUnit, Profile, ProfileNotch, Tolerance
+from shakerproc.testlog.excitation import LevelUnit, Profile, ProfileNotch
 from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.processing import Tolerance
 from shakerproc.testlog.profile_csv import SLOPE, Raise, Written, read_breakpoints
 from shakerproc.testlog.schema import ProfileSection, TestSection
 from shakerproc.units import is_unit_of, near_miss, quoted, to_si

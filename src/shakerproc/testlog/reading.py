@@ -8,20 +8,12 @@ from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
 from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
+from shakerproc.testlog.equipment import Shaker, Specimen
+from shakerproc.testlog.excitation import LevelUnit, Profile
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
-from shakerproc.testlog.log import (
-    Expectation,
-    LevelUnit,
-    Processing,
-    Profile,
-    Shaker,
-    Specimen,
-    Tag,
-    Test,
-    TestLog,
-)
+from shakerproc.testlog.log import TestLog
 from shakerproc.testlog.merging import (
     merged_channels,
     merged_expectation,
@@ -30,8 +22,10 @@ from shakerproc.testlog.merging import (
 )
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.multisine import multisine_of
+from shakerproc.testlog.one_test import Expectation, Tag, Test
 from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import Below, relative_path
+from shakerproc.testlog.processing import Processing
 from shakerproc.testlog.profiles import fitting_profile, profile_of
 from shakerproc.testlog.schema import BesideSection, LogSection, TestSection
 from shakerproc.testlog.specimens import Table, specimens_of

@@ -22,9 +22,9 @@ from shakerproc.testlog.analysis_sections import (
     ShockSection,
     WaterfallSection,
 )
+from shakerproc.testlog.excitation import Excitation
 from shakerproc.testlog.hammer import HammerSection
 from shakerproc.testlog.header_section import HeaderSection
-from shakerproc.testlog.log import Excitation
 from shakerproc.testlog.multisine import MultisineSection
 from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from shakerproc.documents import Document, Key, read_document
-from shakerproc.testlog.log import Specimen
+from shakerproc.testlog.equipment import Specimen
 from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.schema import LogSection, SpecimenSection, SpecimensFile
 

@@ -9,7 +9,7 @@ from typing import Any, Final, TypedDict, get_args
 from shakerproc.errors import ArgumentError
 from shakerproc.recordings.si import parse_unit
 from shakerproc.runs import UnitOption
-from shakerproc.spectra.windows import COSINE_TERMS, PERIODIC
+from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.testlog import Excitation, Test, ThresholdCrop, level_of, threshold_of
 from shakerproc.units import near_miss
 

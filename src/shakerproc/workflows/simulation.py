@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from shakerproc.comparison.measured import UNIT_OF
+from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model

@@ -9,9 +9,9 @@ from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra import masks
-from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows
-from shakerproc.spectra.strikes import rounded_up
+from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Blows
+from shakerproc.spectra.hammer.strikes import rounded_up
+from shakerproc.spectra.responses import masks
 
 LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told [-]: what is cut

@@ -21,7 +21,7 @@ from shakerproc.spectra.decays import (
     free_start,
     trend_of,
 )
-from shakerproc.spectra.driving_point import INTEGRATIONS
+from shakerproc.spectra.responses.driving_point import INTEGRATIONS
 
 RINGS: Final = ("free decay", "shock")
 """Kinds of excitation after which a structure is left to itself."""

@@ -14,7 +14,7 @@ from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.roles import is_called, row_named
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import Crop
-from shakerproc.spectra.orders import Rotation, order_amplitudes, rotation
+from shakerproc.spectra.tones.orders import Rotation, order_amplitudes, rotation
 from shakerproc.testlog.analyses import Orders
 
 MOST_ROWS: Final = 2000

@@ -9,8 +9,8 @@ from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.spectra.spectrograms import spectrogram
-from shakerproc.spectra.windows import window_samples
+from shakerproc.spectra.welch.spectrograms import spectrogram
+from shakerproc.spectra.welch.windows import window_samples
 
 MOST_POINTS: Final = 240
 """Points of one spectrum in the figure, the largest of neighbouring bins each [-]."""

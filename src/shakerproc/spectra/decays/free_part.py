@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.strikes import LOUD, NORMAL
+from shakerproc.spectra.hammer.strikes import LOUD, NORMAL
 
 DRIVEN: Final = 0.05
 """Share of the largest input below which it drives no more [-]: what a hammer or a table rings

@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import FloatArray
 from shakerproc.spectra.decays.isolation import PASS, never_grows
 from shakerproc.spectra.decays.line import DecayLine
-from shakerproc.spectra.masks import excited
+from shakerproc.spectra.responses.masks import excited
 
 PROMINENT: Final = 2.0
 """How far a line stands above the spectrum on both its sides, as a factor, 6 dB [-]: a

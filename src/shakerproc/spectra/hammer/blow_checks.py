@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.blows import LEAST_QUIET, Blow, Cut, Setup
-from shakerproc.spectra.strikes import LOUD, SAME_BLOW
+from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Cut, Setup
+from shakerproc.spectra.hammer.strikes import LOUD, SAME_BLOW
 
 RISE: Final = 6.0
 """Standard deviations of the motion before a blow above which a channel responds [-]."""

@@ -17,8 +17,8 @@ import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.damping import NORMAL, UNLIKE
-from shakerproc.spectra.swept import Sweep
+from shakerproc.spectra.peaks.damping import NORMAL, UNLIKE
+from shakerproc.spectra.tones.swept import Sweep
 
 ENOUGH: Final = 0.95
 """Share of the steady resonance that a sweep should reach [-]."""

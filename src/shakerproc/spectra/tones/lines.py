@@ -9,11 +9,11 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.chance import smearing_of
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.masks import NOTCH_BINS
-from shakerproc.spectra.peaks import BY_CHANCE, find_peaks
-from shakerproc.spectra.responses import psd
+from shakerproc.spectra.peaks.chance import smearing_of
+from shakerproc.spectra.peaks.finding import BY_CHANCE, find_peaks
+from shakerproc.spectra.responses.masks import NOTCH_BINS
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
 
 
 @final

@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.windows import window_samples
+from shakerproc.spectra.welch.windows import window_samples
 
 SampleReader: TypeAlias = Callable[[int, int], FloatArray]
 """Samples start to stop of every channel, an (n_channels, stop - start) array."""

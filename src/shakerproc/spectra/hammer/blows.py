@@ -13,7 +13,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.strikes import Strikes
+from shakerproc.spectra.hammer.strikes import Strikes
 
 LEAST_QUIET: Final = 8
 """Samples before a blow from which on their standard deviation is taken for the noise [-]: that

@@ -9,8 +9,8 @@ import scipy  # its parts load when they are first used
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.ridges import SampleReader, reader_of
-from shakerproc.spectra.windows import window_samples
+from shakerproc.spectra.welch.ridges import SampleReader, reader_of
+from shakerproc.spectra.welch.windows import window_samples
 
 AT_ONCE: Final = 2**18
 """Samples of a channel transformed at once."""

@@ -7,28 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.cross import CrossSpectra
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
 
 SAME_MOTION: Final = 1e-10
 """Share of the power in a motion of the controls below which it is taken for rounding."""
-
-
-def psd(spectra: CrossSpectra) -> FloatArray:
-    """Return the power spectral density of every channel.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        Matrix of cross spectra.
-
-    Returns
-    -------
-    (n_channels, n_frequencies) array
-        One-sided densities [unit²/Hz].
-    """
-    return np.array(np.einsum("iif->if", spectra.matrix).real)
 
 
 def h1(

@@ -9,7 +9,8 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.ridges import (
+from shakerproc.spectra.tones.tracking import Track, demodulated, track_of
+from shakerproc.spectra.welch.ridges import (
     QUIET,
     SampleReader,
     mean_control,
@@ -17,7 +18,6 @@ from shakerproc.spectra.ridges import (
     reader_of,
     ridge_of,
 )
-from shakerproc.spectra.tracking import Track, demodulated, track_of
 
 Direction: TypeAlias = Literal["up", "down"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import kernels
-from shakerproc.spectra.blocks import SLICE, in_order
+from shakerproc.spectra.welch.blocks import SLICE, in_order
 
 
 @final

@@ -7,8 +7,8 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.responses import psd
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
 
 IMBALANCE: Final = 0.1
 """Relative difference of the control motions that deserves a warning [-] (trap 19)."""

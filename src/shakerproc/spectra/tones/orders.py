@@ -11,7 +11,7 @@ import scipy  # its parts load when they are first used
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.tachometer import Pulses, numbered, rising_edges
+from shakerproc.spectra.tones.tachometer import Pulses, numbered, rising_edges
 
 LEAST_PULSES: Final = 4
 """Fewest pulses that a cubic spline of the angle takes [-]."""

@@ -10,9 +10,9 @@ from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import kernels
-from shakerproc.spectra.blocks import in_order
-from shakerproc.spectra.cross import CrossSpectra, Detrend
-from shakerproc.spectra.windows import effective_averages, window_samples
+from shakerproc.spectra.welch.blocks import in_order
+from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
+from shakerproc.spectra.welch.windows import effective_averages, window_samples
 
 GROUP_VALUES = 2**17
 """Samples windowed at once, 1 MiB: small enough for the cache, large enough for few calls."""

@@ -12,7 +12,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import kernels
-from shakerproc.spectra.ridges import CHUNK, Ridge, SampleReader, median_of_five
+from shakerproc.spectra.welch.ridges import CHUNK, Ridge, SampleReader, median_of_five
 
 LAW: Final = 0.03
 """Median relative distance from a straight law below which the law is used [-]."""

@@ -15,7 +15,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.windows import AbstractCorrelation
+from shakerproc.spectra.welch.windows import AbstractCorrelation
 
 Kind: TypeAlias = Literal["response", "density"]
 

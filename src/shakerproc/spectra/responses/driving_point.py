@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.masks import excited
+from shakerproc.spectra.responses.masks import excited
+from shakerproc.spectra.welch.cross import CrossSpectra
 
 INTEGRATIONS: Final = {"m/s^2": 1, "m/s": 0, "m": -1}
 """How often a motion of a unit is integrated to a velocity."""

@@ -8,8 +8,9 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.responses import coherence, h1, psd
+from shakerproc.spectra.responses.estimators import coherence, h1
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
 
 
 @final

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.ridges import reader_of, ridge_of
+from shakerproc.spectra.welch.ridges import reader_of, ridge_of
 
 STEADY: Final = 0.01
 """Relative change of frequency within a dwell [-]."""

@@ -22,8 +22,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.mode_fit import Kind, ModesFit
+from shakerproc.spectra.peaks.mode_fit import Kind, ModesFit
+from shakerproc.spectra.welch.cross import CrossSpectra
 
 OVER: Final = 16
 """Points of the window's spectrum in the width of a segment's bin."""

@@ -9,9 +9,9 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.cross import CrossSpectra
-from shakerproc.spectra.responses import psd
-from shakerproc.spectra.saddles import saddles
+from shakerproc.spectra.peaks.saddles import saddles
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
 
 IndexArray: TypeAlias = NDArray[np.intp]
 

@@ -1,0 +1,120 @@
+"""Which part of a recording is looked at, and which part of that is judged."""
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import (
+    Recording,
+)
+from shakerproc.errors import DiagnosisError, SpectrumError
+from shakerproc.runs import find_crop
+from shakerproc.runs.roles import moving
+from shakerproc.spectra.decays import free_start
+from shakerproc.testlog import Test
+from shakerproc.testlog.excitation import PULSES
+
+PASSING: Final = frozenset({"sine sweep", "stepped sine", "shock", "hammer"})
+"""Excitations that do not do the same all the time."""
+
+PARTS: Final = 16
+"""Steps in which the loudest part is sought, over its length."""
+
+RUN_IN: Final = 16
+"""The model runs in for this share of the part that is judged: its inverse [-]."""
+
+_SHORTEST: Final = 1024  # samples
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What is looked at of a recording, `first` to `last`, and judged, `start` to `stop`."""
+
+    first: int
+    last: int
+    start: int
+    stop: int
+    notes: tuple[str, ...] = ()
+
+
+def part_of(recording: Recording, test: Test, most: int) -> Part:
+    """Return the samples to be judged; where the crop finds nothing, all of them.
+
+    The model begins at rest: where the part does not, it runs in before it is judged.
+
+    Raises
+    ------
+    DiagnosisError
+        If they are too few.
+    """
+    n, notes = recording.n_samples, []
+    try:
+        crop = find_crop(recording, test)
+        start, stop = crop.start, crop.stop
+    except SpectrumError:
+        start, stop = 0, n
+        notes.append(
+            f"{recording.run}: the crop of the log finds no run, so all of it is compared."
+        )
+    if stop - start < _SHORTEST:
+        raise DiagnosisError(
+            f"{recording.run}: {stop - start} samples are too few to judge a model; "
+            f"{_SHORTEST} are the least. Correct crop in the log."
+        )
+    if stop - start > most:
+        whole = (stop - start) / recording.sample_rate
+        start = _loudest(recording, test, start, stop, most)
+        stop = start + most
+        notes.append(
+            f"{recording.run}: used {most / recording.sample_rate:.4g} s of {whole:.4g} s, "
+            f"from {start / recording.sample_rate:.4g} s on."
+        )
+    if n <= 2 * most:
+        return Part(0, n, start, stop, tuple(notes))
+    first = 0 if start <= most else start - most // RUN_IN
+    return Part(first, stop, start, stop, tuple(notes))
+
+
+def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> Part:
+    """Return the part in which the structure is left to itself; what is before tells nothing.
+
+    Raises
+    ------
+    DiagnosisError
+        If the test is driven all along, or has no free part.
+    """
+    if test.excitation not in (None, *PULSES):
+        raise DiagnosisError(
+            f"{recording.run}: its excitation is {test.excitation}, but nothing excites the "
+            "model, which takes a free decay. Give what excites it in the model: "
+            "{base: acceleration}, say."
+        )
+    samples = recording.samples(part.start, part.stop)
+    driving = [i for i, c in enumerate(recording.channels) if c.role in {"control", "force"}]
+    try:
+        start = part.start + free_start(samples[rows], samples[driving])
+    except SpectrumError as error:
+        raise DiagnosisError(f"{recording.run}: {error}") from error
+    if part.stop - start < _SHORTEST:
+        raise DiagnosisError(
+            f"{recording.run}: {part.stop - start} samples of free decay are too few; "
+            f"{_SHORTEST} are the least."
+        )
+    return replace(part, first=start, start=start, last=part.stop)
+
+
+def _loudest(recording: Recording, test: Test, start: int, stop: int, size: int) -> int:
+    """Return where the most telling part of so many samples begins.
+
+    Steady vibration is the same everywhere: its beginning, which shows the noise before it. A
+    sweep tells most where it drives a resonance: the part with most power.
+    """
+    if test.excitation not in PASSING:
+        return start
+    step = max(1, size // PARTS)
+    blocks = moving(recording).blocks(start, stop, step)
+    power = np.array([float(np.sum(np.square(np.nan_to_num(block)))) for block in blocks])
+    kept = max(1, min(PARTS, power.size - 1))
+    return start + step * int(np.argmax(np.convolve(power[:-1], np.ones(kept), "valid")))

@@ -1,0 +1,112 @@
+"""The spectra of a run, averaged as the log wants it, and the band they are good for."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache
+from typing import Final
+
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.runs.blows import averaged_blows
+from shakerproc.spectra import Crop, CrossSpectra
+from shakerproc.spectra.hammer.blows import Blows
+from shakerproc.testlog import Test
+
+FINER: Final = 16
+"""How many times longer the segments may be where damping is not resolved otherwise."""
+
+SEGMENTS: Final = 8
+"""Segments without overlap that must remain then."""
+
+LINES_APART: Final = 4
+"""Distance that excited lines of a multisine may have, so that segments do not resolve them
+[lines]; whole periods are read by an analysis of their own."""
+
+_DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
+
+
+def averaged(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra, Blows | None]:
+    """Return the spectra of a run; the segments of a hammer test are its blows."""
+    if test.struck:
+        return averaged_blows(recording, crop, test)
+    if test.rings:
+        test = _short_segments(test, crop.n_samples)
+    if test.multisine is not None:
+        period = round(test.multisine.period * recording.sample_rate)
+        test = _short_segments(test, max(period // LINES_APART, 8))
+    return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
+
+
+def _short_segments(test: Test, n_samples: int) -> Test:
+    """Return a test whose segments are no longer than so many samples.
+
+    That is its run, for a decay may be over soon, or part of the period of a multisine, so that
+    its lines are not resolved: between them nothing is excited.
+    """
+    averaging = test.processing.welch
+    segment = min(averaging.segment, n_samples)
+    if segment == averaging.segment:
+        return test
+    shorter = replace(averaging, segment=segment, overlap=segment // 2, n_fft=None)
+    return replace(test, processing=replace(test.processing, welch=shorter))
+
+
+def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
+    """Return the cross-spectral matrix as the log wants it."""
+    averaging = test.processing.welch
+    return spectra.cross_spectra(
+        blocks,
+        sample_rate,
+        segment=averaging.segment,
+        overlap=averaging.overlap,
+        n_fft=averaging.n_fft,
+        window=averaging.window,
+        detrend=test.processing.detrend,
+    )
+
+
+def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
+    """Return the excited band [Hz]: the log's, or nearly everything.
+
+    Raises
+    ------
+    SpectrumError
+        If nothing of it lies below half the sample rate.
+    """
+    nyquist = cross.sample_rate / 2.0
+    low = _DEFAULT_BAND[0] * cross.bin_width
+    high = _DEFAULT_BAND[1] * cross.sample_rate
+    wanted = test.processing.band or test.band
+    if wanted is not None:
+        low, high = wanted[0], min(wanted[1], nyquist)
+    if not low < high:
+        raise SpectrumError(
+            f"the excited band from {low:g} to {high:g} Hz does not lie below half the sample "
+            f"rate of {cross.sample_rate:g} Hz; correct from and to in the log"
+        )
+    return low, high
+
+
+def finer_spectra(
+    recording: Recording, crop: Crop, test: Test
+) -> Callable[[], CrossSpectra | None]:
+    """Return what makes spectra of longer segments, once, for steady excitation only."""
+
+    @cache
+    def make() -> CrossSpectra | None:
+        averaging = test.processing.welch
+        times = 1
+        while times < FINER and 2 * times * averaging.segment * SEGMENTS <= crop.n_samples:
+            times *= 2
+        if times == 1 or averaging.n_fft is not None or test.excitation not in {None, "random"}:
+            return None
+        return spectra.cross_spectra(
+            recording.blocks(crop.start, crop.stop),
+            recording.sample_rate,
+            segment=times * averaging.segment,
+            window=averaging.window,
+            detrend=test.processing.detrend,
+        )
+
+    return make

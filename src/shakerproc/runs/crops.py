@@ -1,0 +1,95 @@
+"""Which part of a recording is the run, and which channel says so."""
+
+from collections.abc import Iterator
+
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording
+from shakerproc.errors import LogError
+from shakerproc.runs.result import (
+    shown_unit,
+)
+from shakerproc.runs.roles import row_named, without_tachometers
+from shakerproc.spectra import Crop
+from shakerproc.testlog import Test, ThresholdCrop, TimeCrop
+
+
+def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
+    """Return how the log crops a test: what dies away is below any threshold, and whole."""
+    crop = test.processing.crop
+    return None if test.rings and isinstance(crop, ThresholdCrop) else crop
+
+
+def find_crop(recording: Recording, test: Test) -> Crop:
+    """Return the part of a recording that is the run."""
+    crop = _wanted_crop(test)
+    if crop is None:
+        return Crop(0, recording.n_samples)
+    if isinstance(crop, TimeCrop):
+        return spectra.crop_by_time(
+            recording.n_samples, recording.sample_rate, crop.start, crop.stop
+        )
+    only = recording.select([crop_row(recording, test, crop.channel)])
+    unit, scale = shown_unit(only.channels[0].unit)
+    return spectra.crop_by_threshold(
+        list(_first(only)) if crop.remove_offset else _first(only),
+        crop.threshold,
+        recording.sample_rate,
+        absolute=crop.absolute,
+        hold=crop.hold,
+        skip=crop.skip,
+        remove_offset=crop.remove_offset,
+        unit=unit,
+        scale=scale,
+    )
+
+
+def crop_channel(recording: Recording, test: Test) -> int | None:
+    """Return the row that a threshold is held against, None where there is none.
+
+    Of the channels without the tachometers.
+    """
+    crop = _wanted_crop(test)
+    if crop is None or isinstance(crop, TimeCrop):
+        return None
+    channel = recording.channels[crop_row(recording, test, crop.channel)]
+    kept = without_tachometers(recording).channels
+    return next((i for i, one in enumerate(kept) if one is channel), None)
+
+
+def _first(recording: Recording) -> Iterator[FloatArray]:
+    return (block[0] for block in recording.blocks())
+
+
+def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
+    """Return the row of the channel that the crop looks at.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    test : Test
+        Its channels, by their keys in the log.
+    wanted : str or int
+        Name of the channel, its key in the log, or ``control 2`` for the second control.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
+    used = [use.key for use in test.channels if use.role != "ignore"]
+    if wanted in used:
+        return used.index(wanted)
+    row = row_named(recording.channels, wanted)
+    if row is not None:
+        return row
+    controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
+    word, _, number = str(wanted).partition(" ")
+    if word == "control" and controls:
+        return controls[min(int(number), len(controls)) - 1 if number.isdigit() else -1]
+    there = ", ".join(c.name for c in recording.channels)
+    raise LogError(
+        f"{recording.run}: no channel {wanted!r} to crop by. The recording has {there}. Name "
+        "one of them in crop: {channel: ...}, give a channel the role control, or use "
+        "crop: none (or --no-crop)."
+    )

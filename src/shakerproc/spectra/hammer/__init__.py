@@ -1,0 +1,1 @@
+"""Blows of a hammer: found, judged and windowed."""

@@ -1,0 +1,1 @@
+"""Peaks of spectra and response functions, and their damping."""

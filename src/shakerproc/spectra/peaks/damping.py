@@ -1,0 +1,291 @@
+"""Natural frequency and damping of a peak, or the reason why they cannot be read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.spectra.peaks.chance import modelled
+from shakerproc.spectra.peaks.half_power import READABLE, half_power_ratio
+from shakerproc.spectra.peaks.modes_of_peak import FittedModes, fitted_modes
+from shakerproc.spectra.peaks.peak_bins import (
+    FURTHEST,
+    LEAST_BINS,
+    REACH_BINS,
+    PeakData,
+    bins_around,
+    maxima_around,
+    nearest_peak,
+    smoothing_of,
+)
+from shakerproc.spectra.responses.estimators import coherence, h1, psd_ratio
+from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.density import psd
+
+RESOLVED: Final = 0.04
+"""Largest half-width of the 95 % interval of a damping ratio that is reported [-]."""
+
+NORMAL: Final = 1.96
+"""Standard errors to the end of a 95 % interval."""
+
+REACH_WIDTHS: Final = 2.0
+"""Half-power widths to each side of a peak that are fitted."""
+
+FEW: Final = 3.5
+"""Segments that light a bin below which a sweep does not average the window's leakage."""
+
+WIDE: Final = 30.0
+"""Half-power width in bins from which that does not matter, as many bins average it too."""
+
+UNLIKE: Final = 0.05
+"""Misfit over the height of a peak that no linear mode has [-]."""
+
+UNLIKELY: Final = 4.0
+"""Squared misfit over chance from which a misfit is not chance [-]."""
+
+FLOOR: Final = 1e-6
+"""Least share of noise assumed in the power of a response [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Damping:
+    """Natural frequency and damping ratio of one peak.
+
+    Attributes
+    ----------
+    frequency, frequency_low, frequency_high : float or None
+        Natural frequency and its 95 % interval [Hz]; None where no mode fits the peak.
+    ratio : float or None
+        Damping ratio [-]; None where it is withheld.
+    ratio_low, ratio_high : float or None
+        Its 95 % interval [-].
+    reason : str or None
+        Why the ratio is withheld.
+    half_power : float or None
+        Damping ratio read from the half-power width [-], where the width is resolved.
+    bin_width : float
+        Distance of the frequencies that it was read from [Hz].
+    height : float or None
+        Height of the peak by the fit, the window's leakage taken away [unit of the values];
+        None where the ratio is withheld.
+    """
+
+    frequency: float | None
+    frequency_low: float | None
+    frequency_high: float | None
+    ratio: float | None
+    ratio_low: float | None
+    ratio_high: float | None
+    reason: str | None
+    half_power: float | None
+    bin_width: float
+    height: float | None = None
+
+    @property
+    def quality_factor(self) -> float | None:
+        """Magnification at resonance, 1/(2 zeta) [-]."""
+        return None if self.ratio is None else 0.5 / self.ratio
+
+
+def damping_of_response(
+    spectra: CrossSpectra,
+    controls: Sequence[int],
+    response: int,
+    frequency: float,
+    band: tuple[float, float],
+) -> Damping:
+    r"""Return frequency and damping of a mode from H1, the window's leakage allowed for.
+
+    .. math:: \hat H_1(f) \approx \sum_\tau h(\tau) r_w(\tau) e^{-i 2 \pi f \tau}, \quad
+              r_w(\tau) = \frac{\sum_t w_t w_{t + \tau}}{\sum_t w_t^2}
+
+    is fitted by least squares with :math:`h` of the mode, of its resolved neighbours, of
+    further modes as long as the information criterion of Takeuchi falls, and a straight
+    background for the rest, so that a peak narrower than the window or beside others is still
+    read rightly as long as chance allows. The interval is that of chance (`steady_chance`),
+    widened by the misfit where that is larger. The ratio is withheld where the 95 % interval
+    is wider than 4 % to each side, or where no linear mode fits the peak.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    controls : sequence of int
+        Rows of the control channels, from 0.
+    response : int
+        Row of the response channel, from 0.
+    frequency : float
+        Where the peak is [Hz].
+    band : (float, float)
+        Excited band [Hz]; nothing outside it is fitted.
+
+    Returns
+    -------
+    Damping
+        Frequency, ratio or reason, intervals, and the half-power reading.
+    """
+    values = h1(spectra, controls, [response])[0]
+    ratio = psd_ratio_of_mean(spectra, controls, response)
+    missing = np.maximum(1.0 - coherence(spectra, controls, [response])[0], FLOOR) * ratio
+    averages = spectra.effective_averages
+    if averages > 1.0:  # a measured coherence is too large by chance
+        missing *= averages / (averages - 1.0)
+    errors = np.sqrt(missing / averages / 2.0)
+    lit = spectra.lit_segments[controls[0]]
+    return _damping(
+        spectra, PeakData("response", values, errors, lit, missing), frequency, band
+    )
+
+
+def damping_of_density(
+    spectra: CrossSpectra,
+    channel: int,
+    frequency: float,
+    band: tuple[float, float],
+    controls: Sequence[int] = (),
+) -> Damping:
+    """Return frequency and damping of a mode from the density of a response alone.
+
+    The input is taken to be flat around the peak; with controls the PSD ratio is fitted
+    instead, for which it need only be smooth. Chance makes a density far less certain than
+    `damping_of_response`.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    channel : int
+        Row of the channel, from 0.
+    frequency : float
+        Where the peak is [Hz].
+    band : (float, float)
+        Excited band [Hz]; nothing outside it is fitted.
+    controls : sequence of int
+        Rows of the control channels, if any.
+
+    Returns
+    -------
+    Damping
+        Frequency, ratio or reason, intervals, and the half-power reading.
+    """
+    over = list(controls)
+    values = psd_ratio(spectra, over, [channel])[0] if over else psd(spectra)[channel]
+    errors = values / np.sqrt(spectra.effective_averages)
+    return _damping(
+        spectra,
+        PeakData("density", values, errors, spectra.lit_segments[channel]),
+        frequency,
+        band,
+    )
+
+
+def psd_ratio_of_mean(
+    spectra: CrossSpectra, controls: Sequence[int], response: int
+) -> FloatArray:
+    """Return the density of a response over that of the mean control [-]."""
+    gain = np.abs(h1(spectra, controls, [response])[0]) ** 2
+    coherent = coherence(spectra, controls, [response])[0]
+    result = np.full(gain.shape, np.nan)
+    np.divide(gain, coherent, out=result, where=coherent > 0.0)
+    return result
+
+
+def _damping(
+    spectra: CrossSpectra, data: PeakData, frequency: float, band: tuple[float, float]
+) -> Damping:
+    """Return what a fit around a peak says, and what may be said of it."""
+    usable = np.isfinite(data.values) & np.isfinite(data.errors) & (data.errors > 0.0)
+    usable &= (spectra.frequency >= band[0]) & (spectra.frequency <= band[1])
+    usable[[0, -1]] = False
+    place = frequency / spectra.bin_width
+    power = np.where(usable, np.abs(data.values) ** (2 if data.kind == "response" else 1), 0.0)
+    n_smooth = smoothing_of(power, data, place)
+    smooth = np.convolve(power, np.full(n_smooth, 1.0 / n_smooth), mode="same")
+    maxima = maxima_around(data, usable, place)
+    peak = nearest_peak(maxima, smooth, place)
+    reading = half_power_ratio(spectra.frequency, smooth, peak)
+    width = reading[1] / spectra.bin_width if reading else 0.0
+    least = READABLE * max(spectra.resolution / spectra.bin_width, float(n_smooth))
+    added = (spectra.decay_rate or 0.0) / np.pi  # width that a window of decays adds [Hz]
+    narrowed = 0.5 * added / float(spectra.frequency[peak])
+    readable = reading[0] - narrowed if reading and width >= least else None
+    found: FittedModes | None = None
+    for _ in range(3):
+        reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
+        bins, inside = bins_around(usable, maxima, peak, reach)
+        if bins.size < LEAST_BINS:
+            break
+        found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
+        wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
+        wanted += added / spectra.bin_width
+        if reach > REACH_WIDTHS * min(wanted, FURTHEST / REACH_WIDTHS) * 0.8:
+            break
+        width = min(wanted, 4.0 * reach)
+    lit = np.inf if spectra.decay_rate is not None else float(data.lit_segments[peak])
+    return _judged(spectra, found, peak, lit, readable)
+
+
+def _judged(
+    spectra: CrossSpectra, found: FittedModes | None, where: int, lit: float,
+    readable: float | None,
+) -> Damping:  # fmt: skip
+    """Return the damping, withheld where it is not resolved."""
+    step, peak = spectra.bin_width, float(spectra.frequency[where])
+    few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz are excited around this peak"
+    unlike = few if found is None else _no_mode(found, peak, step, lit)
+    if found is None or unlike:
+        return Damping(None, None, None, None, None, None, unlike, readable, step)
+    fit, errors = found.fit, NORMAL * np.sqrt(found.spread)
+    frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
+    spread, half = float(errors[0]), float(errors[fit.frequency.size])
+    coarse = _uncertain(ratio, half, step)
+    return Damping(
+        frequency=frequency,
+        frequency_low=frequency * (1.0 - spread),
+        frequency_high=frequency * (1.0 + spread),
+        ratio=None if coarse else ratio,
+        ratio_low=None if coarse else ratio * float(np.exp(-half)),
+        ratio_high=None if coarse else ratio * float(np.exp(half)),
+        reason=coarse,
+        half_power=readable,
+        bin_width=step,
+        height=None if coarse else _height(spectra, found),
+    )
+
+
+def _height(spectra: CrossSpectra, found: FittedModes) -> float:
+    """Return the height of the first mode's peak, all modes together, before smearing."""
+    frequency, ratio = float(found.fit.frequency[0]), float(found.fit.ratio[0])
+    near = frequency * (1.0 + ratio * np.linspace(-1.0, 1.0, 101))
+    bins = spectra.frequency[found.shape.bins]
+    values = modelled(found.shape.kind, near, bins, found.fit, spectra.sample_rate)
+    return float(np.abs(values).max())
+
+
+def _no_mode(found: FittedModes, peak: float, step: float, lit: float) -> str | None:
+    """Return why a fit says nothing of a mode at the peak, if it does not."""
+    fit, scale = found.fit, found.scale
+    frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
+    if not fit.converged or not 1e-5 < ratio < 0.5:
+        return "the fit of the modes does not converge"
+    if abs(frequency - peak) > max(2.0 * step, ratio * peak):
+        return f"the mode that fits best lies at {frequency:.4g} Hz, beside the peak"
+    if lit < FEW and 2.0 * ratio * frequency < WIDE * step:
+        return (
+            "the sweep passes the peak within a segment or two: take shorter segments, or "
+            "overlap them more"
+        )
+    if fit.misfit > UNLIKE and scale > UNLIKELY:
+        return f"the peak has not the shape of linear modes (misfit {fit.misfit:.0%})"
+    return None
+
+
+def _uncertain(ratio: float, half: float, step: float) -> str | None:
+    """Return why the ratio of a mode is withheld although its frequency is known, if it is."""
+    if half <= RESOLVED:
+        return None
+    about = f"zeta about {ratio:.2g} +- {half:.0%}, " if half < 0.5 else ""
+    return f"{about}not resolved by bins of {step:.3g} Hz and this length of run"

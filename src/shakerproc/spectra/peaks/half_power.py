@@ -1,0 +1,72 @@
+"""Damping from the points at half the power of a peak, and whether bins resolve it."""
+
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.spectra.welch.cross import CrossSpectra
+
+READABLE: Final = 9.0
+"""Half-power width, in widths of the window, from which leakage widens it by 3 % at most."""
+
+
+def half_power_ratio(
+    frequency: FloatArray, power: FloatArray, peak: int
+) -> tuple[float, float] | None:
+    r"""Return damping ratio and width of a peak from the points at half its power.
+
+    .. math:: \zeta = \frac{f_2^2 - f_1^2}{4 f_0^2}
+
+    with the points found on straight lines between bins.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Frequencies [Hz].
+    power : (n_frequencies,) array
+        Squared magnitude or density.
+    peak : int
+        Bin of the peak.
+
+    Returns
+    -------
+    (float, float) or None
+        Ratio [-] and half-power width [Hz]; None where one side does not fall to half.
+    """
+    half = power[peak] / 2.0
+    below, above = _crossing(power, peak, half, -1), _crossing(power, peak, half, 1)
+    if below is None or above is None:
+        return None
+    low, high = np.interp([below, above], np.arange(frequency.size), frequency)
+    ratio = (high**2 - low**2) / (4.0 * frequency[peak] ** 2)
+    return float(ratio), float(high - low)
+
+
+def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
+    """Return whether the bins resolve a peak: its width and height are what they seem to be.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What it was read from.
+    power : (n_frequencies,) array
+        Squared magnitude or density.
+    peak : int
+        Bin of the peak.
+    """
+    reading = half_power_ratio(spectra.frequency, power, peak)
+    return reading is not None and reading[1] >= READABLE * spectra.resolution
+
+
+def _crossing(power: FloatArray, peak: int, level: float, step: int) -> float | None:
+    """Return where the power first falls to a level on one side of a peak."""
+    k = peak
+    while 0 <= k + step < power.size:
+        if power[k + step] <= level:
+            share = (power[k] - level) / (power[k] - power[k + step])
+            return k + step * float(share)
+        if power[k + step] > power[peak]:
+            return None
+        k += step
+    return None

@@ -1,0 +1,1 @@
+"""Response functions and coherences from the matrix of cross spectra."""

@@ -1,0 +1,1 @@
+"""Tones and sweeps: amplitude and phase against frequency, time or speed."""

@@ -1,0 +1,1 @@
+"""Spectra by averaging segments (Welch), and what they add up to."""

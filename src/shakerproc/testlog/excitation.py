@@ -1,0 +1,62 @@
+"""What a test is driven by: kinds of excitation, units of levels, profiles."""
+
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias, final
+
+Excitation: TypeAlias = Literal[
+    "sine sweep", "random", "sine", "multisine", "stepped sine", "shock", "hammer", "free decay"
+]
+
+PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
+"""Kinds of excitation that are over soon, and whose shape no key of the log says."""
+
+BROADBAND: Final[tuple[Excitation, ...]] = ("random", "multisine")
+"""Kinds of excitation whose level is a density or an rms value."""
+
+LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ProfileNotch:
+    """A part of a profile in which the plan allows the control to be lower.
+
+    Attributes
+    ----------
+    low, high : float
+        From where to where [Hz].
+    depth : float
+        By how much the lower alarm and abort lines go down [dB].
+    """
+
+    low: float
+    high: float
+    depth: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """What a test demands at every frequency: breakpoints, straight lines on log axes.
+
+    Attributes
+    ----------
+    name : str
+        As the log has it.
+    unit : LevelUnit
+        Of the level: a density for random excitation, an amplitude for a sweep.
+    frequency_hz, level : tuple of float
+        Rising breakpoints [Hz], and the demand at each [unit].
+    alarm_db, abort_db : tuple of float
+        Tolerance either way from each breakpoint up to the next [dB].
+    notches : tuple of ProfileNotch
+        Where the plan allows less.
+    """
+
+    name: str
+    unit: LevelUnit
+    frequency_hz: tuple[float, ...]
+    level: tuple[float, ...]
+    alarm_db: tuple[float, ...]
+    abort_db: tuple[float, ...]
+    notches: tuple[ProfileNotch, ...] = ()

@@ -1,0 +1,224 @@
+"""One line of the log sheet: a test, in SI."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias, final
+
+from shakerproc.data import ChannelUse
+from shakerproc.errors import LogError
+from shakerproc.testlog.excitation import Excitation, LevelUnit, Profile
+from shakerproc.testlog.multisine import Multisine
+from shakerproc.testlog.parts import Beside, Event
+from shakerproc.testlog.paths import is_inside
+from shakerproc.testlog.processing import Processing
+
+Tag: TypeAlias = str | float
+
+Fact: TypeAlias = str | float | bool | None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What the log says a recording must be; None is not checked.
+
+    Attributes
+    ----------
+    duration : float, optional
+        Length of the recording [s].
+    duration_tolerance : float
+        How far it may be off, as a share [-].
+    sample_rate : float, optional
+        Samples per second [Hz].
+    channels : int, optional
+        How many the recording holds: all that hold numbers, those with ``role: ignore`` and
+        those that the log does not name included; in a file of several groups, of its group.
+    unit : str, optional
+        Unit of the used channels in the file, such as ``g``.
+    sha256 : str, optional
+        Hash of the file, 64 hexadecimal digits.
+    """
+
+    duration: float | None = None
+    duration_tolerance: float = 0.02
+    sample_rate: float | None = None
+    channels: int | None = None
+    unit: str | None = None
+    sha256: str | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Test:
+    """One line of the log sheet.
+
+    Attributes
+    ----------
+    id : int or str
+        Unique in the log.
+    recording : Path, optional
+        Absolute, inside the log's folder; `require_recording` checks that it is there.
+    joint, specimen, orientation, comment : str
+        As the log has them; empty where it says nothing.
+    clearance, actual_clearance, actual_axial_clearance : float, optional
+        Nominal, measured in plane and measured out of plane, hole less bushing [m]; the test's
+        own `actual_clearance` (a joint fixed with a washer has none) sets aside the specimen's.
+    excitation : Excitation, optional
+        Kind of excitation.
+    level : float, optional
+        In `level_unit`.
+    level_unit : LevelUnit, optional
+        Amplitude, density or rms.
+    level_text : str
+        As the log has it, the number in its shortest form: 1.0 g is ``1 g``.
+    from_hz, to_hz : float, optional
+        Excited band; a downward sweep has the higher one first [Hz].
+    rate_oct_per_min : float, optional
+        Of a logarithmic sweep [oct/min].
+    rate_hz_per_s : float, optional
+        Of a linear sweep [Hz/s].
+    frequency_hz : float, optional
+        Of a sine [Hz].
+    notch_hz : float, optional
+        What is filtered out for a second look [Hz].
+    discarded : bool
+        Never processed.
+    hold_out : bool
+        Never fitted to, only scored.
+    tags : mapping
+        Further columns.
+    channels : tuple of ChannelUse
+        Empty where the log names none: readers then take the usual five.
+    processing : Processing
+        How the recording is processed.
+    expect : Expectation
+        What the recording must be.
+    source : str
+        File and line of the test, for messages.
+    folder : Path, optional
+        Below which the recording must lie, links followed.
+    profile : Profile, optional
+        What the control is judged by.
+    continued : tuple of str
+        Files below `folder` that follow the recording, in their order.
+    beside : tuple of Beside
+        Channels of other recorders or of other groups.
+    events : tuple of Event
+        What happened during the test.
+    multisine : Multisine, optional
+        How a multisine repeats.
+    """
+
+    __test__ = False  # not a test case, whatever pytest thinks of the name
+
+    id: int | str
+    recording: Path | None = None
+    joint: str = ""
+    specimen: str = ""
+    clearance: float | None = None
+    actual_clearance: float | None = None
+    actual_axial_clearance: float | None = None
+    orientation: str = ""
+    excitation: Excitation | None = None
+    level: float | None = None
+    level_unit: LevelUnit | None = None
+    level_text: str = ""
+    from_hz: float | None = None
+    to_hz: float | None = None
+    rate_oct_per_min: float | None = None
+    rate_hz_per_s: float | None = None
+    frequency_hz: float | None = None
+    notch_hz: float | None = None
+    discarded: bool = False
+    comment: str = ""
+    hold_out: bool = False
+    tags: Mapping[str, Tag] = field(default_factory=dict)
+    channels: tuple[ChannelUse, ...] = ()
+    processing: Processing = field(default_factory=Processing)
+    expect: Expectation = Expectation()
+    source: str = ""
+    folder: Path | None = None
+    profile: Profile | None = None
+    continued: tuple[str, ...] = ()
+    beside: tuple[Beside, ...] = ()
+    events: tuple[Event, ...] = ()
+    multisine: Multisine | None = None
+
+    @property
+    def band(self) -> tuple[float, float] | None:
+        """Excited band [Hz], lower limit first; None where the log does not say it."""
+        if self.from_hz is None or self.to_hz is None:
+            return None
+        return min(self.from_hz, self.to_hz), max(self.from_hz, self.to_hz)
+
+    @property
+    def struck(self) -> bool:
+        """Whether it is a hammer test, of which each segment of a spectrum is a blow."""
+        return self.excitation == "hammer"
+
+    @property
+    def rings(self) -> bool:
+        """Whether its motion dies away: no threshold crops it, no density has chance limits."""
+        return self.excitation in {"hammer", "free decay"}
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Paths of all files of the test, each once, the recording first; there or not."""
+        if self.recording is None:
+            return ()
+        more = [*self.continued, *(one.recording for one in self.beside if one.recording)]
+        below = self.folder or Path()
+        return tuple(dict.fromkeys([self.recording, *(below / name for name in more)]))
+
+    def require_recording(self) -> Path:
+        """Return the path of the recording.
+
+        Raises
+        ------
+        LogError
+            If the log names none, or it is no file inside the log's folder (any more).
+        """
+        if self.recording is None:
+            raise LogError(f"{self.source}: test {self.id} has no recording; add the key")
+        return self._there(self.recording)
+
+    def require_recordings(self) -> tuple[Path, ...]:
+        """Return the paths of all files of the test, each once, the recording first.
+
+        Raises
+        ------
+        LogError
+            If one is no file inside the log's folder (any more).
+        """
+        return (self.require_recording(), *map(self._there, self.files[1:]))
+
+    def require_file(self, name: str) -> Path:
+        """Return the path of a further file of the test, named as below the log's folder.
+
+        Raises
+        ------
+        LogError
+            If it is no file there.
+        """
+        return self._there((self.folder or Path()) / name)
+
+    def _there(self, path: Path) -> Path:
+        """Return a path of a file that is there.
+
+        Raises
+        ------
+        LogError
+            If it is not, or a link to outside the log's folder.
+        """
+        if not path.is_file():
+            raise LogError(
+                f"{self.source}: test {self.id}: no recording {path}; "
+                "put the file there, correct the path, or mark the test discarded: true"
+            )
+        if self.folder is not None and not is_inside(path, self.folder):
+            raise LogError(
+                f"{self.source}: test {self.id}: {path} is a link to outside "
+                f"{self.folder}; put the file itself there"
+            )
+        return path

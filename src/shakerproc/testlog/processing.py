@@ -1,0 +1,241 @@
+"""How a recording is processed, as the log says it."""
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias, final
+
+from shakerproc.data import STANDARD_GRAVITY, BadRows, Measurement
+from shakerproc.testlog.analyses import (
+    Distribution,
+    Fatigue,
+    Integration,
+    Octaves,
+    Orders,
+    ResponseFunction,
+    Shock,
+    Waterfall,
+)
+from shakerproc.testlog.hammer import Hammer
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ThresholdCrop:
+    """A run lasts while a control channel keeps reaching a threshold.
+
+    Attributes
+    ----------
+    channel : str or int
+        Name of the channel in tables, its key in the log, or ``control 2`` for the second of
+        the control channels whatever its name.
+    threshold : float
+        Value that the run reaches and rest does not [m/s²], or [N] on a force channel.
+    absolute : bool
+        Compare the magnitude; otherwise, as in the thesis, the signed value.
+    hold : float
+        How long the threshold must be held, so that one spike does not start the run [s].
+    skip : float
+        Time at the start that is not looked at [s].
+    remove_offset : bool
+        Compare with the mean of the channel taken away.
+    """
+
+    channel: str | int = "control 2"
+    threshold: float = 0.45 * STANDARD_GRAVITY
+    absolute: bool = False
+    hold: float = 0.0
+    skip: float = 0.0
+    remove_offset: bool = False
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TimeCrop:
+    """A run lasts from one time to another.
+
+    Attributes
+    ----------
+    start : float
+        From the first sample [s].
+    stop : float, optional
+        From the first sample [s]; by default the end of the recording.
+    """
+
+    start: float = 0.0
+    stop: float | None = None
+
+
+Crop: TypeAlias = ThresholdCrop | TimeCrop
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Welch:
+    """Segments of which the spectra are averages.
+
+    Attributes
+    ----------
+    segment, overlap : int
+        Lengths in samples.
+    window : str
+        Such as ``hamming`` (symmetric, as in the thesis) or ``periodic hann``.
+    n_fft : int, optional
+        Length that segments are padded to; by default the segment.
+    """
+
+    segment: int = 1024
+    overlap: int = 512
+    window: str = "hamming"
+    n_fft: int | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class NotchFilter:
+    """How the notch of a test is cut, at its `notch_hz`.
+
+    Attributes
+    ----------
+    width : float
+        Half-power width [Hz].
+    harmonics : tuple of int
+        Multiples of the frequency that are taken out.
+    trim : float, optional
+        What is cut off at both ends [s]; by default until the filter has settled.
+    """
+
+    width: float = 2.0
+    harmonics: tuple[int, ...] = (1,)
+    trim: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Peaks:
+    """Which peaks are listed, of those that chance does not make.
+
+    Attributes
+    ----------
+    distance : float
+        Within which only the tallest counts [Hz].
+    count : int, optional
+        How many for each channel; by default all.
+    """
+
+    distance: float = 0.0
+    count: int | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far the control spectrum may stray from the demanded level.
+
+    Attributes
+    ----------
+    alarm, abort : float
+        Either way [dB].
+    """
+
+    alarm: float = 3.0
+    abort: float = 6.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Processing:
+    """How a recording is processed, the log's word overridden by the test's.
+
+    Attributes
+    ----------
+    crop : ThresholdCrop, TimeCrop or None
+        Where the run begins and ends; None takes the whole recording.
+    sample_rate : float, optional
+        Only where the recording does not say it [Hz].
+    bad_rows : str
+        ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
+    group : str, optional
+        Group of a recording of several.
+    measurement : int or "all", optional
+        Which of several measurements that follow each other in the same channels, from 1.
+    welch : Welch
+        Averaging of the spectra.
+    detrend : str
+        ``none``, ``mean`` (of the whole crop) or ``segment mean``.
+    band : (float, float), optional
+        Limits of tables and peaks [Hz]; by default those of the excitation.
+    peaks : Peaks
+        Which peaks are listed.
+    notch : NotchFilter
+        How a notch is cut.
+    tolerance : Tolerance
+        Of the control spectrum.
+    stitch : bool
+        Whether the sweeps of one direction are joined to one response.
+    shock : Shock, optional
+        Shock response spectra, where they are asked for.
+    octaves : Octaves, optional
+        Octave bands, likewise.
+    distribution : Distribution, optional
+        Probability density and exceedance of every channel.
+    orders : Orders, optional
+        Orders against the speed that a tachometer shows.
+    waterfall : Waterfall, optional
+        Spectra one after the other.
+    integration : Integration, optional
+        Velocity and displacement, likewise.
+    fatigue : Fatigue, optional
+        Vibration response and fatigue damage spectra, likewise.
+    response_functions : tuple of ResponseFunction
+        Between channels other than the controls and the responses.
+    hammer : Hammer
+        How the blows of a hammer test are cut out and windowed.
+    """
+
+    crop: Crop | None = ThresholdCrop()
+    sample_rate: float | None = None
+    bad_rows: BadRows = "refuse"
+    group: str | None = None
+    measurement: Measurement | None = None
+    welch: Welch = Welch()
+    detrend: Literal["none", "mean", "segment mean"] = "none"
+    band: tuple[float, float] | None = None
+    peaks: Peaks = Peaks()
+    notch: NotchFilter = NotchFilter()
+    tolerance: Tolerance = Tolerance()
+    stitch: bool = False
+    shock: Shock | None = None
+    octaves: Octaves | None = None
+    integration: Integration | None = None
+    distribution: Distribution | None = None
+    orders: Orders | None = None
+    waterfall: Waterfall | None = None
+    fatigue: Fatigue | None = None
+    response_functions: tuple[ResponseFunction, ...] = ()
+    hammer: Hammer = field(default_factory=Hammer)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Modal:
+    """How modes are looked for, as far as the log says it.
+
+    Attributes
+    ----------
+    band : (float, float), optional
+        Where [Hz]; by default where the test excites.
+    modes : int, optional
+        How many; by default as many as the measurement needs.
+    order : int
+        Highest order of the stabilisation diagram.
+    keep : tuple of float
+        Frequencies near which a pole is kept [Hz].
+    inputs : str, optional
+        Which role is the input: ``control``, ``force`` or ``none`` (output only); by default
+        the controls, else the forces, else none.
+    """
+
+    band: tuple[float, float] | None = None
+    modes: int | None = None
+    order: int = 60
+    keep: tuple[float, ...] = ()
+    inputs: Literal["control", "force", "none"] | None = None
