@@ -17,7 +17,7 @@ from shakerproc.planning import (
     plan_test,
     suggested_tests,
 )
-from shakerproc.planning.planned import Wish
+from shakerproc.planning.plan import Wish
 from shakerproc.testlog import read_testlog
 
 LOG = """\

@@ -28,10 +28,12 @@ from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
-from shakerproc.report import evidence_figures as figures
 from shakerproc.report import rivals
 from shakerproc.report.estimates import interval
 from shakerproc.report.evidence import ONE_METHOD, sections
+from shakerproc.report.evidence_models import Models, loudest
+from shakerproc.report.evidence_motion import cloud
+from shakerproc.report.evidence_spectra import lowest_phase, phase_of
 from shakerproc.report.evidence_tables import tables
 from shakerproc.report.methods import references_of
 from shakerproc.report.page import Report, html
@@ -84,7 +86,7 @@ def models(files):
     model = read_model(path)
     gap = Element(EFFECTS["gap"](CONTACT, CLEARANCE), ("base", "coupon"))
     tests = comparison.measured_tests(read_testlog(log), model)
-    return figures.Models(
+    return Models(
         comparison.compare_tests(model, tests),
         comparison.compare_tests(replace(model, elements=(*model.elements, gap)), tests),
         new="with gap",
@@ -142,16 +144,16 @@ def test_the_table_of_response_functions_is_that_of_the_samples(models):
 
 
 def test_force_over_displacement_is_the_law_and_the_damper_does_not_blur_it(models):
-    index = figures.loudest(models.after)
-    z, force, law = figures.cloud(models.after.tests[index].joints[0], by_velocity=False)
+    index = loudest(models.after)
+    z, force, law = cloud(models.after.tests[index].joints[0], by_velocity=False)
     expected = JOINT.stiffness * z + CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0)
     assert_allclose(law, expected, atol=0.03 * np.max(np.abs(expected)))
     assert np.sqrt(np.mean((force - expected) ** 2)) < 0.05 * np.max(np.abs(expected))
 
 
 def test_force_over_velocity_shows_the_damper_alone(models):
-    index = figures.loudest(models.after)
-    speed, _, law = figures.cloud(models.after.tests[index].joints[0], by_velocity=True)
+    index = loudest(models.after)
+    speed, _, law = cloud(models.after.tests[index].joints[0], by_velocity=True)
     slope = np.sum(law * speed) / np.sum(speed**2)
     assert slope == pytest.approx(JOINT.damping, rel=0.02)
 
@@ -161,8 +163,8 @@ def test_the_phase_of_one_mass_runs_through_its_resonance_without_a_jump():
     h1 = (1 + 0.04j * r) / (1 - r**2 + 0.04j * r)
     coherence = np.ones(300)
     for turn in (1.0, -1.0, 1j):  # a sensor the wrong way round, a velocity
-        lowest = figures._lowest_phase(turn * h1, coherence)
-        phase = figures._phase(turn * h1, coherence, lowest)
+        lowest = lowest_phase(turn * h1, coherence)
+        phase = phase_of(turn * h1, coherence, lowest)
         assert np.isfinite(phase).all()
         assert np.max(np.abs(np.diff(phase))) < 90.0
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from shakerproc.campaign.agreement import Table, read_table
+from shakerproc.campaign.result_table import Table, read_table
 from shakerproc.errors import TableError
 
 

@@ -73,7 +73,7 @@ def usage(**places: str) -> "Iterator[None]":
     try:
         yield
     except ArgumentError as error:
-        from shakerproc.workflows.processing_options import option
+        from shakerproc.workflows.option_values import option
 
         raise typer.BadParameter(
             error.says, param_hint=places.get(error.name, option(error.name))
@@ -81,23 +81,23 @@ def usage(**places: str) -> "Iterator[None]":
 
 
 def window_of(value: str | None) -> str | None:
-    """Return the name of a window; see `processing_options.window_of`."""
+    """Return the name of a window; see `option_values.window_of`."""
     if value is None:
         return None
-    from shakerproc.workflows import processing_options
+    from shakerproc.workflows import option_values
 
     with usage():
-        return processing_options.window_of(value)
+        return option_values.window_of(value)
 
 
 def detrend_of(value: str | None) -> str | None:
-    """Return what mean is removed; see `processing_options.detrend_of`."""
+    """Return what mean is removed; see `option_values.detrend_of`."""
     if value is None:
         return None
-    from shakerproc.workflows import processing_options
+    from shakerproc.workflows import option_values
 
     with usage():
-        return processing_options.detrend_of(value)
+        return option_values.detrend_of(value)
 
 
 def exclusive(first: str, *others: str) -> None:
@@ -239,11 +239,11 @@ ExportOption: TypeAlias = Annotated[
 
 
 def bad_rows_of(text: str | None) -> "BadRows":
-    """Return what is done with bad rows; see `processing_options.bad_rows_of`."""
-    from shakerproc.workflows import processing_options
+    """Return what is done with bad rows; see `option_values.bad_rows_of`."""
+    from shakerproc.workflows import option_values
 
     with usage():
-        return processing_options.bad_rows_of(text)  # type: ignore[return-value]
+        return option_values.bad_rows_of(text)  # type: ignore[return-value]
 
 
 def exports_of(text: str) -> tuple[str, ...]:
@@ -269,8 +269,8 @@ def exports_of(text: str) -> tuple[str, ...]:
 
 
 def measurement_of(text: str | None) -> "Measurement | None":
-    """Return which measurement was asked for; see `processing_options.measurement_of`."""
-    from shakerproc.workflows import processing_options
+    """Return which measurement was asked for; see `option_values.measurement_of`."""
+    from shakerproc.workflows import option_values
 
     with usage():
-        return processing_options.measurement_of(text)  # type: ignore[return-value]
+        return option_values.measurement_of(text)  # type: ignore[return-value]

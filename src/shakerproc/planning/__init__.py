@@ -23,15 +23,8 @@ from shakerproc.planning.joints import (
     joint_of_model,
 )
 from shakerproc.planning.limits import ShakerLimits
-from shakerproc.planning.planned import (
-    BaseTravel,
-    Needed,
-    PlannedTest,
-    Wish,
-    displacement_of_test,
-    plan_campaign,
-    plan_test,
-)
+from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, Wish
+from shakerproc.planning.planned import displacement_of_test, plan_campaign, plan_test
 from shakerproc.planning.play import Play, Warming, play_of_test
 from shakerproc.planning.reach import (
     Reach,

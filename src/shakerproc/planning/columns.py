@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from shakerproc.planning.planned import PlannedTest
+from shakerproc.planning.plan import PlannedTest
 from shakerproc.planning.reach import Band
 from shakerproc.testlog.facts import facts_of
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import FEWEST, is_time, like_time, rate_of_times
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.rates import RATE_NAME, STEP_NAME, agreed_rate
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
+from shakerproc.recordings.times import FEWEST, is_time, like_time, rate_of_times
 
 LARGEST: Final = 1 << 31
 """Bytes of arrays that are held in memory at most."""
@@ -127,13 +127,13 @@ def file_of_arrays(
     within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
     length = _length({n: a for n, a in long.items() if n not in axes}, axes | within, run)
     rate, problem = _rate(arrays, axes | within, length)
-    channels: list[RawChannel] = []
-    lines: list[_Row] = []
     odd = [*left_out, *(n for n, axis in axes.items() if axis.times.size != length)]
     notes = [
         f"The first line of {shown(name)} is taken for its time in seconds: it advances evenly."
         for name in within
     ]
+    channels: list[RawChannel] = []
+    lines: list[_Row] = []
     for name, array in long.items():
         if name in axes:
             continue
@@ -145,38 +145,40 @@ def file_of_arrays(
                 f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
                 "of a converter they lack their scale."
             )
-        if name in within:
-            found = found[1:]
+        found = found[1:] if name in within else found
         headers = _headers(name, len(found), texts)
-        for line, (header, unit) in zip(found, headers, strict=True):
-            plain, in_header = (header, unit) if unit else split_header(header)
-            like = like_time(header, unit, _head(line, length))
-            if like:
-                notes.append(f"{shown(plain)} is no channel: {like}.")
-            channels.append(
-                RawChannel(
-                    name=plain,
-                    row=len(lines),
-                    n_samples=length,
-                    promised=length,
-                    unit=in_header,
-                    sample_rate=rate,
-                    rate_problem=problem,
-                    problem=like,
-                    alias=header,
-                )
-            )
-            lines.append(line)
-    unused = next((c for c in channels if c.problem), None)
-    if rate is None and unused is not None:
-        problem += f"; {shown(unused.name)} is no channel: {unused.problem}"
-        channels = [replace(c, rate_problem=problem) for c in channels]
+        first = len(lines)
+        channels += [
+            _channel(first + i, line, header, length)
+            for i, (line, header) in enumerate(zip(found, headers, strict=True))
+        ]
+        lines += found
+    problems = [f"{shown(c.name)} is no channel: {c.problem}" for c in channels if c.problem]
+    notes += [f"{text}." for text in problems]
+    if rate is None and problems:
+        problem += f"; {problems[0]}"
+    channels = [replace(c, sample_rate=rate, rate_problem=problem) for c in channels]
     if odd:
         notes.append(f"Left out, not of the same length or kind: {_listed(odd)}.")
     return RawFile(
         (RawGroup("", tuple(channels)),),
         LinesSource(run, tuple(lines), handle),
         tuple(notes),
+    )
+
+
+def _channel(row: int, line: _Row, called: tuple[str, str], length: int) -> RawChannel:
+    """Return a line of an array as a channel, its rate still open."""
+    header, unit = called
+    name, in_header = called if unit else split_header(header)
+    return RawChannel(
+        name=name,
+        row=row,
+        n_samples=length,
+        promised=length,
+        unit=in_header,
+        problem=like_time(header, unit, _head(line, length)),
+        alias=header,
     )
 
 

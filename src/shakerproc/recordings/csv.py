@@ -3,11 +3,12 @@
 from dataclasses import replace
 from pathlib import Path
 
-from shakerproc.recordings.columns import Columns, file_of_columns, time_columns
+from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import find_format, open_text
 from shakerproc.recordings.text_rows import read_table
+from shakerproc.recordings.times import time_columns
 
 
 def read_csv(path: Path, run: str) -> RawFile:

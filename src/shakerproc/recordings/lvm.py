@@ -10,13 +10,14 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import is_time, length_of, rate_of_times
+from shakerproc.recordings.columns import length_of
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.rates import CONTRADICTION
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text
 from shakerproc.recordings.text_rows import read_table
+from shakerproc.recordings.times import is_time, rate_of_times
 
 _END: Final = "***End_of_Header***"
 _LINE: Final = re.compile(r"(?P<name>[A-Za-z_ ]+)[,;\t](?P<value>.*)")

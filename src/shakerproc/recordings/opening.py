@@ -25,11 +25,10 @@ from shakerproc.recordings.choosing import (
     choose_channels,
     choose_group,
     choose_measurement,
-    common_length,
-    common_rate,
     unused_channels,
     with_numbers,
 )
+from shakerproc.recordings.common import common_length, common_rate
 from shakerproc.recordings.csv import read_csv
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import WatchedFile, open_regular

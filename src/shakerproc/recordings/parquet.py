@@ -9,11 +9,12 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import Columns, file_of_columns, rate_of_times, time_columns
+from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
 from shakerproc.recordings.rates import agreed_rate
 from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.times import rate_of_times, time_columns
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40

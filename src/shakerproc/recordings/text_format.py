@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO, Final, final
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.columns import is_number, is_time
+from shakerproc.recordings.columns import is_number
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_labels import is_stepped, unlabelled
@@ -23,6 +23,7 @@ from shakerproc.recordings.text_names import (
     numbered,
     title_rows,
 )
+from shakerproc.recordings.times import is_time
 
 LOOK: Final = 1 << 16
 """Bytes at the start from which the format is judged."""

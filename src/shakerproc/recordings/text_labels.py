@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from shakerproc.recordings.columns import SECONDS
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_names import cells_in_use
+from shakerproc.recordings.times import SECONDS
 
 _NAME: Final = re.compile(
     r"(?:channel|signal)?[ _]?(?:names?|labels?)|channels?", re.IGNORECASE

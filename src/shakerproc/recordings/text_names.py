@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from shakerproc.recordings.columns import SECONDS
 from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.times import SECONDS
 
 _WHOLE: Final = re.compile(r"\d{1,6}")
 COMMENT: Final = ("#", "%", "//")

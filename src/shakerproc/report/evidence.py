@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.comparison import Comparison, sentence
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
-from shakerproc.report import evidence_figures as figures
+from shakerproc.report import evidence_motion, evidence_spectra
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.estimates import (
     candidate_name,
@@ -17,7 +17,7 @@ from shakerproc.report.estimates import (
     parameter_tables,
     shown_value,
 )
-from shakerproc.report.evidence_figures import Models
+from shakerproc.report.evidence_models import Models, level_of
 from shakerproc.report.free_law import free_law
 from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.rivals import laws
@@ -37,7 +37,7 @@ def model_section(models: Models) -> Section:
     rows = []
     after = models.after
     for i, test in enumerate(models.before.tests):
-        level = figures.level_of(test)
+        level = level_of(test)
         held = "yes" if test.measured.test.hold_out else ""
         new = f"{after.tests[i].error:.2%}" if after else ""
         horizon = test.prediction.horizon_s
@@ -58,8 +58,8 @@ def model_section(models: Models) -> Section:
     told = by_tests((t.measured.name, t.measured.remarks) for t in models.before.tests)
     paragraphs += [f"{line[0].upper()}{line[1:].removesuffix('.')}." for line in told]
     paragraphs += _limits(models.before)
-    forces = figures.restoring_force(models)
-    drift = figures.error_in_time(models)
+    forces = evidence_motion.restoring_force(models)
+    drift = evidence_motion.error_in_time(models)
     parts = [
         Section(
             "Response functions",
@@ -69,18 +69,18 @@ def model_section(models: Models) -> Section:
                 "they do so more at a higher level. A coherence that is low in the "
                 "measurement and not in the model is a nonlinearity that the model lacks."
             ],
-            figures=figures.responses(models),
+            figures=evidence_spectra.responses(models),
         ),
         Section(
             "Error by band, level and motion",
             "errors",
             figures=[
-                *figures.error_maps(models),
-                *figures.error_by_band(models),
-                figures.error_by_level(models),
-                *figures.error_by_motion(models),
+                *evidence_motion.error_maps(models),
+                *evidence_spectra.error_by_band(models),
+                evidence_motion.error_by_level(models),
+                *evidence_motion.error_by_motion(models),
                 drift,
-                *figures.harmonics(models),
+                *evidence_spectra.harmonics(models),
             ],
         ),
     ]

@@ -6,14 +6,9 @@ import numpy as np
 
 from shakerproc.comparison import by_range
 from shakerproc.diagnosis.result import Diagnosis
-from shakerproc.report.evidence_figures import (
-    Models,
-    cloud,
-    loudest,
-    picked,
-    same_joint,
-    spread_out,
-)
+from shakerproc.report.evidence_models import Models, loudest, same_joint, spread_out
+from shakerproc.report.evidence_motion import cloud
+from shakerproc.report.evidence_spectra import picked
 
 Columns = dict[str, list[Any]]
 

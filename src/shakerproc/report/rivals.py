@@ -11,7 +11,7 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.evidence_figures import Models, loudest
+from shakerproc.report.evidence_models import Models, loudest
 
 BEYOND: Final = 1.5
 """How far the drawing goes, as a multiple of the largest motion that was measured [-]."""

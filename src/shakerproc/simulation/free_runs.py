@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System, assemble
+from shakerproc.simulation.cases import impose
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.response import impose
 from shakerproc.simulation.walking import Placed, Walk
 
 RUNAWAY: Final = 1e3

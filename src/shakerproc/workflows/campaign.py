@@ -21,7 +21,8 @@ from shakerproc.workflows.arguments import AnyPath, log_of, path_of
 from shakerproc.workflows.folders import own_folder
 from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.processing_options import Options, described
+from shakerproc.workflows.option_values import Options
+from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.write_up import Wish, trends_of, write_up

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
     from shakerproc.report.decays import Decays
-    from shakerproc.report.evidence_figures import Models
+    from shakerproc.report.evidence_models import Models
     from shakerproc.report.methods import Methods
     from shakerproc.report.sections import Section
     from shakerproc.runs import RunSummary
@@ -166,7 +166,7 @@ def judged(
     from shakerproc.comparison import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
-    from shakerproc.report.evidence_figures import Models
+    from shakerproc.report.evidence_models import Models
 
     if model.excitation.role is None:
         return None

@@ -2,88 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf
 from types import MappingProxyType
-from typing import Any, Final, TypedDict, get_args
+from typing import Any, Final, get_args
 
 from shakerproc.errors import ArgumentError
-from shakerproc.recordings.si import parse_unit
-from shakerproc.runs import UnitOption
-from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.testlog import Excitation, Test, ThresholdCrop, level_of, threshold_of
-from shakerproc.units import near_miss
+from shakerproc.workflows.option_values import (
+    Options,
+    bad_rows_of,
+    check_options,
+    detrend_of,
+    measurement_of,
+    option,
+    window_of,
+)
 
-LONGEST_SEGMENT: Final = 2**24
-"""Samples of the longest segment: three channels of it take 400 MB."""
-
-
-class Options(TypedDict, total=False):
-    """What is said of one test; what is left out, or None, is as the log or the default has it.
-
-    Attributes
-    ----------
-    excitation : str
-        ``sine sweep``, ``random``, ``sine``, ``stepped sine`` or ``shock``.
-    level : str
-        Demanded, such as ``0.5 g`` or ``1e-3 g^2/Hz``.
-    from_hz, to_hz : float
-        Excited band; of a sine `from_hz` alone is its frequency [Hz].
-    notch_hz : float
-        A tone that is taken out for a second look [Hz].
-    no_crop : bool
-        Whether to use the whole recording.
-    crop_channel, crop_threshold : str
-        Control channel to crop by, and the value between which the run lies, with its unit.
-    crop_absolute : bool
-        Whether magnitudes are compared with the threshold.
-    crop_hold_s, skip_s : float
-        How long the threshold must hold, and time at the start that is not looked at [s].
-    sample_rate_hz : float
-        Where the recording does not say it [Hz].
-    bad_rows : str
-        ``refuse`` or ``skip`` lines of a text file that are no rows of numbers.
-    group : str
-        Group of a file of several.
-    measurement : int or str
-        Which of several that follow each other in the same channels, from 1, or ``all``.
-    segment, overlap : int
-        Samples of a Welch segment, and how many it shares with the next.
-    window, detrend : str
-        Window of the segments, and what mean is removed: ``none``, ``mean``, ``segment mean``.
-    stitch : bool
-        Whether to join the sweeps of one direction to one response.
-    """
-
-    excitation: str | None
-    level: str | None
-    from_hz: float | None
-    to_hz: float | None
-    notch_hz: float | None
-    no_crop: bool
-    crop_channel: str | None
-    crop_threshold: str | None
-    crop_absolute: bool
-    crop_hold_s: float | None
-    skip_s: float | None
-    sample_rate_hz: float | None
-    bad_rows: str | None
-    group: str | None
-    measurement: int | str | None
-    segment: int | None
-    overlap: int | None
-    window: str | None
-    detrend: str | None
-    stitch: bool
-
-
-_TEXT: Final = (
-    "excitation", "level", "crop_channel", "crop_threshold", "bad_rows", "group", "window",
-    "detrend",
-)  # fmt: skip
-_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch")
-_COUNTS: Final[Mapping[str, int]] = MappingProxyType({"segment": 8, "overlap": 0})
-_POSITIVE: Final = ("from_hz", "to_hz", "notch_hz", "sample_rate_hz")
-_NOT_NEGATIVE: Final = ("crop_hold_s", "skip_s")
 _CROP: Final[Mapping[str, str]] = MappingProxyType({
     "crop_channel": "channel",
     "crop_threshold": "threshold",
@@ -107,48 +41,6 @@ def described(test: Test, said: Options) -> Test:
     test = _with_excitation(test, given)
     test = _with_crop(test, given)
     return with_averaging(_with_reading(test, given), given)
-
-
-def check_options(given: Mapping[str, Any]) -> None:
-    """Pass options that there are, each of the kind that it must be.
-
-    Raises
-    ------
-    ArgumentError
-        If one is not.
-    """
-    for name, value in given.items():
-        if name not in Options.__annotations__:
-            meant = near_miss(name, list(Options.__annotations__))
-            known = ", ".join(Options.__annotations__)
-            hint = f"did you mean {meant}?" if meant else f"there are {known}"
-            raise ArgumentError(name, f"no such option; {hint}")
-        if name in _TEXT and not isinstance(value, str):
-            raise ArgumentError(name, f"expected a text, got {value!r}")
-        if name in _SWITCHES and not isinstance(value, bool):
-            raise ArgumentError(name, f"expected True or False, got {value!r}")
-        if name in _COUNTS:
-            _check_count(name, value)
-        if name in {*_POSITIVE, *_NOT_NEGATIVE}:
-            _check_number(name, value)
-
-
-def _check_count(name: str, value: object) -> None:
-    least = _COUNTS[name]
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not whole or not least <= value <= LONGEST_SEGMENT:  # type: ignore[operator]
-        raise ArgumentError(
-            name, f"expected a whole number from {least} to {LONGEST_SEGMENT}, got {value!r}"
-        )
-
-
-def _check_number(name: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ArgumentError(name, f"expected a number, got {value!r}")
-    if name in _POSITIVE and not 0.0 < value < inf:
-        raise ArgumentError(name, f"must be a number above 0, not {value:g}")
-    if not (value >= 0.0 and isfinite(value)):
-        raise ArgumentError(name, f"must be a number of at least 0, not {value:g}")
 
 
 def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
@@ -210,35 +102,6 @@ def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:
     if "bad_rows" in said:
         given["bad_rows"] = bad_rows_of(said["bad_rows"])
     return replace(test, processing=replace(test.processing, **given))
-
-
-def bad_rows_of(text: str | None) -> str:
-    """Return what is done with rows that are no numbers.
-
-    Raises
-    ------
-    ArgumentError
-        If it is not known.
-    """
-    if text not in {None, "refuse", "skip"}:
-        raise ArgumentError("bad_rows", f"{text!r} is not refuse or skip")
-    return text or "refuse"
-
-
-def measurement_of(said: int | str | None) -> int | str | None:
-    """Return which measurement was asked for.
-
-    Raises
-    ------
-    ArgumentError
-        If it is no number from 1, nor all.
-    """
-    if said is None or said == "all":
-        return said
-    text = str(said)
-    if not text.isdecimal() or not 1 <= int(text) <= 10_000:
-        raise ArgumentError("measurement", f"expected a number from 1, or all, got {said!r}")
-    return int(text)
 
 
 def _with_tone(test: Test, from_hz: float | None, to_hz: float | None) -> Test:
@@ -308,60 +171,6 @@ def _with_crop(test: Test, given: Mapping[str, Any]) -> Test:
         except ValueError as error:
             raise ArgumentError("crop_threshold", str(error)) from error
     return replace(test, processing=replace(test.processing, crop=replace(crop, **changed)))
-
-
-def option(name: str) -> str:
-    """Return how the command line spells an argument."""
-    return f"--{name.replace('_', '-')}"
-
-
-def unit_of(unit: str | None, *, override: bool) -> UnitOption | None:
-    """Return what is said of units.
-
-    Raises
-    ------
-    ArgumentError
-        If it is no unit of a channel, or there is none to override with.
-    """
-    if unit is None:
-        if override:
-            raise ArgumentError("override_unit", "goes with --unit")
-        return None
-    if parse_unit(unit) is None:
-        raise ArgumentError(
-            "unit", f"expected the unit of a channel such as g, m/s^2 or N, got {unit!r}"
-        )
-    return UnitOption(unit, override)
-
-
-def window_of(value: str | None) -> str | None:
-    """Return the name of a window.
-
-    Raises
-    ------
-    ArgumentError
-        If there is none of that name.
-    """
-    if value is not None and value.removeprefix(PERIODIC) not in COSINE_TERMS:
-        raise ArgumentError(
-            "window",
-            f"no window {value!r}; there are {', '.join(COSINE_TERMS)}, each also with "
-            f"{PERIODIC.strip()} in front",
-        )
-    return value
-
-
-def detrend_of(value: str | None) -> str | None:
-    """Return what mean is removed.
-
-    Raises
-    ------
-    ArgumentError
-        If it is not known.
-    """
-    if value not in {None, "none", "mean", "segment mean"}:
-        raise ArgumentError("detrend", f"{value!r} is not one of none, mean, segment mean")
-    return value
 
 
 def with_averaging(test: Test, said: Mapping[str, Any]) -> Test:

@@ -27,7 +27,8 @@ from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
 from shakerproc.workflows.folders import own_folder
-from shakerproc.workflows.processing_options import Options, described, unit_of
+from shakerproc.workflows.option_values import Options, unit_of
+from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.work import title_of, write_products

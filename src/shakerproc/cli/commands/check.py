@@ -11,7 +11,8 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.campaign.agreement import Deviation, Table, Tolerance
+    from shakerproc.campaign.agreement import Deviation, Tolerance
+    from shakerproc.campaign.result_table import Table
 
 
 def check(
@@ -56,7 +57,8 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.campaign.agreement import agreement, read_table
+    from shakerproc.campaign.agreement import agreement
+    from shakerproc.campaign.result_table import read_table
 
     wanted = _wanted(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
@@ -162,7 +164,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
 
 def _reason(table: "Table", test: str) -> str:
     """Return why a run is missing, where the table of runs beside it says so."""
-    from shakerproc.campaign.agreement import read_table
+    from shakerproc.campaign.result_table import read_table
     from shakerproc.errors import TableError
 
     runs = table.path.parent / "runs.csv"

@@ -68,7 +68,7 @@ def compare(
     from shakerproc.comparison import document_of, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.report.evidence_figures import Models
+    from shakerproc.report.evidence_models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
     from shakerproc.workflows.evidence import Evidence, inputs_of

@@ -99,7 +99,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
-    from shakerproc.report.evidence_figures import Models
+    from shakerproc.report.evidence_models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import example
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new

@@ -125,7 +125,8 @@ def process(
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.single import folder_name
-    from shakerproc.workflows.processing_options import described, unit_of
+    from shakerproc.workflows.option_values import unit_of
+    from shakerproc.workflows.processing_options import described
     from shakerproc.workflows.run import process_file
 
     with options.usage():

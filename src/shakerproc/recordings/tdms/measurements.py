@@ -13,7 +13,7 @@ from typing import Any, Final, TypeVar, final
 
 import numpy as np
 
-from shakerproc.recordings.choosing import SAME_RATE
+from shakerproc.recordings.common import SAME_RATE
 from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.tdms.layout import Layout
 from shakerproc.recordings.tdms.objects import split_path
