@@ -20,7 +20,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-NUMBER = re.compile(r"\b(float|FloatArray|ComplexArray|NDArray)\b")
+NUMBER = re.compile(r"\b(float|FloatArray|ComplexArray|NDArray(?!\[np\.(bool_|u?int\w*)\]))\b")
 COMPILED = re.compile(r"\b(n?jit|vectorize|compiled|kernel)\b")
 UNIT = re.compile(r"\[[^\]\n]{1,40}\]|\bunits?\b")
 BRANCHES = (
@@ -45,7 +45,7 @@ class Function:
 
 
 Declared = dict[str, tuple[list[str], dict[str, str]]]
-"""The bases of each class, and the docstrings of its methods."""
+"""The bases of each class, and the docstrings of its methods; namesakes are taken together."""
 
 
 def classes_of(paths: Sequence[Path]) -> Declared:
@@ -60,7 +60,8 @@ def classes_of(paths: Sequence[Path]) -> Declared:
                     if isinstance(one, ast.FunctionDef)
                 }
                 bases = [ast.unparse(base).partition("[")[0] for base in node.bases]
-                found[node.name] = (bases, methods)
+                earlier = found.get(node.name, ([], {}))
+                found[node.name] = ([*earlier[0], *bases], {**earlier[1], **methods})
     return found
 
 
@@ -120,7 +121,7 @@ def counted(
     public: bool,
 ) -> Function:
     """Return what is counted of a function; `told` is the docstring of what it overrides."""
-    text = ast.get_docstring(node) or told
+    text = f"{ast.get_docstring(node) or ''}\n\n{told}".strip()
     lines = held & set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     if ast.get_docstring(node):
         own = node.body[0]

@@ -6,6 +6,8 @@ import math
 def positive(name: str, value: float, unit: str) -> None:
     """Pass a value that is finite and above 0.
 
+    `value` is in `unit`, such as [Hz].
+
     Raises
     ------
     ValueError
@@ -18,6 +20,8 @@ def positive(name: str, value: float, unit: str) -> None:
 def not_negative(name: str, value: float, unit: str) -> None:
     """Pass a value that is finite and 0 or above.
 
+    `value` is in `unit`, such as [Hz].
+
     Raises
     ------
     ValueError
@@ -29,6 +33,8 @@ def not_negative(name: str, value: float, unit: str) -> None:
 
 def finite(name: str, value: float, unit: str) -> None:
     """Pass a finite value.
+
+    `value` is in `unit`, such as [Hz].
 
     Raises
     ------

@@ -54,6 +54,8 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
     """Return the stamps of files; a stamp that was seen before keeps the time of then.
 
     A file without content has not begun, and one that cannot be asked is not there.
+
+    `now` is a time of the clock [s].
     """
     found: dict[Path, tuple[Stamp, float]] = {}
     for path in paths:

@@ -74,7 +74,10 @@ def _followed(prediction: Prediction) -> ComplexArray | None:
 
 
 def shaken(drive: FloatArray, sample_rate: float) -> slice:
-    """Return the samples between which the input is a fifth of its loudest or more."""
+    """Return the samples between which the input is a fifth of its loudest or more.
+
+    `drive` is an (n,) array [m/s² or N], `sample_rate` in [Hz].
+    """
     size = max(8, round(_BLOCK_S * sample_rate))
     n_blocks = drive.size // size
     if n_blocks < 4:

@@ -42,7 +42,7 @@ def held_out_samples(
     Parameters
     ----------
     drives : sequence of (n,) array
-        What drives each test.
+        What drives each test [m/s² or N].
     judged : sequence of (int, int)
         First judged sample of each, and the first after the last.
     marked : sequence of bool

@@ -174,6 +174,8 @@ def period_of(drive: FloatArray) -> int:
 
     Lags of a twentieth to a half of the drive are looked at: a sine has many periods in them,
     a slow sweep has none.
+
+    `drive` is an (n,) array [m/s² or N].
     """
     part = drive[:LONGEST_LAGS]
     n = part.size

@@ -30,6 +30,8 @@ def check_measured(
     Of several that were not, the first of `rows` is named: where the controls are dead, no
     response has anything in common with them. Not being numbers goes before all else.
 
+    `samples` are in the units of the channels, `clipped` is a share [-].
+
     Raises
     ------
     NotMeasuredError

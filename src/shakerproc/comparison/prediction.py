@@ -292,5 +292,8 @@ def _boxed(model: Model, rows: FloatArray, power: int) -> FloatArray:
 
 
 def within(samples: FloatArray, measured: Measured) -> FloatArray:
-    """Return samples within the compared band, along the last axis, an array like them."""
+    """Return samples within the compared band, along the last axis, an array like them.
+
+    `samples` may be in any unit.
+    """
     return in_band(samples, measured.sample_rate, measured.band)

@@ -46,6 +46,8 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     response first exceeds three times its quietest block of the start, and must be below
     three tenths of the rms of the whole, not grow while it lasts, and hold responses that have
     nothing in common with the controls at most frequencies.
+
+    `controls` and `responses` are in the units of their channels, `sample_rate` in [Hz].
     """
     size = max(8, round(BLOCK_S * sample_rate))
     both = np.concatenate([controls, responses])

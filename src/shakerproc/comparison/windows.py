@@ -88,7 +88,7 @@ def horizon_of(model: Model, given: Input, motion: FloatArray, start: int) -> in
     given : Input
         What shakes it.
     motion : (n_motions, n) array
-        Its motion from rest: displacements, velocities, states.
+        Its motion from rest: displacements, velocities, states [m, m/s and as the law has it].
     start : int
         First sample that is judged.
     """
@@ -165,6 +165,8 @@ def fitted_starts(
     motion_sizes: FloatArray,
 ) -> FloatArray:
     """Return the motion with which each window of `run_windows` begins.
+
+    `measured` is in the units of the sensors, `motion_sizes` in those of the motion [m, m/s].
 
     Returns
     -------

@@ -23,7 +23,10 @@ def card(name: str, *fields: Field) -> str:
 
 
 def table(identity: int, points: Iterable[tuple[float, float]]) -> str:
-    """Return a TABLED1 card of (x, y) points, closed by ENDT."""
+    """Return a TABLED1 card of (x, y) points, closed by ENDT.
+
+    x in [s] or [Hz], y in any unit.
+    """
     fields: list[Field] = [identity, None, None, None, None, None, None, None]
     for x, y in points:
         fields += [float(x), float(y)]
@@ -43,6 +46,8 @@ def _large(field: Field) -> str:
 
 def real16(value: float) -> str:
     """Return a number with as many digits as 16 columns hold, with its decimal point.
+
+    `value` may be in any unit.
 
     Raises
     ------

@@ -97,6 +97,9 @@ def _sample_rate(path: Path, times: FloatArray) -> float:
 
 
 def round_rate(rate: float) -> float:
-    """Return a rate without the rounding of printed times: a whole number where it is near."""
+    """Return a rate without the rounding of printed times: a whole number where it is near.
+
+    `rate` is in [Hz].
+    """
     near = float(round(rate))
     return near if near > 0.0 and abs(rate - near) < 1e-6 * rate else rate

@@ -69,7 +69,10 @@ def loaded_holes(
 def loaded_hole(
     coupon: Coupon, axis: Axis, law: str, half_angle: float, plane: Plane, *, refinement: int
 ) -> LoadedHole:
-    """Return the stiffness under one assumption; for the arguments see `hole_stiffness`."""
+    """Return the stiffness under one assumption; for the arguments see `hole_stiffness`.
+
+    `half_angle` is in [rad].
+    """
     stiffness = hole_stiffness(
         coupon, law=law, half_angle=half_angle, plane=plane, axis=axis, refinement=refinement
     ).stiffness

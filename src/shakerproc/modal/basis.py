@@ -127,5 +127,8 @@ def _pairs(
 
 
 def stacked(values: ComplexArray) -> FloatArray:
-    """Return real parts, then imaginary parts, along the last axis."""
+    """Return real parts, then imaginary parts, along the last axis.
+
+    `values` may be in any unit.
+    """
     return np.concatenate([values.real, values.imag], axis=-1)

@@ -249,7 +249,7 @@ def split_residues(residues: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     Parameters
     ----------
     residues : (n_modes, n_responses, n_inputs) complex array
-        Residues.
+        Residues [unit of the functions, rad/s].
 
     Returns
     -------

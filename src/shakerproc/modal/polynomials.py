@@ -71,9 +71,9 @@ def lagged_sums(
     frequency : (n_lines,) array
         Lines of the band [Hz].
     inputs : (q, n_lines) complex array
-        What the numerators multiply.
+        What the numerators multiply [-].
     outputs : (n_responses, p, n_lines) complex array
-        What the denominator multiplies.
+        What the denominator multiplies [unit of the functions].
     highest : int
         Highest order that will be asked for.
 
@@ -186,7 +186,7 @@ def _roots(sums: Sums, alpha: FloatArray, numerators: FloatArray, order: int) ->
 
 
 def unit_shapes(shapes: ComplexArray) -> ComplexArray:
-    """Return shapes whose largest component is 1."""
+    """Return shapes whose largest component is 1. `shapes` may be in any unit."""
     if not shapes.size:
         return shapes
     largest = np.argmax(np.abs(shapes), axis=1)

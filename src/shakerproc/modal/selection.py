@@ -161,7 +161,10 @@ def twins(lines: Lines, model: Fit) -> ComplexArray:
 
 
 def apart(poles: ComplexArray) -> ComplexArray:
-    """Return the poles without those that coincide with one before them."""
+    """Return the poles without those that coincide with one before them.
+
+    `poles` are in [rad/s].
+    """
     kept: list[complex] = []
     for pole in poles:
         if all(abs(pole - one) > SAME * min(-pole.real, -one.real) for one in kept):

@@ -137,7 +137,10 @@ def common(first: Sequence[str], second: Sequence[str]) -> tuple[list[int], list
 def mac_over(
     first: ComplexArray, second: ComplexArray, names: tuple[Sequence[str], Sequence[str]]
 ) -> FloatArray | None:
-    """Return the MAC of shapes over the sensors in common; None where there is but one."""
+    """Return the MAC of shapes over the sensors in common; None where there is but one.
+
+    Shapes may be in any unit.
+    """
     mine, theirs = common(*names)
     if len(mine) < 2:
         return None

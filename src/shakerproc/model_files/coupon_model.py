@@ -106,7 +106,10 @@ def modal_equivalent(coupon: Coupon, count: int = 1) -> ModalEquivalent:
 def out_of_plane_model(
     coupon: Coupon, title: str, damping_ratio: float, count: int = 1
 ) -> tuple[Model, str]:
-    """Return the model of a plate on an evenly moving table, and what to say of it."""
+    """Return the model of a plate on an evenly moving table, and what to say of it.
+
+    `damping_ratio` is a share of the critical damping [-].
+    """
     found = modal_equivalent(coupon, count)
     carried = sum(one.mass for one in found.oscillators)
     heading = OUT_OF_PLANE.format(
@@ -121,7 +124,10 @@ def out_of_plane_model(
 def in_plane_model(
     coupon: Coupon, title: str, damping_ratio: float, frequency: float, law: str
 ) -> tuple[Model, str]:
-    """Return the model of a coupon on the stiffness of its hole, and what to say of it."""
+    """Return the model of a coupon on the stiffness of its hole, and what to say of it.
+
+    `damping_ratio` is a share of the critical damping [-], `frequency` in [Hz].
+    """
     one = Oscillator("coupon", coupon.mass, frequency)
     return _model(title, (one,), damping_ratio), IN_PLANE.format(law=law)
 

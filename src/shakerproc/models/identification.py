@@ -197,7 +197,10 @@ class Identification:
 
 
 def grid(**axes: Iterable[float | str]) -> tuple[Values, ...]:
-    """Return every combination of the values of each name."""
+    """Return every combination of the values of each name.
+
+    Values are in the units of the parameters.
+    """
     names = tuple(axes)
     return tuple(
         dict(zip(names, values, strict=True)) for values in product(*map(tuple, axes.values()))
@@ -205,7 +208,10 @@ def grid(**axes: Iterable[float | str]) -> tuple[Values, ...]:
 
 
 def spread(low: float, high: float, n: int, scale: float = 1.0) -> tuple[float, ...]:
-    """Return n numbers from low to high, in equal ratios, times a scale."""
+    """Return n numbers from low to high, in equal ratios, times a scale.
+
+    `low` and `high` are in any unit, `scale` multiplies them.
+    """
     return tuple(float(scale * share) for share in np.geomspace(low, high, n))
 
 

@@ -72,7 +72,7 @@ def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | No
     law : Law
         The law.
     values : sequence of float
-        Its numbers.
+        Its numbers [units of the law].
 
     Returns
     -------

@@ -237,6 +237,8 @@ def jumps(law: Callable[[FloatArray], FloatArray], largest: float) -> FloatArray
 
     Each stretch is halved again and again towards the half that changes more. A law without a
     jump changes by nothing in the end.
+
+    `largest` is in the unit of the variable.
     """
     ends = _both_ways(largest)
     low, high = ends[:-1].copy(), ends[1:].copy()

@@ -49,7 +49,10 @@ class Axis:
         return tuple(int(first) for first in np.cumsum([0, *sizes]))
 
     def cells(self, at: FloatArray) -> NDArray[np.intp]:
-        """Return the number of the cell that each value lies in."""
+        """Return the number of the cell that each value lies in.
+
+        `at` is in the unit of the axis.
+        """
         return np.searchsorted(self.origins[1:], at, side="right")
 
     def spline(self, values: FloatArray) -> FloatArray:
@@ -58,7 +61,7 @@ class Axis:
         Parameters
         ----------
         values : (n_knots, ...) array
-            What is interpolated.
+            What is interpolated [any unit].
         """
         pieces, start = [], 0
         for part in self.parts:
@@ -142,7 +145,7 @@ def spline_table(displacement: Axis, velocity: Axis, force: FloatArray) -> Splin
 
 
 def axis(values: Sequence[float]) -> Axis:
-    """Return an axis without surfaces."""
+    """Return an axis without surfaces. `values` are in any unit."""
     return Axis((np.array(values, float),))
 
 

@@ -248,7 +248,10 @@ def late_start(first: _Axis, other: _Axis) -> str:
 
 
 def length_of(values: FloatArray) -> int:
-    """Return the number of values up to the last one that is there."""
+    """Return the number of values up to the last one that is there.
+
+    `values` may be in any unit.
+    """
     there = np.flatnonzero(~np.isnan(values))
     return int(there[-1]) + 1 if there.size else 0
 

@@ -26,11 +26,11 @@ def without_bad_rows(
     Parameters
     ----------
     values : (n_columns, n_rows) array
-        The rows of numbers.
+        The rows of numbers [units of the columns].
     bad : Interruptions
         What stands between them.
     times : (n_rows,) array, optional
-        The time column.
+        The time column [s].
     """
     if not bad.after:
         return values, None

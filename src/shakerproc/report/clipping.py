@@ -34,7 +34,10 @@ def line_inside(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def points_inside(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
-    """Return which points are numbers and lie inside; arguments as of `line_inside`."""
+    """Return which points are numbers and lie inside; arguments as of `line_inside`.
+
+    Both are shares of their axes [-].
+    """
     inside = np.isfinite(x) & np.isfinite(y) & ~_outside(x) & ~_outside(y)
     return np.asarray(inside, dtype=bool)
 

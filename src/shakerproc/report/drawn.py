@@ -36,6 +36,8 @@ class Axis:
 
         What lies beyond an end is below 0 or above 1; what has no place on a logarithmic axis
         is not a number.
+
+        `values` are in the unit of the axis.
         """
         low, high = self.low, self.high
         if self.logarithmic:

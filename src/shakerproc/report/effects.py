@@ -54,7 +54,10 @@ class Cycle:
 
 
 def cycle_of(effect: AbstractEffect, amplitude: float) -> Cycle:
-    """Return the last of several cycles of a sine, by the effect's own law."""
+    """Return the last of several cycles of a sine, by the effect's own law.
+
+    `amplitude` is a displacement [m].
+    """
     # Half a sample late, so that none falls on a turning point, where a velocity has no sign.
     angle = 2.0 * np.pi * (np.arange(_CYCLES * _SAMPLES) + 0.5) / _SAMPLES
     omega = 2.0 * np.pi * FREQUENCY

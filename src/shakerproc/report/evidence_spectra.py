@@ -97,14 +97,17 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
 def picked(
     frequency: FloatArray, excited: NDArray[np.bool_]
 ) -> tuple[FloatArray, NDArray[np.int_]]:
-    """Return the excited bins that are drawn, and their numbers."""
+    """Return the excited bins that are drawn, and their numbers. `frequency` is in [Hz]."""
     inside = np.flatnonzero(excited)
     step = max(1, -(-inside.size // MOST_BINS))
     return frequency[inside[::step]], inside[::step]
 
 
 def phase_of(h1: ComplexArray, coherence: FloatArray, lowest: float) -> FloatArray:
-    """Return the phase in degrees, broken where it is noise or jumps round the circle."""
+    """Return the phase in degrees, broken where it is noise or jumps round the circle.
+
+    `h1` is in any unit, `coherence` without [-], `lowest` in degrees [°].
+    """
     phase = (np.degrees(np.angle(h1)) - lowest) % 360.0 + lowest
     out = np.where(coherence > HEARD, phase, np.nan)
     out[1:][np.abs(np.diff(phase)) > 180.0] = np.nan

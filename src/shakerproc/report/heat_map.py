@@ -37,9 +37,9 @@ def heat_map(
     labels : sequence of str
         Of the rows.
     edges : (n_columns + 1,) array
-        Limits of the columns, on a logarithmic axis.
+        Limits of the columns, on a logarithmic axis [unit of the axis].
     values : (n_rows, n_columns) array
-        Shares; not a number leaves a cell empty [-].
+        Shares; not a number leaves a cell empty [-] [-].
     bold : (n_rows, n_columns) array of bool
         Which are printed bold.
     title : str
@@ -85,7 +85,10 @@ def room_for(labels: Sequence[str]) -> int:
 
 
 def shade(value: float) -> int:
-    """Return how dark a value is, from 0 to 7, in steps of equal ratio."""
+    """Return how dark a value is, from 0 to 7, in steps of equal ratio.
+
+    `value` is a share [-].
+    """
     share = np.log(max(value, LEAST) / LEAST) / np.log(MOST / LEAST)
     return int(np.clip(share * _SHADES, 0, _SHADES - 1))
 

@@ -37,7 +37,10 @@ class Rung:
 
 
 def ladder(rungs: Sequence[Rung], noise_floor: float | None, *, title: str) -> Markup:
-    """Return the errors of models as marks on a logarithmic axis, and the noise floor."""
+    """Return the errors of models as marks on a logarithmic axis, and the noise floor.
+
+    `noise_floor` is a share, as the errors are [-].
+    """
     values = [v for rung in rungs for v in (rung.fitted, rung.held_out, noise_floor)]
     known = [v for v in values if v is not None and np.isfinite(v) and v > 0.0] or [0.1]
     low = 10.0 ** np.floor(np.log10(min(known)) - 0.05)

@@ -26,6 +26,8 @@ def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
     """Return a mode shape: at rest grey; moved in colour, swinging where the page is shown.
 
     The motion is part of the drawing (SMIL), needs no script, and prints as its largest.
+
+    `shape` may be in any unit.
     """
     low, high = geometry.rest.min(axis=0) - 0.27, geometry.rest.max(axis=0) + 0.27
     scale = min(

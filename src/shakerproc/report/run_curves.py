@@ -23,7 +23,7 @@ def curves_of(run: RunSummary, kind: str) -> list[CurveSummary]:
 
 
 def values_of(values: Sequence[float | None]) -> FloatArray:
-    """Return stored values as an array, NaN for None."""
+    """Return stored values as an array, NaN for None. They are in any unit."""
     return np.array([np.nan if v is None else v for v in values], dtype=float)
 
 

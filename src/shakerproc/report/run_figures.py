@@ -208,7 +208,10 @@ def _decades(axis: "Axes", rows: Sequence[FloatArray], most: int = 9) -> None:
 
 
 def unbroken_phase(response: ComplexArray) -> FloatArray:
-    """Return the phase from -270 to 90 degrees, with the line broken where it wraps."""
+    """Return the phase from -270 to 90 degrees, with the line broken where it wraps.
+
+    `response` may be in any unit.
+    """
     phase = np.degrees(np.angle(response))
     phase = np.where(phase > 90.0, phase - 360.0, phase)
     jump = np.abs(np.diff(phase, prepend=phase[:1])) > 180.0

@@ -158,7 +158,7 @@ def _finer_note(run: RunSummary) -> str:
 
 
 def number(value: float | None, form: str = ".4g") -> str:
-    """Return a number for people, nothing for None."""
+    """Return a number for people, nothing for None. `value` may be in any unit."""
     return "" if value is None else format(value, form)
 
 

@@ -119,7 +119,10 @@ def figure(
 
 
 def logarithmic(axis: "Axes", low: float, high: float) -> None:
-    """Make the vertical axis logarithmic over whole decades, without minor ticks."""
+    """Make the vertical axis logarithmic over whole decades, without minor ticks.
+
+    `low` and `high` are in the unit of the axis.
+    """
     from matplotlib.ticker import LogLocator, NullLocator
 
     axis.set_yscale("log")

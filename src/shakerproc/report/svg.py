@@ -64,6 +64,8 @@ def plot(
     without `keys` there is no legend, as where figures above each other share one; `most` is
     how many points of a line are drawn, the extremes among them. Beside the drawing stand its
     numbers for the script, which draws it anew for whoever looks closer.
+
+    `names` are texts for values in the unit of the axis.
     """
     bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
     box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
@@ -125,7 +127,7 @@ def sparkline(
     width: int = 120,
     height: int = 28,
 ) -> Markup:
-    """Return a thumbnail: one line without axes."""
+    """Return a thumbnail: one line without axes. `x` and `y` are in the units of their axes."""
     box = _Box(0, 1, width, height - 2)
     path = _path(*line_inside(x_axis.share(x), y_axis.share(y)), box)
     return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(
@@ -323,7 +325,7 @@ def fine_ticks(axis: Axis) -> list[float]:
 
 
 def shown(value: float, axis: Axis) -> str | Markup:
-    """Return the number at a tick."""
+    """Return the number at a tick. `value` is in the unit of the axis."""
     return _power(value) if axis.logarithmic else _tick(value)
 
 

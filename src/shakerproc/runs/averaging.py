@@ -53,7 +53,10 @@ def _short_segments(test: Test, n_samples: int) -> Test:
 
 
 def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
-    """Return the cross-spectral matrix as the log wants it."""
+    """Return the cross-spectral matrix as the log wants it.
+
+    `blocks` are in the units of the channels, `sample_rate` in [Hz].
+    """
     averaging = test.processing.welch
     return spectra.cross_spectra(
         blocks,

@@ -13,6 +13,8 @@ def beside(value: float, limit: float, decimals: int = 1, *, sign: bool = True) 
 
     More decimals than asked are written where the rounded number would lie on the other side:
     3.04 beside a limit of 3 is ``+3.04``.
+
+    Both are in the same unit, whichever it is.
     """
     beyond = abs(value) > limit
     for places in range(decimals, decimals + 12):

@@ -35,7 +35,7 @@ def envelope(
     Parameters
     ----------
     blocks : iterable of (n_channels, n) arrays
-        All samples in order.
+        All samples in order [unit of the channel].
     n_samples : int
         How many there are.
     sample_rate : float

@@ -37,7 +37,10 @@ class Search:
         return self.test.excitation in SINGLE_FREQUENCY
 
     def valid(self, control: FloatArray) -> BoolArray:
-        """Return which frequencies are excited, given the density of the mean control."""
+        """Return which frequencies are excited, given the density of the mean control.
+
+        `control` is a density [unit²/Hz].
+        """
         frequency = self.spectra.frequency
         there = masks.driven(frequency, control, self.judged)
         return there if there.any() else masks.excited(frequency, self.judged)
@@ -51,7 +54,10 @@ class Search:
         return self.band
 
     def peaks(self, values: FloatArray, errors: FloatArray | None) -> tuple[Peak, ...]:
-        """Return the peaks of a spectrum that chance does not make, tallest first."""
+        """Return the peaks of a spectrum that chance does not make, tallest first.
+
+        `values` are in any unit, `errors` shares of them [-].
+        """
         wanted = self.test.processing.peaks
         return spectra.find_peaks(
             self.spectra.frequency,
@@ -84,7 +90,10 @@ def against_controls(
 def density_peaks(
     search: Search, density: FloatArray, against: Responses | None, responses: Sequence[int]
 ) -> tuple[tuple[ResonancePeak, ...], ...]:
-    """Return the peaks of the density of every channel; damping only without an input."""
+    """Return the peaks of the density of every channel; damping only without an input.
+
+    `density` is in the units of the channels, squared, over [Hz].
+    """
     row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
     found = []
     for i, values in enumerate(density):

@@ -298,6 +298,8 @@ def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatA
     """Return a curve with at most so many points: the extremes of each slice, in order.
 
     A line that is broken stays so: of the values that are none, one in each slice is kept.
+
+    Both may be in any unit.
     """
     if x.size <= most:
         return x, y

@@ -80,7 +80,7 @@ def impose(
     Parameters
     ----------
     starts : (n, n_motions) array
-        Written to.
+        Written to [m, m/s].
     first : (n,) array of int
         Sample at which each begins.
     """

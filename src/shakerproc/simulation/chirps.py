@@ -54,6 +54,8 @@ class Chirp:
         They are Taylor series, as long as it takes to miss the signal by no more than a share
         of its amplitude.
 
+        `sample_rate` is in [Hz], `tolerance` a share of the amplitude [-].
+
         Returns
         -------
         (n_intervals, degree + 1) array or None

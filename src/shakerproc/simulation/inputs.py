@@ -140,7 +140,7 @@ def prepare_displacement(
     displacement : (n,) array
         Displacement of the mass against the base [m].
     sample_rate, upsample
-        As for `prepare`.
+        As for `prepare` [Hz].
 
     Raises
     ------
@@ -198,6 +198,9 @@ def as_input(
     imposed: bool = False,
 ) -> Input:
     """Return an input as it is, or made by `prepare`.
+
+    `excitation` is in [m/s²], [N] or [m], `sample_rate` in [Hz], `duration` in [s], `tolerance`
+    a share [-].
 
     Raises
     ------

@@ -90,7 +90,10 @@ def finer(
 
 
 def led_past_its_ends(samples: FloatArray) -> FloatArray:
-    """Return samples with what is predicted on both sides, (..., n + 2 MARGIN) array."""
+    """Return samples with what is predicted on both sides, (..., n + 2 MARGIN) array.
+
+    `samples` may be in any unit.
+    """
     window = np.cumsum(np.kaiser(2 * MARGIN + 1, _SMOOTH))
     fall = 1.0 - window[1::2] / window[-1]
     ends = np.stack((samples[..., :LEARNT][..., ::-1], samples[..., -LEARNT:]))
@@ -111,7 +114,7 @@ def interpolation_error(
         The signal, in any unit.
     pieces : ((n - 1) * upsample, degree + 1) array, optional
         Polynomials over its parts, in powers of the share of each; without them only what
-        `finer` itself misses counts.
+        `finer` itself misses counts [unit of the samples].
     upsample : int
         Parts of a sample.
     """

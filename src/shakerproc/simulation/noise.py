@@ -125,7 +125,7 @@ def multisine(
     periods : int
         How many periods to return.
     excited : (n_lines,) array, optional
-        Which multiples of one over the period, from the first, are excited; by default all.
+        Which multiples of one over the period, from the first, are excited; by default all [-].
 
     Returns
     -------
@@ -168,7 +168,7 @@ def faded(samples: FloatArray, sample_rate: float, ramp: float) -> FloatArray:
     Parameters
     ----------
     samples : (n,) array
-        Any signal.
+        Any signal [any unit].
     sample_rate : float
         Samples per second [Hz].
     ramp : float

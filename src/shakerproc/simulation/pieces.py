@@ -66,6 +66,8 @@ def pieces_of_signal(
     Those miss a sine by 2 (omega h / 4)^10 / 10!: below rounding up to 0.1 of the sample rate.
     Of a chirp they are its Taylor series instead, as long as the tolerance takes.
 
+    `sample_rate` is in [Hz], `tolerance` a share of the largest value [-].
+
     Returns
     -------
     (n_intervals, degree + 1) array

@@ -51,11 +51,12 @@ def simulate(
     model : Model
         What is shaken.
     excitation : (n,) array, function or Input
-        Samples of the input, the input as a function of time, or what `prepare` made of it.
+        Samples of the input, the input as a function of time, or what `prepare` made of it
+        [m/s², N or m].
     sample_rate : float, optional
         Samples per second, of the input and of the response; not with an `Input` [Hz].
     duration, upsample, hold
-        See `prepare`; not with an `Input`.
+        See `prepare`; not with an `Input` [s].
     start : mapping of str to (float, float), optional
         Displacement [m] and velocity [m/s] of masses relative to the base at the start; the
         others rest.
@@ -117,7 +118,7 @@ def simulate_many(
     reduce : function
         Called with each `Simulation`, so that not all of them are kept.
     excitation, sample_rate, duration, upsample, hold, tolerance, growth
-        See `simulate`.
+        See `simulate` [units as there].
     workers : int, optional
         Threads; by default as many as cores.
     """

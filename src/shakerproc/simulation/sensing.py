@@ -21,7 +21,7 @@ def read_sensors(
     ----------
     pieces : (n_pieces, degree + 1) array
         The input over each part of a sample, of which there are `stride`; integrated twice
-        from rest, it is the motion of the base where that is what is driven.
+        from rest, it is the motion of the base where that is what is driven [m/s², N or m].
     """
     wanted = {sensor.measures for sensor in model.sensors.values()}
     base = _Base(simulation.excitation, model.excitation.moves_base, None, None)
@@ -99,7 +99,10 @@ _MEASURED: Mapping[Measures, Callable[[str, Simulation, _Base], FloatArray]] = (
 def integrated(
     pieces: FloatArray, stride: int, sample_rate: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return velocity and displacement of a base that starts at rest, at the samples."""
+    """Return velocity and displacement of a base that starts at rest, at the samples.
+
+    `pieces` are in [m/s²], `sample_rate` in [Hz].
+    """
     step = 1.0 / (sample_rate * stride)
     k = np.arange(pieces.shape[1])
     velocity = step * np.concatenate(([0.0], np.cumsum(pieces @ (1.0 / (k + 1)))))

@@ -117,9 +117,9 @@ class Walk:
         placed : Placed
             The windows.
         starts : (n, n_motions) array
-            Motion at the first sample of each.
+            Motion at the first sample of each [m, m/s].
         flat : (n_sensors, any) array
-            Set, where the windows stand in it.
+            Set, where the windows stand in it [units of the sensors].
         means : bool
             Whether accelerations are means over intervals.
         """

@@ -183,7 +183,7 @@ def interpolated(
     Parameters
     ----------
     read : callable
-        From first and last but one sample to them, (..., n) array.
+        From first and last but one sample to them, (..., n) array [any unit].
     n_samples : int
         How many there are.
     sample_rate : float

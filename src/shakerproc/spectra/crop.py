@@ -103,7 +103,7 @@ def crop_by_threshold(
     Parameters
     ----------
     samples : (n_samples,) array, or iterable of (n,) arrays
-        One control channel, whole or in blocks of any size.
+        One control channel, whole or in blocks of any size [any unit].
     threshold : float
         Value that the run reaches and rest does not [unit of the samples].
     sample_rate : float

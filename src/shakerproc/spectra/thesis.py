@@ -61,7 +61,10 @@ class ThesisSettings:
     notch_frequency: float = 50.0
 
     def spectra(self, data: FloatArray, rate: float, times: int = 1) -> CrossSpectra:
-        """Return the cross spectra with segments so many times longer."""
+        """Return the cross spectra with segments so many times longer.
+
+        `data` is in the units of the channels, `rate` in [Hz].
+        """
         return cross_spectra(
             data,
             rate,

@@ -132,9 +132,9 @@ def equals(
     quantity : str
         Name with unit.
     values : float or (n,) array
-        What was found.
+        What was found [any unit].
     bound, within : float
-        What was wanted, and how far from it a value may lie.
+        What was wanted, and how far from it a value may lie [unit of the values].
     relative : bool
         Whether the tolerance is a share of the bound.
     """
@@ -146,13 +146,13 @@ def equals(
 
 
 def above(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
-    """Return whether values lie above a bound."""
+    """Return whether values lie above a bound. Both are in the same unit."""
     found = np.atleast_1d(np.asarray(values, np.float64))
     return _bounded(quantity, found, found > bound, f"above {bound:.6g}")
 
 
 def below(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
-    """Return whether values lie below a bound."""
+    """Return whether values lie below a bound. Both are in the same unit."""
     found = np.atleast_1d(np.asarray(values, np.float64))
     return _bounded(quantity, found, found < bound, f"below {bound:.6g}")
 
@@ -170,7 +170,8 @@ def trends(
     quantity : str
         Name with unit.
     groups : sequence of three (n,) arrays
-        Parameter, quantity and its resolution, of cases that differ in this parameter alone.
+        Parameter, quantity and its resolution, of cases that differ in this parameter alone
+        [any unit].
     wanted : str
         ``falls``, ``rises`` or ``changes``.
     along : str
@@ -202,10 +203,10 @@ def trend_of(x: FloatArray, y: FloatArray, slack: FloatArray | float) -> str:
     Parameters
     ----------
     x, y : (n,) array
-        Parameter and quantity.
+        Parameter and quantity [any unit].
     slack : float or (n,) array
         Resolution of the quantity: what a step the other way may amount to, and what the
-        change in all must exceed.
+        change in all must exceed [unit of the quantity].
     """
     order = np.argsort(x, kind="stable")
     values, room = y[order], np.broadcast_to(slack, y.shape)[order]
@@ -223,7 +224,7 @@ def trend_of(x: FloatArray, y: FloatArray, slack: FloatArray | float) -> str:
 
 
 def shown(values: Sequence[float]) -> str:
-    """Return values for a sentence; of many only the range."""
+    """Return values for a sentence; of many only the range. `values` may be in any unit."""
     if len(values) <= MOST_SHOWN:
         return ", ".join(f"{value:.4g}" for value in values)
     known = [value for value in values if np.isfinite(value)]

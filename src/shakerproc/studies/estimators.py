@@ -40,9 +40,9 @@ def spectrum(samples: FloatArray, sample_rate: float, measure: Measure) -> Spect
     Parameters
     ----------
     samples : (n,) array
-        What was measured.
+        What was measured [any unit].
     sample_rate : float
-        Samples per second [Hz].
+        Samples per second [Hz] [Hz].
     measure : Measure
         How.
 
@@ -81,7 +81,7 @@ def omega_e(found: Spectrum, measure: Measure) -> float:
 
 
 def in_words(measure: Measure, bin_width: float) -> str:
-    """Return how omega_e was found, for people."""
+    """Return how omega_e was found, for people. `bin_width` is in [Hz]."""
     how = "periodogram of the whole run"
     if measure.estimator == "welch":
         how = f"Welch density in segments of {measure.segment}"

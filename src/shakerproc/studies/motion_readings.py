@@ -157,5 +157,8 @@ def period_of(displacement: FloatArray, velocity: FloatArray) -> float:
 
 
 def chaotic_once_settled(growth: float, period: float) -> bool:
-    """Return whether motion once a period is chaotic: disturbed much, and not repeating."""
+    """Return whether motion once a period is chaotic: disturbed much, and not repeating.
+
+    `growth` is a ratio [-], `period` counts periods of the drive [-].
+    """
     return growth > CHAOTIC_GROWTH and not np.isfinite(period)

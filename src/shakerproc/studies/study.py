@@ -205,5 +205,5 @@ class Study:
     warmth: Warmth | None = None
 
     def option(self, name: str, default: float) -> float:
-        """Return one of the options."""
+        """Return one of the options. `default` is in the unit of the option."""
         return dict(self.options).get(name, default)

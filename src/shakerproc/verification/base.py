@@ -51,7 +51,10 @@ def model(*effects: AbstractEffect) -> Model:
 def gap(
     clearance: float, stiffness: float = STIFFNESS, damping_ratio: float = DAMPING_RATIO
 ) -> Model:
-    """Return free play between elastic walls (a spring without play), with damping."""
+    """Return free play between elastic walls (a spring without play), with damping.
+
+    `clearance` is in [m], `stiffness` in [N/m], `damping_ratio` without unit [-].
+    """
     wall = EFFECTS["spring"](stiffness=stiffness)  # type: ignore[call-arg]
     if clearance > 0.0:
         wall = EFFECTS["gap"](stiffness=stiffness, clearance=clearance)  # type: ignore[call-arg]
@@ -59,7 +62,7 @@ def gap(
 
 
 def jump_gap(clearance: float) -> Model:
-    """Return the literal eq. 3.14, whose force jumps at the wall."""
+    """Return the literal eq. 3.14, whose force jumps at the wall. `clearance` is in [m]."""
     return model(
         EFFECTS["jump_gap"](stiffness=STIFFNESS, clearance=clearance),  # type: ignore[call-arg]
         EFFECTS["damper"](damping_ratio=DAMPING_RATIO),  # type: ignore[call-arg]
@@ -69,7 +72,10 @@ def jump_gap(clearance: float) -> Model:
 def power_law(
     exponent: float, wall: float = 1e-3, relaxation: float = 1e-5, force: float = 10.0
 ) -> Model:
-    """Return the power law of the listing, with its relaxation spring and its damping."""
+    """Return the power law of the listing, with its relaxation spring and its damping.
+
+    `exponent` is without unit [-], `wall` and `relaxation` in [m], `force` in [N].
+    """
     return model(
         EFFECTS["power_law"](  # type: ignore[call-arg]
             force=force, reference_displacement=wall, exponent=exponent
@@ -88,7 +94,10 @@ def peak(shaken: Model, run: Run, measure: Measure = PERIODOGRAM) -> PeakOfRun:
 def gap_peak(
     clearance: float, level: float = 5.0, *, down: bool = False, **changed: float
 ) -> PeakOfRun:
-    """Return omega_e of a sweep over free play; several statements ask for the same."""
+    """Return omega_e of a sweep over free play; several statements ask for the same.
+
+    `clearance` is in [m], `level` in [N].
+    """
     run = Run("sine sweep", level=level, from_hz=0.0, to_hz=30.0, duration=30.0, down=down)
     return peak(gap(clearance, **changed), run)
 
@@ -109,9 +118,9 @@ def peaks(
     wanted : str
         The trend.
     rows : pairs of (n,) sequences
-        Parameter and peaks.
+        Parameter and peaks [any unit, Hz].
     scales : (n,) sequence
-        What each peak, and its resolution, is divided by; by default 1.
+        What each peak, and its resolution, is divided by; by default 1 [Hz].
     """
     groups = []
     for x, found in rows:
@@ -123,7 +132,7 @@ def peaks(
 
 
 def series(values: Sequence[float], digits: int = 3) -> str:
-    """Return values as text: ``5.03, 4.97, 4.93``."""
+    """Return values as text: ``5.03, 4.97, 4.93``. `values` may be in any unit."""
     return ", ".join(f"{value:.{digits}f}" for value in values)
 
 

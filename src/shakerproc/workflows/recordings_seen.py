@@ -58,6 +58,8 @@ def natural(text: str) -> list[tuple[int, str]]:
 def look(path: Path, sample_rate: float | None = None) -> Seen:
     """Return what a recording holds; the samples are read once.
 
+    `sample_rate` is in [Hz].
+
     Raises
     ------
     RecordingError
@@ -110,7 +112,10 @@ def seen_of(
     warn: Callable[[str], None],
     advance: Callable[[str], None] = lambda _name: None,
 ) -> list[Seen]:
-    """Return what a recording holds or, where it is unusable, at most what it describes."""
+    """Return what a recording holds or, where it is unusable, at most what it describes.
+
+    `sample_rate` is in [Hz].
+    """
     found = None
     try:
         found = look(path, sample_rate)

@@ -146,6 +146,8 @@ class AbstractEffect(ABC):
     def of_numbers(cls, numbers: Mapping[str, float | str]) -> "AbstractEffect":
         """Return the effect with the numbers that `Identification.numbers` gives.
 
+        Numbers are in the units of the parameters.
+
         Raises
         ------
         ValueError

@@ -82,7 +82,10 @@ class Scaling:
     steps: Any = None
 
     def values(self, raw: Mapping[int | None, NDArray[Any]]) -> NDArray[Any]:
-        """Return the values of raw numbers, given by the scale that they feed."""
+        """Return the values of raw numbers, given by the scale that they feed.
+
+        Raw numbers are without unit [-], the values in that of the channel.
+        """
         if self.steps is None:
             return next(iter(raw.values()))
         data = raw.get(None)

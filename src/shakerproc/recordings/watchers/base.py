@@ -78,7 +78,7 @@ class AbstractWatcher(ABC):
         first : int
             Number of its first sample.
         block : (n_channels, n) array
-            Finite samples in SI; what was not finite is bridged.
+            Finite samples in SI; what was not finite is bridged [SI unit of the channel].
         """
 
     @abstractmethod
@@ -95,12 +95,15 @@ def control_rows(recording: Recording) -> list[int]:
 
 
 def rms(values: FloatArray) -> float:
-    """Return the root of the mean square."""
+    """Return the root of the mean square. It is in the unit of the values."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0
 
 
 def resolution(samples: FloatArray) -> float:
-    """Return the smallest step from a sample to the next, 0 where there is none."""
+    """Return the smallest step from a sample to the next, 0 where there is none.
+
+    It is in the unit of the samples.
+    """
     steps = np.abs(np.diff(samples))
     return float(np.min(steps, where=steps > 0.0, initial=np.inf)) if np.any(steps) else 0.0
 

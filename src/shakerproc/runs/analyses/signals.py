@@ -32,6 +32,8 @@ def natural_frequencies(
 ) -> FloatArray:
     """Return natural frequencies of oscillators from the log's ends, or the data's.
 
+    `ends` are frequencies [Hz].
+
     Raises
     ------
     SpectrumError

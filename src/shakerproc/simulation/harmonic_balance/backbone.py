@@ -75,7 +75,10 @@ class FreeCurve:
     phase: FloatArray
 
     def evaluate(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return residual (n + 1,) and derivative (n + 1, n + 2)."""
+        """Return residual (n + 1,) and derivative (n + 1, n + 2).
+
+        `point` holds coefficients [m] and a rate [rad/s].
+        """
         unknowns, omega, growth = point[:-2], point[-2], point[-1]
         found = self.balance.residual(unknowns, omega, growth)
         step = 1e-3 * omega
@@ -90,7 +93,10 @@ class FreeCurve:
         return residual, derivative
 
     def weights(self, point: FloatArray) -> FloatArray:
-        """Return one over the size of the velocity, and one over the rate for the others."""
+        """Return one over the size of the velocity, and one over the rate for the others.
+
+        `point` holds coefficients [m] and a rate [rad/s].
+        """
         return motion_weights(self.balance, point, np.full(2, 1.0 / point[-2]))
 
 

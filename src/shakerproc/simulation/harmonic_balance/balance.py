@@ -98,18 +98,27 @@ class HarmonicBalance:
         return np.asarray(np.kron(self.system.mass, rate), np.float64)
 
     def real(self, coefficients: ComplexArray) -> FloatArray:
-        """Return (n_dofs, n_harmonics) complex coefficients as the vector of unknowns."""
+        """Return (n_dofs, n_harmonics) complex coefficients as the vector of unknowns.
+
+        Both are in [m].
+        """
         return np.concatenate([
             fourier.real_of_complex(row, self.harmonics) for row in coefficients
         ])
 
     def coefficients(self, unknowns: FloatArray) -> ComplexArray:
-        """Return the unknowns as (n_dofs, n_harmonics) complex coefficients."""
+        """Return the unknowns as (n_dofs, n_harmonics) complex coefficients.
+
+        Both are in [m].
+        """
         rows = unknowns.reshape(self.system.n_dofs, self.n_real)
         return np.array([fourier.complex_of_real(row, self.harmonics) for row in rows])
 
     def motions(self, unknowns: FloatArray, omega: float) -> Iterator[tuple[Coupling, Motion]]:
-        """Yield every coupling with the motion along it."""
+        """Yield every coupling with the motion along it.
+
+        `unknowns` are in [m], `omega` in [rad/s].
+        """
         rows = unknowns.reshape(self.system.n_dofs, self.n_real)
         for coupling in self.system.couplings:
             along = fourier.complex_of_real(coupling.direction @ rows, self.harmonics)

@@ -20,10 +20,16 @@ class Curve(Protocol):
     """The equations of a curve."""
 
     def evaluate(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return residual (n,) and derivative (n, n + 1) at a (n + 1,) point."""
+        """Return residual (n,) and derivative (n, n + 1) at a (n + 1,) point.
+
+        The units are those of the unknowns.
+        """
 
     def weights(self, point: FloatArray) -> FloatArray:
-        """Return the weight of each unknown in a length, (n + 1,) array."""
+        """Return the weight of each unknown in a length, (n + 1,) array.
+
+        Each is one over the unit of its unknown.
+        """
 
 
 @final
@@ -107,11 +113,12 @@ def follow(
     curve : Curve
         The equations.
     start : (n + 1,) array
-        A solution.
+        A solution [units of the unknowns].
     towards : (n + 1,) array
         Direction to set out in, in the units of the unknowns.
     stop : function
-        Previous and new point to why the curve ends at the new one; empty to go on.
+        Previous and new point to why the curve ends at the new one; empty to go on
+        [units of the unknowns].
     steps : Steps
         How to follow it.
     """
@@ -146,6 +153,8 @@ def refine(
     """Return the fold between two points: where the tangent has no share of an unknown.
 
     The point is sought along the chord by the rule of false position (Illinois).
+
+    Points are in the units of the unknowns.
     """
     weights = curve.weights(before)
     chord = (after - before) * weights
@@ -191,11 +200,11 @@ def correct(
     curve : Curve
         The equations.
     guess : (n + 1,) array
-        Where to begin.
+        Where to begin [units of the unknowns].
     tangent : (n + 1,) array
-        Direction in the local scale, of length 1.
+        Direction in the local scale, of length 1 [-].
     weights : (n + 1,) array
-        The local scale.
+        The local scale [one over these units].
     tolerance : float
         Size of the last correction [-].
 

@@ -26,7 +26,7 @@ def limits(
     curve : ForcedCurve
         The equations.
     start : (n_unknowns + 1,) array
-        First point.
+        First point [m, and the unit of the last unknown].
     band : tuple of float
         Frequencies of the excitation [Hz].
     """

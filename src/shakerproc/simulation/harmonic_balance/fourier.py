@@ -78,7 +78,7 @@ def values(coefficients: ComplexArray, harmonics: Harmonics, n_samples: int) -> 
     Parameters
     ----------
     coefficients : (..., n_harmonics) array
-        Complex coefficients.
+        Complex coefficients [any unit].
     harmonics : (n_harmonics,) array
         Number of each harmonic.
     n_samples : int
@@ -103,7 +103,7 @@ def coefficients_of_values(samples: FloatArray, harmonics: Harmonics) -> Complex
     Parameters
     ----------
     samples : (..., n_samples) array
-        One period from angle 0.
+        One period from angle 0 [any unit].
     harmonics : (n_harmonics,) array
         Harmonics wanted, below half the number of samples.
 
@@ -126,7 +126,7 @@ def impulses(angles: FloatArray, sizes: FloatArray, harmonics: Harmonics) -> Flo
     angles : (n,) array
         Where the impulses stand [rad].
     sizes : (n,) array
-        Their integrals over the angle.
+        Their integrals over the angle [unit of the factor times rad].
     harmonics : (n_harmonics,) array
         Number of each harmonic.
 

@@ -74,7 +74,10 @@ def sensor_harmonics(
 
 
 def peaks(branch: Branch, harmonics: ComplexArray) -> FloatArray:
-    """Return the largest magnitude over a period of (n_points, n_harmonics) motions."""
+    """Return the largest magnitude over a period of (n_points, n_harmonics) motions.
+
+    `harmonics` may be in any unit.
+    """
     n_samples = max(256, 16 * int(branch.balance.harmonics[-1]))
     return np.asarray(
         np.max(np.abs(fourier.values(harmonics, branch.balance.harmonics, n_samples)), axis=-1)

@@ -232,7 +232,7 @@ def follow_branch(
     start : (n_unknowns + 1,) array
         Coefficients [m] and base rate [rad/s] of a solution.
     towards : (n_unknowns + 1,) array
-        Direction to set out in.
+        Direction to set out in [m, rad/s].
     band : tuple of float
         Frequencies of the excitation [Hz].
     steps : Steps

@@ -62,7 +62,7 @@ def periodic_orbit(
     frequency : float
         Frequency of the excitation [Hz].
     guess : (2 n_dofs,) array
-        Displacements and velocities at time 0.
+        Displacements and velocities at time 0 [m, m/s].
     order : int
         Periods of the excitation in one round.
     n_samples : int
@@ -111,7 +111,7 @@ def one_round(
     frequency : float
         Frequency of the excitation [Hz].
     state : (2 n_dofs,) array
-        Displacements and velocities at time 0.
+        Displacements and velocities at time 0 [m, m/s].
     order : int
         Periods of the excitation in one round.
     n_samples : int

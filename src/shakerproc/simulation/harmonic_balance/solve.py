@@ -70,7 +70,10 @@ def held(balance: HarmonicBalance) -> bool:
 
 
 def floats(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> bool:
-    """Return whether a motion touches nothing that holds it."""
+    """Return whether a motion touches nothing that holds it.
+
+    `unknowns` are in [m], `omega` in [rad/s].
+    """
     stiffness = balance.system.stiffness.copy()
     touches_nothing = False
     if balance.system.frictions:
@@ -88,7 +91,10 @@ def floats(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> bool
 
 
 def hardly_touches(balance: HarmonicBalance, point: FloatArray) -> bool:
-    """Return whether a motion that nothing else holds is in contact for hardly any time."""
+    """Return whether a motion that nothing else holds is in contact for hardly any time.
+
+    `point` holds coefficients [m] and a rate [rad/s].
+    """
     if np.linalg.eigvalsh(balance.system.stiffness)[0] > 0.0:
         return False
     shares = []

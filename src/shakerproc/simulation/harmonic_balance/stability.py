@@ -51,7 +51,10 @@ def monodromy(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> F
 
 
 def multipliers(monodromies: FloatArray) -> ComplexArray:
-    """Return the Floquet multipliers, largest first, of (..., 2n, 2n) monodromy matrices."""
+    """Return the Floquet multipliers, largest first, of (..., 2n, 2n) monodromy matrices.
+
+    They have no unit [-].
+    """
     values = np.linalg.eigvals(monodromies).astype(np.complex128)
     order = np.argsort(-np.abs(values), axis=-1)
     return np.asarray(np.take_along_axis(values, order, axis=-1))

@@ -25,7 +25,7 @@ def free_start(samples: FloatArray, inputs: FloatArray) -> int:
         The responses [unit of the channel].
     inputs : (n_inputs, n_samples) array
         Forces or controls, if any: the free part begins when the last of them is at rest.
-        Without any it begins at the largest motion of all responses.
+        Without any it begins at the largest motion of all responses [unit of the channel].
 
     Raises
     ------

@@ -50,7 +50,7 @@ def reading_of(
     errors : (float, float)
         Half the widths of their intervals [rad/s].
     time, amplitude, noise : float
-        As in `Reading`.
+        As in `Reading` [s, unit of the motion].
     """
     tau = 6.283185307179586
     size = abs(pole)

@@ -120,7 +120,10 @@ class Curve:
 
 
 def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> Curve:
-    """Return what readings say at amplitudes between their smallest and their largest."""
+    """Return what readings say at amplitudes between their smallest and their largest.
+
+    `amplitudes` are in the unit of the readings.
+    """
     amplitude, *others = columns_of(readings)
     rising = np.argsort(amplitude)
     wanted = np.asarray(amplitudes, float)

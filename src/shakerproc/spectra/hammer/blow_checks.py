@@ -73,6 +73,8 @@ def impulse_share(row: FloatArray) -> float:
     """Return the share of a block's energy within a fiftieth of it around its largest value.
 
     Near 1 of a blow, less of what rings.
+
+    `row` may be in any unit.
     """
     rest = row - np.median(row)
     top, half = int(np.argmax(np.abs(rest))), max(row.size // 100, 1)

@@ -112,7 +112,7 @@ def find_strikes(
 
 
 def rounded_up(value: float) -> str:
-    """Return a number above 0 with two digits, not below it."""
+    """Return a number above 0 with two digits, not below it. `value` may be in any unit."""
     step = 10.0 ** (np.floor(np.log10(value)) - 1.0)
     return f"{np.ceil(value / step - ROUNDING) * step:.3g}"
 

@@ -191,7 +191,10 @@ def steady_chance(
 
 
 def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) -> Chance:
-    """Return errors that only the window correlates: what a sweep's coherence says."""
+    """Return errors that only the window correlates: what a sweep's coherence says.
+
+    `errors` are in the unit of the values.
+    """
     pattern = scipy.linalg.toeplitz(smearing.noise_correlation(errors.size))
     covariance = pattern * errors * errors[:, np.newaxis]
     parts = np.eye(2) if is_complex else np.eye(1)
@@ -202,7 +205,10 @@ def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) ->
 def modelled(
     kind: Kind, nodes: FloatArray, frequency: FloatArray, fit: ModesFit, sample_rate: float
 ) -> ComplexArray:
-    """Return what modes and background are at any frequencies before smearing."""
+    """Return what modes and background are at any frequencies before smearing.
+
+    `nodes` and `frequency` are in [Hz], `sample_rate` too.
+    """
     n = fit.frequency.size
     result = np.zeros(nodes.shape, dtype=np.complex128)
     turns = 2j * np.pi * nodes / sample_rate

@@ -47,6 +47,8 @@ def local_maxima(values: FloatArray) -> IndexArray:
 
     The first and the last value are no maxima; nothing is next to a value that is not a
     number.
+
+    `values` may be in any unit.
     """
     if values.size < 3:
         return np.zeros(0, dtype=np.intp)
@@ -65,10 +67,10 @@ def separated(indices: IndexArray, values: FloatArray, distance: float) -> Index
     indices : (n,) array of int
         Candidates.
     values : (n_values,) array
-        The spectrum that they are maxima of.
+        The spectrum that they are maxima of [any unit].
     distance : float
         Bins within which only the tallest is kept, the limit included; of equal ones the
-        first.
+        first [-].
 
     Returns
     -------
@@ -99,7 +101,8 @@ def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> Ind
     indices : (n,) array of int
         Local maxima.
     values : (n_values,) array
-        The spectrum that they are maxima of, positive; what is not a number is masked.
+        The spectrum that they are maxima of, positive; what is not a number is masked
+        [any unit].
     errors : (n_values,) array
         Random error of each value, as a share of it [-].
 
@@ -136,7 +139,7 @@ def find_peaks(
     frequency : (n_frequencies,) array
         Equally spaced frequencies [Hz].
     values : (n_frequencies,) array
-        Positive values, linear; what is not a number is masked.
+        Positive values, linear; what is not a number is masked [any unit].
     band : (float, float)
         Lowest and highest frequency of a peak [Hz].
     distance : float
@@ -221,11 +224,11 @@ def thesis_peaks(values: FloatArray, share: float, height: float = -np.inf) -> I
     Parameters
     ----------
     values : (n_frequencies,) array
-        PSD (as its logarithm) or PSD ratio from 0 to half the sample rate.
+        PSD (as its logarithm) or PSD ratio from 0 to half the sample rate [any unit].
     share : float
         MinPeakDistance as a share of the lower half of the values [-].
     height : float
-        MinPeakHeight.
+        MinPeakHeight [unit of the values].
 
     Returns
     -------

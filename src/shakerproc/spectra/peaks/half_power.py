@@ -25,7 +25,7 @@ def half_power_ratio(
     frequency : (n_frequencies,) array
         Frequencies [Hz].
     power : (n_frequencies,) array
-        Squared magnitude or density.
+        Squared magnitude or density [any unit].
     peak : int
         Bin of the peak.
 
@@ -51,7 +51,7 @@ def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
     spectra : CrossSpectra
         What it was read from.
     power : (n_frequencies,) array
-        Squared magnitude or density.
+        Squared magnitude or density [any unit].
     peak : int
         Bin of the peak.
     """

@@ -56,7 +56,10 @@ class ModeShape:
     sample_rate: float
 
     def mode(self, frequency: float, ratio: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the two columns of a mode and their slopes along ln f and ln zeta."""
+        """Return the two columns of a mode and their slopes along ln f and ln zeta.
+
+        `frequency` is in [Hz], `ratio` without unit [-].
+        """
         root = float(np.sqrt(1.0 - ratio * ratio))
         omega = 2.0 * np.pi * frequency / self.sample_rate
         pole = omega * complex(-ratio, root)
@@ -141,9 +144,10 @@ def fit_modes(
     shape : ModeShape
         What modes look like in these bins.
     values : (n_bins,) array
-        Response function or density.
+        Response function or density [any unit].
     errors : (n_bins,) array
-        Standard error of each value (of a complex value: of each of its parts).
+        Standard error of each value (of a complex value: of each of its parts)
+        [unit of the values].
     frequency, ratio : (n_modes,) array
         Where to start [Hz] [-].
 
@@ -187,7 +191,10 @@ def best_ratio(
 
 
 def stacked(values: ComplexArray | FloatArray) -> FloatArray:
-    """Return real values as they are, complex ones as real above imaginary parts."""
+    """Return real values as they are, complex ones as real above imaginary parts.
+
+    `values` may be in any unit.
+    """
     if np.iscomplexobj(values):
         return np.concatenate([values.real, values.imag])
     return np.array(values, dtype=np.float64)

@@ -41,7 +41,10 @@ class PeakData:
 
 
 def smoothing_of(power: FloatArray, data: PeakData, place: float) -> int:
-    """Return over how many bins to average so that chance makes no peaks of its own."""
+    """Return over how many bins to average so that chance makes no peaks of its own.
+
+    `power` may be in any unit, `place` counts bins [-].
+    """
     centre = min(max(round(place), 2), power.size - 3)
     near = slice(centre - 2, centre + 3)
     kept = power[near] > 0.0
@@ -53,7 +56,7 @@ def smoothing_of(power: FloatArray, data: PeakData, place: float) -> int:
 
 
 def maxima_around(data: PeakData, usable: NDArray[np.bool_], place: float) -> IndexArray:
-    """Return the peaks around a place that chance does not make."""
+    """Return the peaks around a place that chance does not make. `place` counts bins [-]."""
     low = max(0, int(place) - SEEN)
     part = slice(low, int(place) + SEEN + 1)
     height = np.where(usable[part], np.abs(data.values[part]), np.nan)
@@ -63,7 +66,10 @@ def maxima_around(data: PeakData, usable: NDArray[np.bool_], place: float) -> In
 
 
 def nearest_peak(maxima: IndexArray, power: FloatArray, place: float) -> int:
-    """Return the peak nearest to a place, or the tallest bin there if there is none near."""
+    """Return the peak nearest to a place, or the tallest bin there if there is none near.
+
+    `power` may be in any unit, `place` counts bins [-].
+    """
     near = maxima[np.abs(maxima - place) <= SEEN / 4]
     if near.size:
         return int(near[np.argmin(np.abs(near - place))])
@@ -74,7 +80,10 @@ def nearest_peak(maxima: IndexArray, power: FloatArray, place: float) -> int:
 def bins_around(
     usable: NDArray[np.bool_], maxima: IndexArray, peak: int, reach: float
 ) -> tuple[IndexArray, tuple[int, ...]]:
-    """Return the bins around a peak, those of near neighbours included, and these."""
+    """Return the bins around a peak, those of near neighbours included, and these.
+
+    `reach` counts bins [-].
+    """
     others = maxima[(maxima != peak) & (np.abs(maxima - peak) <= 2.0 * reach)]
     beyond = max(reach / 2.0, REACH_BINS / 2.0)
     low = min([peak - reach, *(others - beyond)])

@@ -17,7 +17,7 @@ def saddles(level: FloatArray, peaks: IndexArray) -> IndexArray:
     Parameters
     ----------
     level : (n,) array
-        Values without NaN.
+        Values without NaN [any unit].
     peaks : (m,) array of int
         Maxima among them.
 

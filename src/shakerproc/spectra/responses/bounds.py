@@ -84,7 +84,7 @@ def gain_random_error(coherence: FloatArray, n_averages: float) -> FloatArray:
     coherence : (..., n_frequencies) array
         Magnitude-squared coherence :math:`\gamma^2`, from 0 to 1 [-].
     n_averages : float
-        Number of independent averages :math:`n_d`.
+        Number of independent averages :math:`n_d` [-].
 
     Returns
     -------

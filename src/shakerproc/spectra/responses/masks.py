@@ -79,7 +79,7 @@ def masked(values: FloatArray, keep: NDArray[np.bool_]) -> FloatArray:
     Parameters
     ----------
     values : (..., n_frequencies) array
-        Real or complex values.
+        Real or complex values [any unit].
     keep : (n_frequencies,) array of bool
         What is kept.
 

@@ -110,7 +110,7 @@ def thesis_notch(
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Samples.
+        Samples [any unit].
     sample_rate : float
         Samples per second, for the design of the filter [Hz].
     frequency, half_width : float
@@ -148,7 +148,7 @@ def notch(
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Samples.
+        Samples [any unit].
     sample_rate : float
         Samples per second [Hz].
     frequency : float
@@ -200,9 +200,9 @@ def filter_both_ways(
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Samples.
+        Samples [any unit].
     numerator, denominator : (3,) arrays
-        Filter of second order, denominator beginning with 1.
+        Filter of second order, denominator beginning with 1 [-].
     pad : int
         Samples added at both ends, turned about the end points.
 

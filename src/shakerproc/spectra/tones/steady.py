@@ -71,7 +71,7 @@ def tone_response(
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Samples while the tone is steady.
+        Samples while the tone is steady [unit of the channel].
     sample_rate : float
         Samples per second [Hz].
     controls : sequence of int
@@ -139,7 +139,7 @@ def stepped_response(
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        The crop.
+        The crop [unit of the channel].
     sample_rate : float
         Samples per second [Hz].
     controls : sequence of int

@@ -51,7 +51,10 @@ class Track:
         return result
 
     def position_of(self, phase: FloatArray) -> FloatArray:
-        """Return where a rising phase reaches given values, to a few parts in a thousand."""
+        """Return where a rising phase reaches given values, to a few parts in a thousand.
+
+        `phase` is in [rad].
+        """
         return np.interp(phase, self.phase, self.position)
 
 
@@ -112,7 +115,7 @@ def demodulated(
     centres : (n_windows,) array
         Phase in the middle of each window, rising [rad].
     periods : (n_windows,) array
-        Whole number of periods in each window.
+        Whole number of periods in each window [-].
     n_harmonics : int
         How many harmonics, from the first.
 

@@ -13,6 +13,8 @@ SLICE = 2**16
 def in_order(blocks: Iterable[FloatArray] | FloatArray) -> Iterator[FloatArray]:
     """Yield (n_channels, n) blocks of float64 in row order, copied only where they are not.
 
+    They may be in any unit.
+
     Raises
     ------
     ValueError

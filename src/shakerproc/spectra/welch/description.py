@@ -46,7 +46,7 @@ def statistics(blocks: Iterable[FloatArray] | FloatArray) -> Statistics:
     Parameters
     ----------
     blocks : iterable of (n_channels, n) arrays, or one (n_channels, n_samples) array
-        The samples, in blocks of any size.
+        The samples, in blocks of any size [unit of the channel].
 
     Returns
     -------

@@ -37,7 +37,8 @@ def cross_spectra(
     Parameters
     ----------
     blocks : iterable of (n_channels, n) arrays, or one (n_channels, n_samples) array
-        The samples in order, in blocks of any size; the result does not depend on the sizes.
+        The samples in order, in blocks of any size; the result does not depend on the sizes
+        [unit of the channel].
     sample_rate : float
         Samples per second [Hz].
     segment : int
@@ -45,7 +46,7 @@ def cross_spectra(
     overlap : int, optional
         Samples that a segment shares with the next, by default half of it.
     window : str or (segment,) array
-        A name (see `window_samples`; ``hamming`` is MATLAB's symmetric one) or the weights.
+        A name (see `window_samples`; ``hamming`` is MATLAB's symmetric one) or the weights [-].
     n_fft : int, optional
         Length of the FFT, by default `segment`; what is longer is filled with zeros.
     detrend : str

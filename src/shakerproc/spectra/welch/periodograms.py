@@ -17,7 +17,7 @@ def periodogram(samples: FloatArray, sample_rate: float) -> tuple[FloatArray, Fl
     Parameters
     ----------
     samples : (n_channels, n_samples) array
-        Samples of the crop.
+        Samples of the crop [unit of the channel].
     sample_rate : float
         Samples per second [Hz].
 

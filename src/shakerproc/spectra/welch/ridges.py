@@ -58,7 +58,10 @@ class Ridge:
 
 
 def reader_of(samples: FloatArray) -> tuple[SampleReader, int]:
-    """Return a reader of samples in memory and how many there are."""
+    """Return a reader of samples in memory and how many there are.
+
+    `samples` may be in any unit.
+    """
     return (lambda start, stop: samples[:, start:stop]), int(samples.shape[1])
 
 
@@ -152,7 +155,10 @@ def _monotone(octaves: FloatArray) -> list[tuple[int, int]]:
 
 
 def median_of_five(values: FloatArray) -> FloatArray:
-    """Return the running median of five values, the ends repeated."""
+    """Return the running median of five values, the ends repeated.
+
+    `values` may be in any unit.
+    """
     padded = np.pad(values, 2, mode="edge")
     return np.array(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
 

@@ -51,7 +51,7 @@ def spectrogram(
     Parameters
     ----------
     samples : (n_channels, n_samples) array, or callable
-        The crop, or a function that returns its samples start to stop.
+        The crop, or a function that returns its samples start to stop [unit of the channel].
     sample_rate : float
         Samples per second [Hz].
     n_samples : int, optional

@@ -75,7 +75,7 @@ class AbstractCorrelation(ABC):
         Parameters
         ----------
         exponent : (n,) array
-            Exponents :math:`s` per sample, with a negative real part.
+            Exponents :math:`s` per sample, with a negative real part [rad].
         """
 
 
