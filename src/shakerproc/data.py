@@ -20,7 +20,16 @@ STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of free fall [m/s²] (ISO 80000-3)."""
 
 Role: TypeAlias = Literal[
-    "control", "response", "force", "displacement", "velocity", "tachometer", "ignore"
+    "control",
+    "response",
+    "force",
+    "displacement",
+    "velocity",
+    "pressure",
+    "strain",
+    "voltage",
+    "tachometer",
+    "ignore",
 ]
 
 ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
@@ -29,6 +38,9 @@ ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
     "force": "N",
     "displacement": "m",
     "velocity": "m/s",
+    "pressure": "Pa",
+    "strain": "1",
+    "voltage": "V",
     "tachometer": "V",
 })
 """SI unit of what each role measures."""

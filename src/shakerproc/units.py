@@ -99,7 +99,8 @@ _SPELLINGS: Final = {
     "volt": "V", "volts": "V", "millivolts": "mV", "g's": "g", "gs": "g", "gn": "g", "g_n": "g",
     "gravity": "g", "newton": "N", "newtons": "N", "metre": "m", "meter": "m", "meters": "m",
     "m/s/s": "m/s^2", "m/s2": "m/s^2", "m/s**2": "m/s^2", "m/sec^2": "m/s^2",
-    "mm/s2": "mm/s^2", "inch": "in", "inches": "in",
+    "mm/s2": "mm/s^2", "inch": "in", "inches": "in", "pascal": "Pa", "pascals": "Pa",
+    "strain": "m/m", "microstrain": "µm/m", "ustrain": "µm/m", "µstrain": "µm/m", "µε": "µm/m",
 }  # fmt: skip
 """What measuring programs and people write for a unit, in small letters."""
 

@@ -18,6 +18,9 @@ _UNITS: Final[dict[Role, tuple[str, str]]] = {
     "force": ("N", "N"),
     "displacement": ("m", "m"),
     "velocity": ("m/s", "m/s"),
+    "pressure": ("Pa", "Pa"),
+    "strain": ("1", "m/m"),
+    "voltage": ("V", "V"),
     "tachometer": ("V", "V"),
     "ignore": ("V", "V"),
 }

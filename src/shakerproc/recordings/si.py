@@ -16,7 +16,7 @@ from shakerproc.recordings.raw import RawChannel
 UNKNOWN: Final = "?"
 """Unit of a channel whose numbers are served as they stand in the file."""
 
-SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "1")
+SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "Pa", "1")
 
 _QUANTITIES: Final = {
     "m/s^2": "an acceleration",
@@ -24,10 +24,16 @@ _QUANTITIES: Final = {
     "m": "a displacement",
     "m/s": "a velocity",
     "V": "a voltage",
-    "1": "a ratio",
+    "Pa": "a pressure",
+    "1": "a strain",
 }
-_EXAMPLES: Final = {"m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s", "V": "V"}
-_SENSITIVITIES: Final = {"m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)"}
+_EXAMPLES: Final = {
+    "m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s", "V": "V", "Pa": "Pa", "1": "µm/m",
+}  # fmt: skip
+_SENSITIVITIES: Final = {
+    "m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)", "V": "10 V/V",
+    "Pa": "50 mV/Pa", "1": "1 V/(mm/m)",
+}  # fmt: skip
 
 _NO_UNIT: Final = frozenset({
     "-", "--", "?", "a.u.", "amplitude", "arb", "au", "eu", "n/a", "na", "none", "unit",
@@ -43,6 +49,8 @@ _NAMES: Mapping[str, str] = MappingProxyType({
     "position": "m",
     "velocity": "m/s",
     "voltage": "V",
+    "pressure": "Pa",
+    "strain": "1",
 })
 """Quantities that stand where a unit should, and the SI unit of each."""
 
@@ -95,7 +103,7 @@ def quantity_of(text: str) -> str:
 
     Examples
     --------
-    >>> quantity_of("g"), quantity_of("Acceleration"), quantity_of("EU"), quantity_of("Pa")
+    >>> quantity_of("g"), quantity_of("Acceleration"), quantity_of("EU"), quantity_of("lx")
     ('m/s^2', 'm/s^2', '', '?')
     """
     word, known = text.strip().casefold(), parse_unit(text)

@@ -1,6 +1,6 @@
 """The drawings of a run: time with crop, densities, responses, coherence."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from shakerproc.report.run_curves import (
     outside,
     values_of,
 )
-from shakerproc.runs.summary import PeakSummary, RunSummary
+from shakerproc.runs.summary import CurveSummary, PeakSummary, RunSummary
 
 
 def figures(run: RunSummary) -> list[Drawing]:
@@ -28,20 +28,31 @@ def figures(run: RunSummary) -> list[Drawing]:
         return []
     roles = [c.role for c in run.channels]
     chosen = dict(zip((c.name for c in run.channels), style.styles(roles), strict=True))
-    drawn = {
-        "time": _time(run, chosen),
-        "psd": _psd(run, chosen),
-        "gain": _gain(run, chosen),
-        "sweep": _sweep(run, chosen),
-        "level": level(run, chosen),
-        "coherence": _coherence(run, chosen),
-        "notch": _notch(run, chosen),
-    }
+    units = list(dict.fromkeys(c.unit for c in run.channels))
+    drawn = [
+        ("time", _time(run, chosen)),
+        *(("psd", _psd(run, chosen, unit)) for unit in units),
+        *(("gain", _gain(run, chosen, unit)) for unit in units),
+        ("sweep", _sweep(run, chosen)),
+        ("level", level(run, chosen)),
+        ("coherence", _coherence(run, chosen)),
+        ("notch", _notch(run, chosen)),
+    ]
     return [
         replace(marked(drawing, run), kind=kind)
-        for kind, drawing in drawn.items()
+        for kind, drawing in drawn
         if drawing is not None
     ]
+
+
+def _in_unit(run: RunSummary, kind: str, unit: str) -> list[CurveSummary]:
+    """Return the curves of one figure whose channels have a unit."""
+    names = {c.name for c in run.channels if c.unit == unit}
+    return [curve for curve in curves_of(run, kind) if curve.channel in names]
+
+
+def _control_unit(run: RunSummary) -> str:
+    return next((c.unit for c in run.channels if c.role == "control"), "")
 
 
 def marked(drawing: Drawing, run: RunSummary) -> Drawing:
@@ -86,25 +97,28 @@ def _time(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     )
 
 
-def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
-    curves = curves_of(run, "psd")
+def _psd(run: RunSummary, chosen: Mapping[str, int], unit: str) -> Drawing | None:
+    curves = _in_unit(run, "psd", unit)
     if not curves:
         return None
     lines, axis = lines_of(curves, chosen), frequency_axis(curves)
-    units = {c.unit for c in run.channels}
-    unit = units.pop() if len(units) == 1 else "unit"
-    best = max(filter(None, _all_omega_e(run)), key=lambda p: p.height, default=None)
+    best = max(filter(None, _all_omega_e(run, unit)), key=lambda p: p.height, default=None)
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
-    caption = "The tallest peak of a response inside the excited band is its peak frequency."
-    if run.alarm is not None:
+    caption = ""
+    if best:
+        caption = (
+            "The tallest peak of a response inside the excited band is its peak frequency."
+        )
+    limits = alarm_lines(run) if unit == _control_unit(run) else []
+    if limits:
         caption += control_told(run, "band")
     return Drawing(
         "Power spectral density.",
         caption,
         svg.plot(
-            [*lines, *alarm_lines(run)],
+            [*lines, *limits],
             axis,
-            logarithmic_axis(f"[{unit}²/Hz]", lines),
+            logarithmic_axis(f"[{style.density_unit(unit)}]", lines),
             most=STILL,
             title=f"Power spectral densities of test {run.test}",
             marks=marks,
@@ -113,14 +127,20 @@ def _psd(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     )
 
 
-def _all_omega_e(run: RunSummary) -> list[PeakSummary | None]:
-    return [trends.omega_e(run, c.name) for c in run.channels if c.role == "response"]
+def _all_omega_e(run: RunSummary, unit: str) -> list[PeakSummary | None]:
+    return [
+        trends.omega_e(run, c.name)
+        for c in run.channels
+        if c.role != "control" and c.unit == unit
+    ]
 
 
 def _logarithmic(
-    run: RunSummary, chosen: Mapping[str, int], kind: str, told: tuple[str, str]
+    run: RunSummary,
+    chosen: Mapping[str, int],
+    curves: Sequence[CurveSummary],
+    told: tuple[str, str],
 ) -> Markup | None:
-    curves = curves_of(run, kind)
     if not curves:
         return None
     lines, axis = lines_of(curves, chosen), frequency_axis(curves)
@@ -135,20 +155,21 @@ def _logarithmic(
     )
 
 
-def _gain(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
-    drawing = _logarithmic(run, chosen, "gain", ("|H1| [-]", "Response functions"))
+def _gain(run: RunSummary, chosen: Mapping[str, int], unit: str) -> Drawing | None:
+    same = unit == _control_unit(run)
+    over = "-" if same else f"{unit}/{_control_unit(run)}"
+    told = (f"|H1| [{over}]", "Response functions")
+    drawing = _logarithmic(run, chosen, _in_unit(run, "gain", unit), told)
     if drawing is None:
         return None
-    return Drawing(
-        "Response over control, |H1|.",
-        "1 at low frequency if sensor and table move together; a peak is a resonance.",
-        drawing,
-    )
+    low = "1 at low frequency if sensor and table move together; " if same else ""
+    caption = f"{low}a peak is a resonance."
+    return Drawing("Response over control, |H1|.", caption[0].upper() + caption[1:], drawing)
 
 
 def _sweep(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
     told = ("fundamental over control [-]", "Swept response")
-    drawing = _logarithmic(run, chosen, "sweep", told)
+    drawing = _logarithmic(run, chosen, curves_of(run, "sweep"), told)
     if drawing is None:
         return None
     peaks = "; ".join(

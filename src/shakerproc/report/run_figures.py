@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc import files
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.report import style
-from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summing_up import shown_part
 from shakerproc.testlog import ThresholdCrop
 
@@ -138,11 +138,21 @@ def _frequency_axis(axis: "Axes", result: RunResult) -> None:
     axis.set_xlabel("frequency [Hz]")
 
 
+def _units(result: RunResult, rows: Sequence[int]) -> list[str]:
+    """Return the SI units of some channels, each once."""
+    return list(dict.fromkeys(result.channels[i].unit for i in rows))
+
+
 def psd(result: RunResult, title: str) -> "Figure":
-    """Return the density of every channel, with bounds for the tallest response."""
-    figure, (axis,) = style.figure(7.0, 3.5, left=LEFT)
-    _draw_psd(axis, result)
-    _head(axis, result, title, _worth(result))
+    """Return the density of every channel, an axis a unit, with bounds for responses."""
+    units = _units(result, range(len(result.channels)))
+    n = len(units)
+    figure, axes = style.figure(7.0, 3.5 if n == 1 else 2.4 * n, n, sharex=True, left=LEFT)
+    for axis, unit in zip(axes, units, strict=True):
+        _draw_psd(axis, result, unit)
+    for axis in axes[:-1]:
+        axis.set_xlabel("")
+    _head(axes[0], result, title, _worth(result))
     return figure
 
 
@@ -151,38 +161,33 @@ def _worth(result: RunResult) -> str:
     return f"bins {cross.bin_width:.3g} Hz, {cross.degrees_of_freedom:.0f} DOF"
 
 
-def _draw_psd(axis: "Axes", result: RunResult) -> None:
+def _draw_psd(axis: "Axes", result: RunResult, unit: str) -> None:
+    """Draw the densities of the channels of one SI unit."""
     shown, chosen = shown_part(result), _styles(result)
     x = result.spectra.frequency[shown]
-    units = {shown_unit(c.unit) for c in result.channels}
-    for i, channel in enumerate(result.channels):
-        factor = shown_unit(channel.unit)[1] ** 2
-        density = _positive(result.psd[i, shown] * factor)
-        axis.plot(x, density, label=channel.name, **style.line(chosen[i]))
+    name, factor = shown_unit(unit)
+    rows = [i for i, channel in enumerate(result.channels) if channel.unit == unit]
+    for i in rows:
+        density = _positive(result.psd[i, shown] * factor**2)
+        axis.plot(x, density, label=result.channels[i].name, **style.line(chosen[i]))
         if i in result.responses and result.bounds is not None:
             low, high = (
-                _positive(b[i, shown] * factor) for b in (result.bounds.low, result.bounds.high)
+                _positive(b[i, shown] * factor**2)
+                for b in (result.bounds.low, result.bounds.high)
             )
             axis.fill_between(x, low, high, color=style.COLOURS[chosen[i]], alpha=0.18, lw=0.0)
-    unit = units.pop()[0] if len(units) == 1 else "unit"
-    axis.set_ylabel(f"PSD [{unit}²/Hz]")
-    _decades(
-        axis,
-        [
-            result.psd[i, shown] * shown_unit(c.unit)[1] ** 2
-            for i, c in enumerate(result.channels)
-        ],
-    )
-    _mark_peak(axis, result)
+    axis.set_ylabel(f"PSD [{style.density_unit(name)}]")
+    _decades(axis, [result.psd[i, shown] * factor**2 for i in rows])
+    _mark_peak(axis, result, rows)
     _frequency_axis(axis, result)
     style.legend(axis)
 
 
-def _mark_peak(axis: "Axes", result: RunResult) -> None:
-    """Mark the peak frequency: the tallest peak of any response."""
+def _mark_peak(axis: "Axes", result: RunResult, channels: Sequence[int]) -> None:
+    """Mark the peak frequency: the tallest peak of any response among some channels."""
     if result.test.excitation == "sine":
         return
-    rows = [i for i in result.responses if result.psd_peaks[i]]
+    rows = [i for i in result.responses if i in channels and result.psd_peaks[i]]
     if not rows:
         return
     i = max(rows, key=lambda row: result.psd_peaks[row][0].peak.value)
@@ -223,28 +228,46 @@ def _positive(values: FloatArray) -> FloatArray:
 
 
 def response(result: RunResult, title: str) -> "Figure | None":
-    """Return gain and phase of H1 and the square root of the PSD ratio."""
+    """Return gain of H1 and root of the PSD ratio, an axis a unit, and the phase of H1."""
     if result.against is None or result.test.excitation == "sine":
         return None
-    figure, (gain, phase) = style.figure(7.0, 5.2, 2, sharex=True, left=LEFT)
+    units = _units(result, result.responses)
+    n = len(units) + 1
+    figure, axes = style.figure(7.0, 2.6 * n, n, sharex=True, left=LEFT)
+    *gains, phase = axes
     shown, chosen, against = shown_part(result), _styles(result), result.against
     x = result.spectra.frequency[shown]
+    for axis, unit in zip(gains, units, strict=True):
+        _draw_gain(axis, result, unit)
     for row, i in enumerate(result.responses):
         h1 = np.where(against.valid, against.h1[row], np.nan)[shown]
-        name = result.channels[i].name
-        gain.plot(x, _positive(np.abs(h1)), label=f"{name} |H1|", **style.line(chosen[i]))
-        ratio = np.where(against.valid, against.psd_ratio[row], np.nan)[shown]
-        gain.plot(x, _positive(np.sqrt(ratio)), color=style.COLOURS[chosen[i]], lw=0.6)
         phase.plot(x, unbroken_phase(h1), **style.line(chosen[i]))
-    excited = against.valid[shown]
-    drawn = (np.abs(against.h1), np.sqrt(against.psd_ratio))
-    _decades(gain, [row[shown][excited] for rows in drawn for row in rows])
-    gain.set_ylabel("response over control [-]")
-    _head(gain, result, title, "H1; thin: root of the PSD ratio")
-    style.legend(gain)
+    _head(gains[0], result, title, "H1; thin: root of the PSD ratio")
     _phase_axis(phase, "phase of H1 [°]")
     _frequency_axis(phase, result)
     return figure
+
+
+def _draw_gain(axis: "Axes", result: RunResult, unit: str) -> None:
+    """Draw |H1| and the root of the PSD ratio of the responses of one SI unit."""
+    against = result.against
+    assert against is not None  # noqa: S101 - the caller returns before
+    shown, chosen = shown_part(result), _styles(result)
+    x, drawn = result.spectra.frequency[shown], []
+    ratio, factor = "", 1.0
+    for row, i in enumerate(result.responses):
+        if result.channels[i].unit != unit:
+            continue
+        ratio, factor = shown_ratio(*result.units_of_response(i))
+        gain = np.where(against.valid, factor * np.abs(against.h1[row]), np.nan)[shown]
+        root = np.where(against.valid, factor * np.sqrt(against.psd_ratio[row]), np.nan)[shown]
+        label = f"{result.channels[i].name} |H1|"
+        axis.plot(x, _positive(gain), label=label, **style.line(chosen[i]))
+        axis.plot(x, _positive(root), color=style.COLOURS[chosen[i]], lw=0.6)
+        drawn += [gain, root]
+    _decades(axis, drawn)
+    axis.set_ylabel(f"response over control [{ratio or '-'}]")
+    style.legend(axis)
 
 
 def coherence(result: RunResult, title: str) -> "Figure | None":
@@ -288,7 +311,7 @@ def psd_and_response(result: RunResult, title: str) -> "Figure | None":
     if result.against is None or (single and not result.tracking.tones):
         return None
     figure, (above, below) = style.figure(7.0, 6.2, 2, sharex=not single, left=LEFT)
-    _draw_psd(above, result)
+    _draw_psd(above, result, result.channels[result.controls[0]].unit)
     _head(above, result, title, _worth(result))
     if single:
         _draw_harmonics(below, result)

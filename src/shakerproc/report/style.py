@@ -52,6 +52,11 @@ def line(style: int) -> dict[str, Any]:
     return {"color": COLOURS[style % 8], "linestyle": pattern, "linewidth": 1.2}
 
 
+def density_unit(unit: str) -> str:
+    """Return the unit of a density, with brackets around a ratio."""
+    return f"({unit})²/Hz" if "/" in unit else f"{unit}²/Hz"
+
+
 _SETTINGS: Final = RLock()
 """Matplotlib's settings are those of the whole process: one thread changes them at a time."""
 

@@ -9,9 +9,9 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.runs.result import BoolArray, RunResult, lone_force, shown_unit
+from shakerproc.runs.result import BoolArray, RunResult, lone_force, shown_ratio
 from shakerproc.runs.roles import row_named
-from shakerproc.runs.tables import spelled
+from shakerproc.runs.tables import spelled_ratio
 from shakerproc.testlog import ResponseFunction
 
 CONTROLS: Final = "controls"
@@ -123,15 +123,13 @@ def _pair(
     """
     cross, rows = result.spectra, (inputs, [output])
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
-    (out_unit, out_factor), (in_unit, in_factor) = shown_unit(of), shown_unit(over)
-    factor = out_factor / in_factor
+    unit, factor = shown_ratio(of, over)
     low, high = _limits(cross, *rows)
-    same = of == over
     return Pair(
         label=f"{wanted.output} / {wanted.input}",
-        name="transmissibility" if same else NAMES.get((of, over), "response function"),
-        unit="1" if same else f"{out_unit}/{in_unit}",
-        ending="" if same else f"{spelled(out_unit)}_per{spelled(in_unit)}",
+        name=NAMES.get((of, over), "response function") if unit else "transmissibility",
+        unit=unit or "1",
+        ending=spelled_ratio(of, over),
         h1=spectra.h1(cross, *rows)[0] * factor,
         h2=spectra.h2(cross, *rows)[0] * factor,
         hv=spectra.hv(cross, *rows)[0] * factor,

@@ -105,7 +105,8 @@ def _process(whole: Recording, test: Test) -> RunResult:
     density = spectra.psd(cross)
     notch, problem = notched(recording, crop, test)
     described = spectra.statistics(recording.blocks(crop.start, crop.stop))
-    loudest = max(responses or controls, key=lambda i: float(described.rms[i]))
+    moving = tuple(i for i in responses if channels[i].role == "response")
+    loudest = max(moving or responses or controls, key=lambda i: float(described.rms[i]))
     tracking = tracked(recording, crop, test, controls, band)
     result = RunResult(
         run=recording.run,

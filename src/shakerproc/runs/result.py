@@ -29,13 +29,22 @@ from shakerproc.testlog import Test
 
 BoolArray = NDArray[np.bool_]
 
-SHOWN: Final = {"m/s^2": ("g", 1.0 / STANDARD_GRAVITY)}
+SHOWN: Final = {"m/s^2": ("g", 1.0 / STANDARD_GRAVITY), "1": ("µm/m", 1e6)}
 """Units that people want to see instead of SI, and how many of them are one SI unit."""
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
     """Return the unit that tables and figures have for an SI unit, and the factor to it."""
     return SHOWN.get(unit, (unit, 1.0))
+
+
+def shown_ratio(output: str, over: str) -> tuple[str, float]:
+    """Return the unit of one SI unit over another as it is shown, and the factor to it.
+
+    Empty where both are the same.
+    """
+    (out_unit, out_factor), (in_unit, in_factor) = shown_unit(output), shown_unit(over)
+    return ("", 1.0) if output == over else (f"{out_unit}/{in_unit}", out_factor / in_factor)
 
 
 @final
@@ -245,6 +254,11 @@ class RunResult:
     analyses: tuple[Analysis, ...] = ()
     blows: Blows | None = None
     shaft: Rotation | None = None
+
+    def units_of_response(self, row: int) -> tuple[str, str]:
+        """Return the SI units of a channel and of the controls that it is set against."""
+        over = self.controls[0] if self.controls else row
+        return self.channels[row].unit, self.channels[over].unit
 
     @property
     def incomplete(self) -> bool:

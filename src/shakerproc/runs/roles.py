@@ -18,6 +18,7 @@ _BY_UNIT: Mapping[str, Role] = MappingProxyType({
     "N": "force",
     "m": "displacement",
     "m/s": "velocity",
+    "Pa": "pressure",
 })
 
 
@@ -87,7 +88,8 @@ def usual_roles(
 ) -> tuple[Role, ...]:
     """Return the roles of channels of which no log speaks.
 
-    What is in newtons, metres or metres per second is a force, a displacement or a velocity.
+    What is in newtons, metres, metres per second or pascals is a force, a displacement, a
+    velocity or a pressure.
     Of the others those whose name speaks of control are controls. Where no name does, the first
     two are (of two channels the first, of one none), unless a force drives the test. All others
     are responses, but for those that measure something else, which are ignored.

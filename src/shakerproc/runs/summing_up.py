@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.runs import levels
 from shakerproc.runs.analysis import Analysis, Line
 from shakerproc.runs.flags import control_density, control_sweep
-from shakerproc.runs.result import ResonancePeak, RunResult, shown_unit
+from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
@@ -139,6 +139,7 @@ def finite(value: float, factor: float = 1.0) -> float | None:
 def _channel(result: RunResult, i: int) -> ChannelSummary:
     channel, s = result.channels[i], result.statistics
     unit, factor = shown_unit(channel.unit)
+    _, gain = shown_ratio(*result.units_of_response(i))
     return ChannelSummary(
         name=channel.name,
         role=channel.role or "response",
@@ -153,7 +154,7 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
         band_rms=finite(result.band_rms[i], factor),
         coherence=_mean_coherence(result, i),
         psd_peaks=tuple(_peak(p, factor**2) for p in result.psd_peaks[i]),
-        response_peaks=tuple(_peak(p, 1.0) for p in result.response_peaks[i]),
+        response_peaks=tuple(_peak(p, gain) for p in result.response_peaks[i]),
         swept_peaks=_swept_peaks(result, i),
     )
 
@@ -222,6 +223,7 @@ def curves_of(result: RunResult) -> tuple[CurveSummary, ...]:
         for row, i in enumerate(result.responses):
             name = result.channels[i].name
             gain = np.where(against.valid, np.abs(against.h1[row]), np.nan)[shown]
+            gain *= shown_ratio(*result.units_of_response(i))[1]
             coherence = np.where(against.valid, against.coherence[row], np.nan)[shown]
             curves.append(_curve("gain", name, frequency, gain))
             curves.append(_curve("coherence", name, frequency, coherence))

@@ -6,14 +6,14 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import Value
 from shakerproc.spectra import cumulative_rms
 
 Columns: TypeAlias = dict[str, Any]
 """Columns of equal length by header: arrays and sequences."""
 
-_SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s"}
+_SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s", "µm/m": "um_per_m"}
 
 
 def spelled(unit: str, *, power: int = 1) -> str:
@@ -22,6 +22,13 @@ def spelled(unit: str, *, power: int = 1) -> str:
     if power == 2:
         return f"_{name}2_per_hz" if name else "_per_hz"
     return f"_{name}" if name else ""
+
+
+def spelled_ratio(output: str, over: str) -> str:
+    """Return how a header ends for one SI unit over another: ``_g_per_N``, or nothing."""
+    if output == over:
+        return ""
+    return f"{spelled(shown_unit(output)[0])}_per{spelled(shown_unit(over)[0])}"
 
 
 def spectra_columns(result: RunResult) -> Columns:
@@ -64,11 +71,12 @@ def _response_columns(result: RunResult) -> Columns:
     assert against is not None  # noqa: S101 - asked by the caller
     columns: Columns = {"excited": against.valid}
     for row, i in enumerate(result.responses):
-        name = result.channels[i].name
+        name, units = result.channels[i].name, result.units_of_response(i)
+        factor, ending = shown_ratio(*units)[1], spelled_ratio(*units)
         for kind, values in (("h1", against.h1), ("h2", against.h2), ("hv", against.hv)):
-            columns[f"{kind}_{name}_magnitude"] = np.abs(values[row])
+            columns[f"{kind}_{name}_magnitude{ending}"] = np.abs(values[row]) * factor
             columns[f"{kind}_{name}_phase_deg"] = np.degrees(np.angle(values[row]))
-        columns[f"psd_ratio_{name}"] = against.psd_ratio[row]
+        columns[f"psd_ratio_{name}"] = against.psd_ratio[row] * factor**2
         columns[f"coherence_{name}"] = against.coherence[row]
         columns[f"multiple_coherence_{name}"] = against.multiple_coherence[row]
     return columns

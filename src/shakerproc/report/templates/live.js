@@ -360,21 +360,22 @@ function overlay() {
   const kind = document.getElementById("overlay-kind").value;
   const channels = document.getElementById("overlay-channel"), wanted = channels.value;
   const found = picked.map((row) => {
-    const data = runOf(row)?.querySelector(`figure[data-kind="${kind}"] data`);
-    return { row, figure: data ? read(data) : null };
+    const data = runOf(row)?.querySelectorAll(`figure[data-kind="${kind}"] data`) ?? [];
+    return { row, figures: Array.from(data, (one) => read(one)) };
   });
-  const names = [...new Set(found.flatMap(({ figure }) => figure ? figure.curves.filter((c) => c.kind !== THIN).map((c) => c.name) : []))]
+  const names = [...new Set(found.flatMap(({ figures }) => figures.flatMap((f) => f.curves.filter((c) => c.kind !== THIN).map((c) => c.name))))]
     .filter(Boolean);
   const favourite = [wanted, table1.dataset.channel, names[0]].find((name) => names.some((n) => n === name || n.startsWith(`${name} `)));
   channels.replaceChildren(...names.map((name) => new Option(name, name, false,
     name === favourite || (!names.includes(favourite) && name.startsWith(`${favourite} `)))));
   const curves = [], missing = [], titles = titlesOf(picked);
-  found.forEach(({ row, figure }, i) => {
-    const own = figure ? figure.curves.filter((c) => c.name === channels.value && c.kind !== THIN) : [];
+  found.forEach(({ row, figures }, i) => {
+    const own = figures.flatMap((f) => f.curves.filter((c) => c.name === channels.value && c.kind !== THIN)
+      .map((c) => ({ ...c, of: f })));
     if (!own.length) { missing.push(row.cells[1].textContent.trim()); return; }
     for (const c of own) {
       curves.push({ ...c, name: titles[i], label: titles[i], style: i % 6, colour: look.colours[i % 6],
-        dash: look.dashes[(i + Math.floor(i / 6)) % 6], of: figure });
+        dash: look.dashes[(i + Math.floor(i / 6)) % 6] });
     }
   });
   const host = document.getElementById("overlay-plot"), keys = document.getElementById("overlay-keys");

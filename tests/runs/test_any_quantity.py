@@ -1,0 +1,73 @@
+"""Sound pressure, strain and voltage beside accelerations, each in its own unit."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from shakerproc.data import ChannelUse
+from shakerproc.errors import RecordingError
+from shakerproc.recordings import open_recording
+from shakerproc.report.run_drawings import figures
+from shakerproc.runs import process_recording
+from shakerproc.runs.summing_up import summary_of
+from shakerproc.runs.tables import spectra_columns
+from shakerproc.testlog import Processing, Test
+
+GRAVITY, RATE = 9.80665, 2000.0
+USES = (
+    ChannelUse("table", "control"),
+    ChannelUse("mic", "pressure"),
+    ChannelUse("gauge", "strain"),
+    ChannelUse("out", "voltage"),
+)
+
+
+@pytest.fixture
+def result(tmp_path):
+    """A table in g, and what it makes: 3 Pa/g in mPa, 20 µm/m/g in µm/m, 0.1 V/g in mV."""
+    table = np.random.default_rng(1).standard_normal(20_000)
+    columns = np.array([
+        np.arange(table.size) / RATE,
+        table,
+        3e3 * table,
+        20 * table,
+        1e2 * table,
+    ])
+    path = tmp_path / "run.csv"
+    header = "time [s],table [g],mic [mPa],gauge [µm/m],out [mV]"
+    np.savetxt(path, columns.T, "%.9g", ",", header=header, comments="", encoding="utf-8")
+    test = Test(
+        1, excitation="random", from_hz=10.0, to_hz=900.0, channels=USES,
+        processing=Processing(crop=None),
+    )  # fmt: skip
+    with open_recording(path, uses=USES) as recording:
+        return process_recording(recording, test)
+
+
+def test_densities_and_response_functions_say_their_units(result):
+    columns = spectra_columns(result)
+    seen = columns["psd_table_g2_per_hz"]
+    assert_allclose(columns["psd_mic_Pa2_per_hz"], 9.0 * seen, rtol=1e-6)
+    assert_allclose(columns["psd_gauge_um_per_m2_per_hz"], 400.0 * seen, rtol=1e-6)
+    assert_allclose(columns["h1_mic_magnitude_Pa_per_g"], 3.0, rtol=1e-6)
+    assert_allclose(columns["h1_gauge_magnitude_um_per_m_per_g"], 20.0, rtol=1e-6)
+    assert_allclose(columns["h1_out_magnitude_V_per_g"], 0.1, rtol=1e-6)
+
+
+def test_the_page_has_a_figure_for_each_unit(result):
+    summary = summary_of(result, "1", {}, "run.csv", "")
+    assert [c.unit for c in summary.channels] == ["g", "Pa", "µm/m", "V"]
+    drawn = [d.kind for d in figures(summary)]
+    assert drawn.count("psd") == 4
+    assert drawn.count("gain") == 3
+    text = "".join(str(d.drawing) for d in figures(summary))
+    assert all(unit in text for unit in ("Pa²/Hz", "(µm/m)²/Hz", "Pa/g", "µm/m/g"))
+
+
+def test_a_pressure_is_no_acceleration(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text(
+        "time [s],mic [Pa]\n" + "".join(f"{i / RATE},{i % 3}\n" for i in range(100))
+    )
+    with pytest.raises(RecordingError, match="role: pressure"):
+        open_recording(path, uses=(ChannelUse("mic", "response"),))
