@@ -6,6 +6,7 @@ from typing import Final, final
 
 from shakerproc.report.photo import photo_uri
 from shakerproc.report.sections import Table, filled
+from shakerproc.report.templating import Template, read_template
 from shakerproc.testlog import TestLog
 
 _LABELS: Final = ("client", "order", "specimen", "standard", "operator")
@@ -25,11 +26,14 @@ class HeaderView:
         Instruments and sensors with their calibration.
     photo : str
         The specimen as a data URI; empty where there is none.
+    template : Template, optional
+        The log's own template of the page.
     """
 
     lines: Sequence[tuple[str, str]]
     instruments: Table | None = None
     photo: str = ""
+    template: Template | None = None
 
 
 def header_view(log: TestLog) -> HeaderView | None:
@@ -38,7 +42,7 @@ def header_view(log: TestLog) -> HeaderView | None:
     Raises
     ------
     LogError
-        If the photo cannot be read.
+        If the photo cannot be read, or the template is none.
     """
     said = log.header
     if said is None:
@@ -48,7 +52,8 @@ def header_view(log: TestLog) -> HeaderView | None:
     rows += _sensors(log)
     photo = "" if said.photo is None else photo_uri(said.photo)
     table = filled("Instruments", _COLUMNS, rows) if rows else None
-    return HeaderView(lines, table, photo)
+    template = None if said.template is None else read_template(said.template)
+    return HeaderView(lines, table, photo, template)
 
 
 def _sensors(log: TestLog) -> list[tuple[str, str, str, str]]:

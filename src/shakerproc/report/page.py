@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
-from shakerproc.report import attention, live, runs_table, style, svg, trend_view
+from shakerproc.report import attention, live, runs_table, style, svg, templating, trend_view
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.header import HeaderView
@@ -112,13 +112,8 @@ def write_report(path: Path, report: Report) -> None:
 
 def html(report: Report) -> str:
     """Return a report as one HTML document that needs no other file and no network."""
-    environment = Environment(
-        loader=PackageLoader("shakerproc.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    own = None if report.header is None else report.header.template
+    environment = templating.environment(own)
     css = Markup(  # noqa: S704 - ours
         environment.get_template("page.css").render(
             uplot=_ours(environment, "vendor/uplot/uPlot.min.css"),
@@ -128,14 +123,15 @@ def html(report: Report) -> str:
         )
     )
     script = _script(environment)
-    return environment.get_template("report.html.j2").render(
-        page=_page(report),
-        look=live.quoted(json.dumps(LOOK)),
-        style=css,
-        script=script,
-        style_hash=_source_hash(css),
-        script_hash=_source_hash(script),
-    )
+    content = {
+        "page": _page(report),
+        "look": live.quoted(json.dumps(LOOK)),
+        "style": css,
+        "script": script,
+        "style_hash": _source_hash(css),
+        "script_hash": _source_hash(script),
+    }
+    return templating.rendered(environment, own, content)
 
 
 def _ours(environment: Environment, name: str) -> Markup:

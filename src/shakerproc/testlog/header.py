@@ -7,6 +7,9 @@ from typing import Final, final
 MOST_BYTES: Final = 20_000_000
 """Largest photo of a specimen [byte]."""
 
+MOST_OF_TEMPLATE: Final = 1_000_000
+"""Largest template of a report [byte]."""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -40,6 +43,8 @@ class Header:
         One line each.
     photo : Path, optional
         Picture of the specimen.
+    template : Path, optional
+        Template of the report, in place of the usual one.
     instruments : tuple of Instrument
         In the order of the log.
     """
@@ -50,6 +55,7 @@ class Header:
     operator: str = ""
     standard: str = ""
     photo: Path | None = None
+    template: Path | None = None
     instruments: tuple[Instrument, ...] = ()
 
 
@@ -68,5 +74,24 @@ def checked_photo(path: Path) -> Path:
         raise ValueError(
             f"expected a photo of at most {MOST_BYTES / 1e6:g} MB, {path.name} has "
             f"{size / 1e6:.1f} MB; save it smaller"
+        )
+    return path
+
+
+def checked_template(path: Path) -> Path:
+    """Return the path of a template that is there and not too large.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    if not path.is_file():
+        raise ValueError(f"no file {path}; put the template there, or take the key out")
+    size = path.stat().st_size
+    if size > MOST_OF_TEMPLATE:
+        raise ValueError(
+            f"expected a template of at most {MOST_OF_TEMPLATE / 1e6:g} MB, {path.name} has "
+            f"{size / 1e6:.1f} MB"
         )
     return path

@@ -8,7 +8,7 @@ from typing import Annotated, TypeAlias
 from pydantic import AfterValidator, BeforeValidator
 
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.header import Header, Instrument, checked_photo
+from shakerproc.testlog.header import Header, Instrument, checked_photo, checked_template
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.units import quoted
 
@@ -54,6 +54,7 @@ class HeaderSection(Section):
     order: Line | None = None
     specimen: Line | None = None
     photo: str | None = None
+    template: str | None = None
     operator: Line | None = None
     standard: Line | None = None
     instruments: Annotated[tuple[InstrumentSection, ...], FromList] = ()
@@ -72,21 +73,26 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
     Raises
     ------
     MisfitError
-        If the photo cannot be used.
+        If photo or template cannot be used.
     """
-    photo = None
-    if section.photo is not None:
-        try:
-            photo = checked_photo(below(section.photo))
-        except ValueError as error:
-            raise MisfitError(str(error), "photo") from error
+    found: dict[str, Path] = {}
+    for key, name, check in (
+        ("photo", section.photo, checked_photo),
+        ("template", section.template, checked_template),
+    ):
+        if name is not None:
+            try:
+                found[key] = check(below(name))
+            except ValueError as error:
+                raise MisfitError(str(error), key) from error
     return Header(
         client=section.client or "",
         order=section.order or "",
         specimen=section.specimen or "",
         operator=section.operator or "",
         standard=section.standard or "",
-        photo=photo,
+        photo=found.get("photo"),
+        template=found.get("template"),
         instruments=tuple(
             Instrument(
                 one.instrument, one.serial or "", one.calibrated or "", one.valid_until or ""

@@ -1,0 +1,106 @@
+"""The templates of the page: ours, and a user's own that changes parts of it in a sandbox."""
+
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, final
+
+from jinja2 import (
+    DictLoader,
+    Environment,
+    PackageLoader,
+    StrictUndefined,
+    TemplateError,
+    TemplateNotFound,
+    nodes,
+)
+from jinja2.loaders import ChoiceLoader
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from shakerproc.errors import LogError
+
+BASE: Final = "report.html.j2"
+"""Our template, which a user's own extends: head and security policy stay ours."""
+
+_OWN: Final = "own"
+_FROM_TEXT: Final = "<template>"
+"""File that Jinja names in a traceback for a template that was given as text."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Template:
+    """A template of a log: the name of its file, and its text."""
+
+    name: str
+    text: str
+
+
+def environment(own: Template | None = None) -> Environment:
+    """Return the templates of the page, in a sandbox: no attribute that could do harm."""
+    ours = PackageLoader("shakerproc.report")
+    return ImmutableSandboxedEnvironment(
+        loader=ours if own is None else ChoiceLoader([DictLoader({_OWN: own.text}), ours]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def read_template(path: Path) -> Template:
+    """Return a template that extends ours.
+
+    Raises
+    ------
+    LogError
+        If it cannot be read, is not written as a template, or extends no template of ours.
+    """
+    try:
+        own = Template(path.name, path.read_text(encoding="utf-8"))
+        parsed = environment().parse(own.text)
+    except (TemplateError, OSError, UnicodeDecodeError) as error:
+        raise LogError(_told(path.name, error)) from error
+    first = next((one for one in parsed.body if not _is_blank(one)), None)
+    extended = first.template if isinstance(first, nodes.Extends) else None
+    if not isinstance(extended, nodes.Const) or extended.value != BASE:
+        raise LogError(
+            f'{path.name}: line 1: expected {{% extends "{BASE}" %}} at the top: a template '
+            "changes blocks of the page, and leaves its head and its security policy"
+        )
+    return own
+
+
+def _is_blank(node: nodes.Node) -> bool:
+    """Return whether a node prints white space alone, as around a comment."""
+    return isinstance(node, nodes.Output) and all(
+        isinstance(part, nodes.TemplateData) and not part.data.strip() for part in node.nodes
+    )
+
+
+def rendered(templates: Environment, own: Template | None, content: Mapping[str, Any]) -> str:
+    """Return the page.
+
+    Raises
+    ------
+    LogError
+        If a template of the log does what it must not, or names what is not there.
+    """
+    if own is None:
+        return templates.get_template(BASE).render(content)
+    try:
+        return templates.get_template(_OWN).render(content)
+    except Exception as error:  # a template may fail in any way
+        raise LogError(_told(own.name, error)) from error
+
+
+def _told(name: str, error: Exception) -> str:
+    """Return in one line what is wrong with a template, and in which line of it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame.lineno for frame in frames if frame.filename == _FROM_TEXT]
+    line = getattr(error, "lineno", None) or next(reversed(own), None)
+    place = f"line {line}: " if line else ""
+    said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+    said = f"no template {said}" if isinstance(error, TemplateNotFound) else said
+    return f"{name}: {place}{said}; correct the template, or take template out of report:"

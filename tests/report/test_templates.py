@@ -1,0 +1,46 @@
+"""A user's own template changes blocks of the page, in a sandbox; errors are one line."""
+
+import pytest
+
+from shakerproc.errors import LogError
+from shakerproc.report.header import HeaderView
+from shakerproc.report.page import Report, html
+from shakerproc.report.templating import read_template
+
+BASE = '{% extends "report.html.j2" %}\n'
+
+
+def page(tmp_path, text):
+    path = tmp_path / "customer.j2"
+    path.write_text(text, encoding="utf-8")
+    return html(Report("A<b>", (), header=HeaderView((), template=read_template(path))))
+
+
+def test_a_block_is_changed_text_stays_inert_and_the_policy_is_kept(tmp_path):
+    text = page(tmp_path, BASE + "{% block end %}<p>Signed: {{ page.title }}</p>{% endblock %}")
+    assert "<p>Signed: A&lt;b&gt;</p>" in text
+    assert text.index("Content-Security-Policy") < text.index("<body")
+    assert page(tmp_path, BASE) == html(Report("A<b>", (), header=HeaderView(())))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("<h1>mine</h1>", "line 1: expected {% extends"),
+        ('{% extends "other.html" %}', "line 1: expected {% extends"),
+        (BASE + "{% block end %}\n{% if %}", "line 3: Expected an expression"),
+        (BASE + "\n{% block end %}{{ page.nothing }}{% endblock %}", "line 3: "),
+        (BASE + "{% block end %}{{ page.__class__ }}{% endblock %}", "unsafe"),
+        (BASE + "{% block end %}{{ page.rows.append(1) }}{% endblock %}", "line 2: "),
+        (BASE + "{% block end %}{{ 1 / 0 }}{% endblock %}", "line 2: division by zero"),
+        (BASE + "{% include '/etc/passwd' %}", "line 2: no template /etc/passwd"),
+        (BASE + "{% block end %}{{ range(10**9) | list }}{% endblock %}", "Range too big"),
+    ],
+)
+def test_what_a_template_must_not_is_one_line(tmp_path, text, told):
+    with pytest.raises(LogError) as caught:
+        page(tmp_path, text)
+    message = str(caught.value)
+    assert message.startswith("customer.j2: ")
+    assert told in message
+    assert "\n" not in message
