@@ -8,9 +8,11 @@ from tests.runs.test_processing import RANDOM, with_roles
 from tests.small_campaign import RATE, samples
 
 from shakerproc.campaign import trends
+from shakerproc.report.analysis_figures import limits
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
 from shakerproc.report.trend_figures import draw_trends, trend_figure
 from shakerproc.runs import process_recording
+from shakerproc.runs.analysis import Line, Scale
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
 
@@ -82,3 +84,11 @@ def test_no_figure_cuts_a_curve_off_or_draws_what_is_no_number(name):
             inside = y[np.isfinite(y)]
             assert inside.size == 0 or inside.max() <= top
             assert axes.get_yscale() != "log" or (inside > 0.0).all()
+
+
+@pytest.mark.parametrize("value", [10.0, 0.37, 2.5e-7])
+@pytest.mark.parametrize("logarithmic", [True, False])
+def test_a_flat_line_lies_within_its_axis(value, logarithmic):
+    line = Line("flat", np.arange(1.0, 4.0), np.full(3, value))
+    low, high = limits([line], Scale("", logarithmic=logarithmic))
+    assert low < value < high

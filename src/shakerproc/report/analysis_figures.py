@@ -132,9 +132,13 @@ def _drawable(y: FloatArray, scale: Scale) -> FloatArray:
 def _ends(rows: Sequence[FloatArray], scale: Scale) -> tuple[float, float]:
     values = np.concatenate([*rows, np.zeros(0)])
     values = values[np.isfinite(values) & ((values > 0.0) | (not scale.logarithmic))]
-    if not values.size or values.min() == values.max():
+    if not values.size:
         return (0.1, 1.0)
-    return float(values.min()), float(values.max())
+    low, high = float(values.min()), float(values.max())
+    if low < high:
+        return low, high
+    half = 0.5 * abs(low) or 1.0  # a flat line, or a point, in the middle
+    return (0.5 * low, 2.0 * low) if scale.logarithmic else (low - half, low + half)
 
 
 def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
