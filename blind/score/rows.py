@@ -102,7 +102,7 @@ def errors(trials: Sequence[Trial]) -> dict[str, Any]:
             continue
         said = trial.document["errors"]
         worse += said["held_out"]["after"] > said["held_out"]["before"]
-        if said["noise_floor"] > 0.0:
+        if said["noise_floor"] is not None and said["noise_floor"] > 0.0:
             ratios.append(said["held_out"]["after"] / said["noise_floor"])
             floors.append(said["noise_floor"] / trial.noise_floor)
     if not ratios:

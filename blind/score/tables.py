@@ -35,7 +35,7 @@ def classes(trials: Sequence[Trial]) -> str:
         steps = [
             _median([e["held_out"]["before"] for e in said]),
             _median([e["held_out"]["after"] for e in said]),
-            _median([e["noise_floor"] for e in said]),
+            _median([e["noise_floor"] for e in said if e["noise_floor"] is not None]),
         ]
         inside = f"{sum(i.holds for i in found)}/{len(found)}"
         lines.append(

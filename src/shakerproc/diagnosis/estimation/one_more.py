@@ -202,13 +202,12 @@ class OneMore:
         reached = [one.level for one in self._contained(group, simpler).values()]
         if not tried or (found is not None and found.level < min(reached) - LEAST):
             return found
-        best = self._least(tried, windows)[:1]
-        if not best:
-            return found
-        hypothesis, x, channels = best[0]
-        other = fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
-        good = [one for one in (found, other) if one is not None]
-        return min(good, key=lambda one: one.level) if good else None
+        others = [
+            fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
+            for hypothesis, x, channels in self._least(tried, windows)[:2]
+        ]
+        good = [one for one in (found, *others) if one is not None]
+        return min(good, key=lambda one: one.level, default=None)
 
     def _beyond(self, group: Group, simpler: Mapping[Group, Fit]) -> list[_Tried]:
         """Return where an effect may start from where those that it contains ended."""
@@ -238,7 +237,7 @@ class OneMore:
         others = [one for one in tried if one[2] is not None]
         first, whole = self.stages.looked_at, self.stages.whole
         near = self._least(told, first)
-        found = [*near[:2], *self._least(others, first)[:1]]
+        found = [*near[:2], *self._least(others, first)[:2]]
         if whole is not None and simplest:
             found += self._least(near[:BEST_STARTS], whole)[:2]
         return list({id(one): one for one in found}.values())
