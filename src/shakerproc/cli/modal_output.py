@@ -11,6 +11,7 @@ from shakerproc.cli import output
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.scatter import told_scatter
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.modal_folder import write_modes
 from shakerproc.workflows.modal_tables import (
@@ -93,12 +94,14 @@ def _print_test(one: TestModes, json: str | None) -> None:
             _interval(modes.damping_bounds[:, i]),
             f"{modes.collinearity[i]:.3f}",
             _orders(one, i),
+            *told_scatter(modes, i),
         )
         for i in range(modes.poles.size)
     ]
     if rows:
         columns = (
             "mode", "f_n [Hz]", "+- 95 % [%]", "zeta [%]", "95 % [%]", "collinearity", "orders",
+            *(() if modes.scatter is None else ("f scatter [%]", "zeta scatter [%]")),
         )  # fmt: skip
         output.print_table(columns, rows, title=title, json_target=json)
     else:

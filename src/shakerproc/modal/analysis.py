@@ -49,9 +49,10 @@ class TestModes:
     Attributes
     ----------
     name : str
-        Its id, with the name of the log in front where there are two.
+        Its id, with the name of the log in front where there are two; of several tests that are
+        fitted together, the ids.
     test : Test
-        What the log says.
+        What the log says, of the first where several are fitted together.
     sensors : tuple of Channel
         Rows of the shapes.
     positions, directions : tuple
@@ -73,8 +74,8 @@ class TestModes:
         Rms of what the model leaves over the rms measured, in the band [-].
     notes : tuple of str
         What the user should know, a sentence each.
-    sha256 : str
-        Of the recording.
+    recordings : tuple of (str, str, str)
+        Id of the test, name and SHA-256 of each recording that went in.
     """
 
     __test__ = False
@@ -92,7 +93,7 @@ class TestModes:
     density: FloatArray
     unexplained: FloatArray
     notes: tuple[str, ...]
-    sha256: str
+    recordings: tuple[tuple[str, str, str], ...]
 
     @property
     def sensor_names(self) -> list[str]:

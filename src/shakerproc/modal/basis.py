@@ -22,9 +22,8 @@ class Basis:
 
     Attributes
     ----------
-    columns : (n_modes, 2 (n_inputs + t), 2 n_lines) array
-        For each mode, real and imaginary part of each residue and of the transient (t = 1 with
-        a transient, else 0).
+    columns : (n_modes, 2 (n_inputs + n_transients), 2 n_lines) array
+        For each mode, real and imaginary part of each residue and of each record's transient.
     rest : (n_rest, 2 n_lines) array
         Residual terms and the transient of modes outside the band.
     """
@@ -40,7 +39,7 @@ def rest_of(lines: Lines) -> FloatArray:
     if lines.transient:
         z = np.exp(-2j * np.pi * lines.frequency * lines.interval)
         level = np.sqrt(np.mean(np.abs(lines.outputs) ** 2)) or 1.0
-        terms += [level * z**power for power in TRANSIENT_POWERS]
+        terms += [level * own * z**power for own in lines.records for power in TRANSIENT_POWERS]
     return stacked(lines.weights * np.array(terms))
 
 
@@ -122,7 +121,8 @@ def _pairs(
     for one in lines.inputs:
         columns += [one * (plain + mirrored), one * 1j * (plain - mirrored)]
     if decay is not None and mirrored_decay is not None:
-        columns += [decay + mirrored_decay, 1j * (decay - mirrored_decay)]
+        both = decay + mirrored_decay, 1j * (decay - mirrored_decay)
+        columns += [own * part for own in lines.records for part in both]
     return stacked(lines.weights * np.stack(columns, axis=1))
 
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import Channel, ChannelUse, Recording
+from shakerproc.data import Channel, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.testlog import Modal, Test
@@ -92,15 +92,15 @@ def responses_of(recording: Recording, taken: set[int]) -> list[int]:
 
 
 def remarks_of(
-    recording: Recording,
     sensors: Sequence[Channel],
-    uses: Sequence[ChannelUse],
-    rows: Sequence[int],
+    positions: Sequence[object | None],
     modes: ModeSet,
+    *,
+    incomplete: bool,
 ) -> list[str]:
     """Return what is in the way of more, a sentence each."""
     found = []
-    if recording.incomplete:
+    if incomplete:
         found.append("the recording was cut short: its complete part was used")
     if len(sensors) == 1:
         found.append(
@@ -109,8 +109,8 @@ def remarks_of(
         )
     without = [
         sensor.name
-        for sensor, row in zip(sensors, rows, strict=True)
-        if not uses or uses[row].position is None
+        for sensor, position in zip(sensors, positions, strict=True)
+        if position is None
     ]
     if without and len(sensors) > 1:
         named = ", ".join(without[:6]) + (" and more" if len(without) > 6 else "")

@@ -2,38 +2,23 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc import spectra
-from shakerproc.data import ChannelUse, FloatArray, Recording
+from shakerproc.data import FloatArray
 from shakerproc.errors import ShakerprocError, SpectrumError
-from shakerproc.modal.analysis import Functions, ModalAnalysis, Place, TestModes
-from shakerproc.modal.choosing import (
-    SINGLE_FREQUENCIES,
-    band_of,
-    inputs_of,
-    remarks_of,
-    responses_of,
-)
-from shakerproc.modal.identification import identify_samples
-from shakerproc.modal.modal_model import response_functions
+from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
+from shakerproc.modal.choosing import remarks_of
+from shakerproc.modal.gathering import Gathered, check_together, gather, shared_inputs
+from shakerproc.modal.identification import identify_records
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.reciprocity import reciprocals_of
+from shakerproc.modal.shown import cross_of, density_of, functions_of
 from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
-from shakerproc.runs import find_crop, open_test
-from shakerproc.runs.roles import uses_of
 from shakerproc.testlog import Modal, Test, TestLog
-
-SHOWN_SEGMENTS: Final = 8
-"""Segments without overlap of which measured response functions are averages."""
-
-MOST_SEGMENT: Final = 2**15
-"""Samples of such a segment at most."""
 
 
 def analyse_log(
@@ -64,22 +49,34 @@ def analyse_log(
     ModalAnalysis
         Tests that fail are listed with the reason, and cost none of the others.
     """
-    jobs = [(log, test, wish, str(test.id)) for test in tests]
+    jobs = _jobs(log, tests, wish, "")
     if against is not None:
         other, more = against
-        jobs += [(other, test, other.modal, f"{other.path.stem}:{test.id}") for test in more]
+        jobs += _jobs(other, more, other.modal, f"{other.path.stem}:")
     found: list[TestModes] = []
     failed: list[tuple[str, str]] = []
-    for owner, test, wanted, name in jobs:
+    for owner, group, wanted, name in jobs:
         try:
-            found.append(replace(analyse_test(owner, test, wanted), name=name))
+            found.append(replace(analyse_together(owner, group, wanted), name=name))
         except ShakerprocError as error:
             failed.append((name, str(error)))
-        progress(name)
+        for test in group:
+            progress(str(test.id))
     tracks = tracks_of([one.modes for one in found], [one.sensor_names for one in found])
     pairs = reciprocals_of(found)
     notes = (*_unequal(found), *(pair.problem for pair in pairs if pair.problem))
     return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), notes, pairs)
+
+
+def _jobs(
+    log: TestLog, tests: Sequence[Test], wish: Modal, prefix: str
+) -> list[tuple[TestLog, Sequence[Test], Modal, str]]:
+    """Return which tests go into which fit, and its name."""
+    groups = [tests] if wish.together and len(tests) > 1 else [[test] for test in tests]
+    return [
+        (log, group, wish, prefix + " + ".join(str(test.id) for test in group))
+        for group in groups
+    ]
 
 
 def _unequal(tests: Sequence[TestModes]) -> tuple[str, ...]:
@@ -115,147 +112,82 @@ def analyse_test(log: TestLog, test: Test, wish: Modal) -> TestModes:
     SpectrumError
         If the recording does not allow it.
     """
-    with open_test(log, test) as recording:
-        try:
-            return _analysed(recording, test, wish)
-        except ValueError as error:
-            raise SpectrumError(f"{recording.run}: {error}") from error
+    return analyse_together(log, [test], wish)
 
 
-def _analysed(recording: Recording, test: Test, wish: Modal) -> TestModes:
-    if test.excitation in SINGLE_FREQUENCIES:
-        raise SpectrumError(
-            f"{recording.run}: excitation: {test.excitation} reaches single frequencies, which "
-            "tell no modes; use random, a sweep or a shock"
-        )
-    band = band_of(recording, test, wish)
-    crop = find_crop(recording, test)
-    samples = recording.source.read(recording.rows, crop.start, crop.stop)
-    groups = inputs_of(recording, wish)
-    taken = {row for _, rows in groups for row in rows}
-    rows = responses_of(recording, taken)
+def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestModes:
+    """Return the modes that tests share, in one fit.
+
+    Parameters
+    ----------
+    log : TestLog
+        The log.
+    tests : sequence of Test
+        With the same sensors; forces may act elsewhere in each.
+    wish : Modal
+        How modes are looked for.
+
+    Raises
+    ------
+    SpectrumError
+        If a recording does not allow it, or no one fit can hold the tests.
+    """
+    taken = [gather(log, test, wish) for test in tests]
+    check_together(taken)
+    names, places, inputs = shared_inputs(taken)
+    band = (max(one.band[0] for one in taken), min(one.band[1] for one in taken))
     settings = Settings(band, wish.modes, wish.order, wish.keep)
-    sensors = tuple(recording.channels[row] for row in rows)
-    functions: Functions | None
-    if groups and test.struck:
-        modes, cross, functions = identify_blows(recording, test, rows, settings)
-    else:
-        inputs, responses = _inputs(samples, groups), samples[rows]
-        rate = recording.sample_rate
-        modes = _identified(inputs, responses, rate, settings)
-        cross = _cross(inputs, responses, rate)
-        functions = _functions(cross, inputs, rate, band, modes)
-    uses = uses_of(recording, test)
+    try:
+        modes, cross, functions = _identified(taken, inputs, settings)
+    except ValueError as error:
+        raise SpectrumError(f"{', '.join(one.run for one in taken)}: {error}") from error
+    first = taken[0]
+    remarks = remarks_of(
+        first.sensors,
+        first.positions,
+        modes,
+        incomplete=any(one.incomplete for one in taken),
+    )
     return TestModes(
-        name=str(test.id),
-        test=test,
-        sensors=sensors,
-        positions=tuple(uses[row].position if uses else None for row in rows),
-        directions=tuple(uses[row].direction if uses else None for row in rows),
-        inputs=tuple(name for name, _ in groups),
-        input_places=tuple(_place(recording, members, uses) for _, members in groups),
+        name=" + ".join(str(test.id) for test in tests),
+        test=first.test,
+        sensors=first.sensors,
+        positions=first.positions,
+        directions=first.directions,
+        inputs=names,
+        input_places=places,
         band=band,
         modes=modes,
         functions=functions,
-        density=_density(cross, len(groups), band),
-        unexplained=_unexplained(modes, len(rows)),
-        notes=(*modes.notes, *remarks_of(recording, sensors, uses, rows, modes)),
-        sha256=recording.file.sha256() if recording.file is not None else "",
+        density=density_of(cross, cross.n_channels - len(first.sensors), band),
+        unexplained=_unexplained(modes, len(first.sensors)),
+        notes=(*modes.notes, *remarks),
+        recordings=tuple(
+            (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
+        ),
     )
-
-
-def _place(
-    recording: Recording, members: tuple[int, ...], uses: Sequence[ChannelUse]
-) -> tuple[Place | None, Place | None]:
-    """Return position and direction of a force; the mean of controls acts in no one place."""
-    if not uses or recording.channels[members[0]].role != "force":
-        return None, None
-    return uses[members[0]].position, uses[members[0]].direction
-
-
-def _inputs(samples: FloatArray, groups: Sequence[tuple[str, tuple[int, ...]]]) -> FloatArray:
-    """Return the mean of the channels of each input, (n_inputs, n_samples) array."""
-    if not groups:
-        return np.zeros((0, samples.shape[1]))
-    return np.stack([samples[list(members)].mean(axis=0) for _, members in groups])
 
 
 def _identified(
-    inputs: FloatArray, responses: FloatArray, sample_rate: float, settings: Settings
-) -> ModeSet:
-    if not inputs.shape[0]:
-        return identify_output_only(responses, sample_rate, settings)
-    return identify_samples(inputs, responses, sample_rate, settings)
-
-
-def _cross(
-    inputs: FloatArray, responses: FloatArray, sample_rate: float
-) -> spectra.CrossSpectra:
-    """Return the spectra of inputs, then responses, of which functions are drawn."""
-    return spectra.cross_spectra(
-        np.concatenate([inputs, responses]),
-        sample_rate,
-        segment=_segment(inputs.shape[1]),
-        window="periodic hann",
-        detrend="mean",
-    )
-
-
-def _segment(n_samples: int) -> int:
-    most = min(n_samples // SHOWN_SEGMENTS, MOST_SEGMENT)
-    return max(8, 1 << max(most.bit_length() - 1, 3))
-
-
-def _functions(
-    cross: spectra.CrossSpectra,
-    inputs: FloatArray,
-    sample_rate: float,
-    band: tuple[float, float],
-    modes: ModeSet,
-) -> Functions | None:
-    """Return response functions, measured and synthesised through the same window."""
-    if modes.model is None:
-        return None
-    n_inputs = inputs.shape[0]
-    rows = range(n_inputs, cross.n_channels)
-    frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    synthesis = np.zeros((len(rows), frequency.size), dtype=np.complex128)
-    synthesis[:, inside] = np.einsum(
-        "oif,if->of",
-        response_functions(modes.model, frequency[inside]),
-        scipy.fft.rfft(inputs)[:, inside],
-    )
-    answer = scipy.fft.irfft(synthesis, inputs.shape[1])
-    model = spectra.cross_spectra(
-        np.concatenate([inputs, answer]),
-        sample_rate,
-        segment=cross.segment,
-        window="periodic hann",
-        detrend="mean",
-    )
-    edge = 2.0 * cross.bin_width  # where the window mixes in what lies outside the band
-    shown = (cross.frequency >= band[0] + edge) & (cross.frequency <= band[1] - edge)
-    driven = range(n_inputs)
-    return Functions(
-        cross.frequency[shown],
-        spectra.h1_of_inputs(cross, driven, rows)[..., shown],
-        spectra.h1_of_inputs(model, driven, rows)[..., shown],
-        spectra.multiple_coherence(cross, driven, rows)[..., shown],
-    )
-
-
-def _density(
-    cross: spectra.CrossSpectra, n_inputs: int, band: tuple[float, float]
-) -> FloatArray:
-    shown = (cross.frequency >= band[0]) & (cross.frequency <= band[1])
-    return np.concatenate([
-        cross.frequency[np.newaxis, shown],
-        spectra.psd(cross)[n_inputs:, shown],
-    ])
+    taken: Sequence[Gathered], inputs: Sequence[FloatArray], settings: Settings
+) -> tuple[ModeSet, spectra.CrossSpectra, Functions | None]:
+    """Return the modes, spectra of inputs, then responses, and response functions."""
+    blows = [one.struck for one in taken if one.struck is not None]
+    if blows:
+        found, functions = identify_blows(blows, settings)
+        return found, blows[0].cross, functions
+    rate = taken[0].sample_rate
+    records = [(rows, one.responses) for rows, one in zip(inputs, taken, strict=True)]
+    cross = cross_of(records, rate)
+    if inputs[0].shape[0]:
+        modes = identify_records(records, rate, settings)
+    else:
+        modes = identify_output_only(taken[0].responses, rate, settings)
+    return modes, cross, functions_of(cross, records, settings.band, modes)
 
 
 def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
+    """Return what is left of each response, the most over the inputs of blows."""
     if modes.model is None:
         return np.full(n_responses, np.nan)
-    return modes.model.unexplained
+    return np.asarray(modes.model.unexplained.reshape(n_responses, -1).max(axis=1))

@@ -1,5 +1,6 @@
 """From the samples of inputs and responses to modes with their intervals."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -7,10 +8,18 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.likelihood import fit
-from shakerproc.modal.lines import Lines, lines_of_functions, lines_of_samples
+from shakerproc.modal.lines import (
+    Lines,
+    joined,
+    lines_of_functions,
+    lines_of_samples,
+    thinned,
+    told_thin,
+)
 from shakerproc.modal.modal_model import Fit
 from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
+from shakerproc.modal.scatter import with_scatter
 from shakerproc.modal.selection import selected
 from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
@@ -19,9 +28,6 @@ from shakerproc.modal.stabilisation import (
     frequency_of,
     stabilisation,
 )
-
-MOST_LINES: Final = 12_000
-"""Lines that the likelihood is computed on at once."""
 
 KEPT_ORDERS: Final = 4
 """A pole that stays over one in so many of the orders begins as a mode; others are tried."""
@@ -65,13 +71,46 @@ def identify_samples(
     ValueError
         If the band holds too few lines for the order.
     """
-    lines = lines_of_samples(inputs, responses, sample_rate, settings.band)
+    return identify_records([(inputs, responses)], sample_rate, settings)
+
+
+def identify_records(
+    records: Sequence[tuple[FloatArray, FloatArray]], sample_rate: float, settings: Settings
+) -> ModeSet:
+    """Return the modes that several records of one structure share, in one fit.
+
+    Poles, residues and residual terms are common; each record has a transient of its own.
+
+    Parameters
+    ----------
+    records : sequence of (array, array)
+        Inputs, (n_inputs, n_samples), and responses, (n_responses, n_samples), of each; the
+        same ones in the same order, 0 where an input does not act [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    settings : Settings
+        Band, number of modes, highest order.
+
+    Returns
+    -------
+    ModeSet
+        With 95 % intervals from the scatter of the lines about the model, wider where the
+        records scatter more than that; `scatter` is that over the records.
+
+    Raises
+    ------
+    ValueError
+        If the band holds too few lines for the order.
+    """
+    parts = [lines_of_samples(*record, sample_rate, settings.band) for record in records]
+    lines = joined(parts)
     level = np.sqrt(np.mean(np.abs(lines.inputs) ** 2))
-    ones = np.full((1, lines.frequency.size), level, dtype=np.complex128)
-    driven = np.concatenate([lines.inputs, ones])
-    diagram = _diagram(lines, driven, lines.outputs[:, np.newaxis], settings)
-    parts = _of_parts(lines, driven, lines.outputs[:, np.newaxis])
-    return _modes(lines, diagram, parts, settings, "input and response spectra")
+    driven = np.concatenate([lines.inputs, level * lines.records])
+    outputs = lines.outputs[:, np.newaxis]
+    diagram = _diagram(lines, driven, outputs, settings)
+    more = _of_parts(lines, driven, outputs)
+    found = _modes(lines, diagram, more, settings, "input and response spectra")
+    return found if len(parts) == 1 else with_scatter(found, parts)
 
 
 def identify_functions(
@@ -169,7 +208,7 @@ def _modes(
     by_count = np.argsort(-counts)
     certain = counts[by_count] >= max(3, len(orders_of(settings)) // KEPT_ORDERS)
     ordered = poles[by_count]
-    notes = [] if thin is lines else [_told_thin(lines, thin)]
+    notes = [] if thin is lines else [told_thin(lines, thin)]
     low = diagram.poles[diagram.order <= LOW_ORDERS]
     doubtful = np.concatenate([ordered[~certain], parts, low])
     thin, model = selected(thin, ordered[certain], doubtful, settings.band)
@@ -187,26 +226,6 @@ def _modes(
         model=model,
         interval_from="scatter of the lines about the model",
         notes=(*notes, *more),
-    )
-
-
-def thinned(lines: Lines) -> Lines:
-    """Return every n-th line where there are more than the likelihood takes at once."""
-    every = -(-lines.frequency.size // MOST_LINES)
-    if every == 1:
-        return lines
-    return replace(
-        lines,
-        frequency=lines.frequency[::every],
-        inputs=lines.inputs[:, ::every],
-        outputs=lines.outputs[:, ::every],
-    )
-
-
-def _told_thin(lines: Lines, thin: Lines) -> str:
-    return (
-        f"refined on {thin.frequency.size} of {lines.frequency.size} lines of the record "
-        "(evenly spread); a narrower band uses more of them"
     )
 
 

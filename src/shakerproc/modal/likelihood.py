@@ -232,7 +232,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
     poles = _poles(place)
     n_modes, n_lines = poles.size, lines.frequency.size
     n_inputs = lines.inputs.shape[0]
-    n_columns = 2 * (n_inputs + lines.transient)
+    n_columns = 2 * (n_inputs + lines.n_transients)
     n_outputs = lines.outputs.shape[0]
     own = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, n_outputs)
     halves = own[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)

@@ -1,6 +1,7 @@
 """What is fitted: spectra of inputs and responses at the lines of a band."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -18,6 +19,9 @@ SILENT: Final = 1e-5
 EMPTY: Final = 1e-2
 """Share of the power of the strongest neighbour below which a line has no input [-]."""
 
+MOST_LINES: Final = 12_000
+"""Lines that the likelihood is computed on at once."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,15 +33,18 @@ class Lines:
     frequency : (n_lines,) array
         Rising, above 0 [Hz].
     inputs : (n_inputs, n_lines) complex array
-        Discrete Fourier transforms of the inputs; ones where `outputs` are response functions.
+        Discrete Fourier transforms of the inputs over the root of the number of samples; ones
+        where `outputs` are response functions.
     outputs : (n_outputs, n_lines) complex array
-        Discrete Fourier transforms of the responses, or response functions.
+        Discrete Fourier transforms of the responses, likewise, or response functions.
     interval : float
         Sample interval [s].
     transient : bool
         Whether the outputs hold the free decay of what was before and the end of the record.
     weight : (n_lines,) array, optional
         Of each line in the fit: small where the noise of all outputs is large [-].
+    record : (n_lines,) array of int, optional
+        Number of the record that a line is of, from 0; all of one where it is not given.
     """
 
     frequency: FloatArray
@@ -46,6 +53,19 @@ class Lines:
     interval: float
     transient: bool = True
     weight: FloatArray | None = None
+    record: NDArray[np.intp] | None = None
+
+    @property
+    def records(self) -> NDArray[np.bool_]:
+        """Which lines are of each record, (n_records, n_lines)."""
+        if self.record is None:
+            return np.ones((1, self.frequency.size), dtype=bool)
+        return np.asarray(self.record == np.arange(int(self.record.max()) + 1)[:, np.newaxis])
+
+    @property
+    def n_transients(self) -> int:
+        """Number of transients: one of each record, none of response functions."""
+        return len(self.records) if self.transient else 0
 
     @property
     def weights(self) -> FloatArray:
@@ -96,11 +116,70 @@ def lines_of_samples(
         )
     driven = scipy.fft.rfft(inputs)
     kept[kept] = excited_lines(driven[:, kept])
+    even = 1.0 / np.sqrt(n)  # the noise of records of any length is the same
     return Lines(
         frequency[kept],
-        driven[:, kept],
-        scipy.fft.rfft(outputs)[:, kept],
+        even * driven[:, kept],
+        even * scipy.fft.rfft(outputs)[:, kept],
         1.0 / sample_rate,
+    )
+
+
+def joined(parts: Sequence[Lines]) -> Lines:
+    """Return the lines of several records of one structure as one, by frequency.
+
+    Parameters
+    ----------
+    parts : sequence of Lines
+        Spectra of records with the same inputs and outputs, 0 where an input does not act.
+
+    Returns
+    -------
+    Lines
+        Each record with a transient of its own.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    record = np.repeat(np.arange(len(parts)), [part.frequency.size for part in parts])
+    frequency = np.concatenate([part.frequency for part in parts])
+    order = np.argsort(frequency, kind="stable")
+    return Lines(
+        frequency[order],
+        np.concatenate([part.inputs for part in parts], axis=1)[:, order],
+        np.concatenate([part.outputs for part in parts], axis=1)[:, order],
+        parts[0].interval,
+        record=record[order],
+    )
+
+
+def taken(lines: Lines, kept: slice | NDArray[np.bool_]) -> Lines:
+    """Return some of the lines."""
+    return replace(
+        lines,
+        frequency=lines.frequency[kept],
+        inputs=lines.inputs[:, kept],
+        outputs=lines.outputs[:, kept],
+        weight=None if lines.weight is None else lines.weight[kept],
+        record=None if lines.record is None else lines.record[kept],
+    )
+
+
+def thinned(lines: Lines) -> Lines:
+    """Return every n-th line where there are more than the likelihood takes at once."""
+    every = -(-lines.frequency.size // MOST_LINES)
+    if every == 1:
+        return lines
+    kept = np.zeros(lines.frequency.size, dtype=bool)
+    for own in lines.records:
+        kept[np.flatnonzero(own)[::every]] = True
+    return taken(lines, kept)
+
+
+def told_thin(lines: Lines, thin: Lines) -> str:
+    """Return a sentence on how many lines are left."""
+    return (
+        f"refined on {thin.frequency.size} of {lines.frequency.size} lines of the record "
+        "(evenly spread); a narrower band uses more of them"
     )
 
 

@@ -68,6 +68,8 @@ class ModeSet:
         What the intervals are made of.
     notes : tuple of str
         What the user should know, a sentence each.
+    scatter : (2, n_modes) array, optional
+        Standard deviations over the records of ln(frequency) and ln(damping) [-]; None of one.
     """
 
     method: Method
@@ -80,6 +82,7 @@ class ModeSet:
     model: Fit | None
     interval_from: str
     notes: tuple[str, ...] = ()
+    scatter: FloatArray | None = None
 
     @property
     def frequency(self) -> FloatArray:

@@ -179,7 +179,7 @@ def _roots(sums: Sums, alpha: FloatArray, numerators: FloatArray, order: int) ->
     flat = alpha.reshape((order + 1) * p, p)
     beta = (numerators @ flat).reshape(numerators.shape[0], order + 1, q, p)
     shapes = np.einsum("okqp,km,pm->mqo", beta, powers, right)
-    n_driven = max(1, q - 1)  # the last input is the 1 of the transient, if there is one
+    n_driven = max(1, q - 1)  # the last is the 1 of a transient, if there is one
     strongest = np.argmax(np.linalg.norm(shapes[:, :n_driven], axis=2), axis=1)
     chosen = shapes[np.arange(len(kept)), strongest]
     return OrderPoles(order, poles[kept], unit_shapes(chosen))

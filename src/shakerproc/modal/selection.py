@@ -100,11 +100,17 @@ def reweighted(lines: Lines, model: Fit) -> Lines:
         Its model: what it leaves, smoothed over lines, is the noise.
     """
     share = _share_left(lines, model).mean(axis=0)
-    size = min(SMOOTHED, share.size // 4 * 2 + 1)
-    padded = np.pad(share, size // 2, mode="reflect")
-    level = np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
+    level = np.empty_like(share)
+    for own in lines.records:
+        level[own] = _smooth(share[own])
     weight = 1.0 / np.sqrt(np.maximum(level, 1e-6 * level.max() + 1e-300))
     return replace(lines, weight=weight / np.sqrt(np.mean(weight**2)))
+
+
+def _smooth(values: FloatArray) -> FloatArray:
+    size = min(SMOOTHED, values.size // 4 * 2 + 1)
+    padded = np.pad(values, size // 2, mode="reflect")
+    return np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
 
 
 def _share_left(lines: Lines, model: Fit) -> FloatArray:
@@ -126,7 +132,7 @@ def _grown(
             continue
         larger = np.append(model.poles, pole)
         gain = model.deviance - fit(lines, larger, 0).deviance
-        if gain < NEAR * _price(lines):
+        if gain < NEAR * price_of(lines):
             continue
         trial = fit(lines, larger, FEW_STEPS)
         if _is_better(lines, trial, model) and _sound(trial, band):
@@ -179,10 +185,10 @@ def _sound(model: Fit, band: tuple[float, float]) -> bool:
     return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
 
 
-def _price(lines: Lines) -> float:
+def price_of(lines: Lines) -> float:
     """Return what Schwarz' criterion asks for one more mode."""
     n_inputs = lines.inputs.shape[0]
-    n_each = 2 + lines.outputs.shape[0] * 2 * (n_inputs + lines.transient)
+    n_each = 2 + lines.outputs.shape[0] * 2 * (n_inputs + lines.n_transients)
     return float(n_each * np.log(2 * lines.outputs.size))
 
 
@@ -201,7 +207,7 @@ def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
         model = fit(lines, kept, FEW_STEPS)
     while model.poles.size:
         weakest = int(np.argmin(model.losses))
-        if model.losses[weakest] > FAR * _price(lines):
+        if model.losses[weakest] > FAR * price_of(lines):
             break  # far from needless: no search would make up for it
         smaller = fit(lines, np.delete(model.poles, weakest), FEW_STEPS)
         if _is_better(lines, model, smaller):

@@ -1,6 +1,8 @@
 """Modes of a hammer test, from the response functions over the blows that are kept."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
@@ -8,27 +10,80 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.modal.analysis import Functions
 from shakerproc.modal.identification import identify_functions
+from shakerproc.modal.lines import lines_of_functions
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.scatter import with_scatter
 from shakerproc.modal.stabilisation import frequency_of
-from shakerproc.runs import averaged_blows, find_crop
-from shakerproc.spectra import CrossSpectra
+from shakerproc.runs import averaged_blows
+from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.testlog import Test
 
 
-def identify_blows(
-    recording: Recording, test: Test, rows: list[int], settings: Settings
-) -> tuple[ModeSet, CrossSpectra, Functions]:
-    """Return the modes of a hammer test, its spectra, and what was fitted.
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Struck:
+    """The blows of a test.
+
+    Attributes
+    ----------
+    cross : CrossSpectra
+        Of the force, then of the responses, over the blows that are kept.
+    kept : str
+        How many of how many.
+    """
+
+    cross: CrossSpectra
+    kept: str
+
+    @property
+    def rate(self) -> float:
+        """By how much the window makes all motion decay faster [1/s]."""
+        return self.cross.decay_rate or 0.0
+
+    def differs(self, other: "Struck") -> str:
+        """Return what keeps blows of two tests from one fit, and the remedy; empty: nothing."""
+        if self.cross.segment != other.cross.segment:
+            return "length; give processing: {hammer: {length: ...}} for all of them"
+        if not np.isclose(self.rate, other.rate):
+            return "exponential window; give processing: {hammer: {exponential: ...}} for all"
+        return ""
+
+
+def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> Struck:
+    """Return the blows of a hammer test.
 
     Parameters
     ----------
     recording : Recording
         With one channel of the role force.
+    crop : Crop
+        Where blows are looked for.
     test : Test
         How blows are cut and windowed.
     rows : list of int
         Rows of the responses.
+
+    Raises
+    ------
+    SpectrumError
+        If no blow can be used.
+    """
+    cross, blows = averaged_blows(recording, crop, test)
+    chosen = [blows.setup.force, *rows]
+    return Struck(
+        replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)]),
+        f"{len(blows.kept)} of {len(blows.blows)} blows are averaged",
+    )
+
+
+def identify_blows(tests: Sequence[Struck], settings: Settings) -> tuple[ModeSet, Functions]:
+    """Return the modes of hammer tests, in one fit, and what was fitted.
+
+    Parameters
+    ----------
+    tests : sequence of Struck
+        With the same sensors and blocks; each has a force of its own.
     settings : Settings
         Band, number of modes, highest order.
 
@@ -36,39 +91,34 @@ def identify_blows(
     -------
     ModeSet
         Without the damping that an exponential window adds.
-    CrossSpectra
-        Of the force, then of the responses.
     Functions
-        Measured and synthesised, both with that damping.
+        Measured and synthesised, both with that damping; an input for each test.
 
     Raises
     ------
-    SpectrumError
-        If no blow can be used.
     ValueError
         If the band holds too few lines.
     """
-    cross, blows = averaged_blows(recording, find_crop(recording, test), test)
-    chosen = [blows.setup.force, *rows]
-    cross = replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)])
-    outputs = range(1, len(chosen))
+    crosses = [test.cross for test in tests]
+    first = crosses[0]
+    outputs = range(1, first.n_channels)
     low, high = settings.band
-    shown = (cross.frequency >= max(low, cross.bin_width)) & (cross.frequency <= high)
-    frequency = cross.frequency[shown]
-    measured = spectra.h1(cross, [0], outputs)[:, np.newaxis, shown]
-    highest = frequency.size // (1 + len(rows))
+    shown = (first.frequency >= max(low, first.bin_width)) & (first.frequency <= high)
+    frequency = first.frequency[shown]
+    measured = np.stack([spectra.h1(one, [0], outputs)[:, shown] for one in crosses], axis=1)
+    highest = frequency.size // (len(tests) + len(outputs))
     order = min(settings.order, highest - highest % 2)
     modes = identify_functions(frequency, measured, replace(settings, order=order))
+    if len(tests) > 1:
+        each = [lines_of_functions(frequency, measured[:, [k]]) for k in range(len(tests))]
+        modes = with_scatter(modes, each)
     if modes.model is None:
         raise ValueError("response functions were fitted without a model")
-    functions = Functions(
-        frequency,
-        measured,
-        response_functions(modes.model, frequency),
-        spectra.multiple_coherence(cross, [0], outputs)[:, shown],
-    )
-    kept = f"{len(blows.kept)} of {len(blows.blows)} blows are averaged"
-    return _without_window(modes, cross.decay_rate or 0.0, kept), cross, functions
+    synthesis = response_functions(modes.model, frequency).reshape(measured.shape)
+    coherence = [spectra.multiple_coherence(one, [0], outputs)[:, shown] for one in crosses]
+    functions = Functions(frequency, measured, synthesis, np.min(coherence, axis=0))
+    kept = "; ".join(test.kept for test in tests)
+    return _without_window(modes, tests[0].rate, kept), functions
 
 
 def _without_window(modes: ModeSet, rate: float, kept: str) -> ModeSet:
@@ -92,5 +142,10 @@ def _without_window(modes: ModeSet, rate: float, kept: str) -> ModeSet:
         poles=poles,
         diagram=replace(modes.diagram, poles=modes.diagram.poles + rate),
         damping_error=modes.damping_error * share,
+        scatter=(
+            None
+            if modes.scatter is None
+            else modes.scatter * np.stack([np.ones_like(share), share])
+        ),
         notes=(*modes.notes, *notes),
     )

@@ -10,6 +10,7 @@ from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.scatter import told_scatter
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
@@ -132,10 +133,14 @@ def _mode_table(one: TestModes) -> Table:
             f"{100 * modes.damping[i]:.4g}",
             f"{100 * modes.damping_bounds[0, i]:.4g} to {100 * modes.damping_bounds[1, i]:.4g}",
             f"{modes.collinearity[i]:.3f}",
+            *told_scatter(modes, i),
         )
         for i in range(modes.poles.size)
     ]
-    columns = ("mode", "f_n [Hz]", "95 % [Hz]", "ζ [%]", "95 % [%]", "phase collinearity")
+    columns = (
+        "mode", "f_n [Hz]", "95 % [Hz]", "ζ [%]", "95 % [%]", "phase collinearity",
+        *(() if modes.scatter is None else ("scatter of f_n [%]", "scatter of ζ [%]")),
+    )  # fmt: skip
     return Table("Modes", columns, rows)
 
 

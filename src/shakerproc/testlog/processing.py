@@ -232,6 +232,8 @@ class Modal:
     inputs : str, optional
         Which role is the input: ``control``, ``force`` or ``none`` (output only); by default
         the controls, else the forces, else none.
+    together : bool
+        Whether all tests are one fit.
     """
 
     band: tuple[float, float] | None = None
@@ -239,3 +241,4 @@ class Modal:
     order: int = 60
     keep: tuple[float, ...] = ()
     inputs: Literal["control", "force", "none"] | None = None
+    together: bool = False

@@ -390,6 +390,7 @@ class ModalSection(Section):
         | None
     ) = None
     inputs: Literal["control", "force", "none"] | None = None
+    together: bool | None = None
 
 
 class LogSection(Section):

@@ -43,8 +43,9 @@ def write_modes(
         draw_modal(analysis, folder)
     inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]
     inputs += [
-        (f"test {one.name}", one.test.require_recording().name, one.sha256)
+        (f"test {test}", name, sha256)
         for one in analysis.tests
+        for test, name, sha256 in one.recordings
     ]
     page = modal_report(analysis, command, tuple(inputs))
     write_report(folder / "report.html", page)

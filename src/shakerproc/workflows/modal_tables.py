@@ -7,6 +7,7 @@ import numpy as np
 from shakerproc import __version__
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
+from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 from shakerproc.testlog import TestLog
@@ -57,6 +58,7 @@ def mode_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         "test", "mode", "track", "frequency_hz", "frequency_low_hz", "frequency_high_hz",
         "damping", "damping_low", "damping_high", "collinearity", "mac_with_first", "method",
         "joint", "specimen", "clearance_m", "excitation", "level",
+        "frequency_scatter_percent", "damping_scatter_percent",
     )  # fmt: skip
     columns: dict[str, list[object]] = {name: [] for name in names}
     tracked = {
@@ -73,11 +75,18 @@ def mode_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
                 *map(float, modes.frequency_bounds[:, i]), float(modes.damping[i]),
                 *map(float, modes.damping_bounds[:, i]), float(modes.collinearity[i]),
                 alike, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
-                one.test.excitation or "", one.test.level_text,
+                one.test.excitation or "", one.test.level_text, *_scatter(modes, i),
             )  # fmt: skip
             for name, value in zip(names, row, strict=True):
                 columns[name].append(value)
     return columns
+
+
+def _scatter(modes: ModeSet, mode: int) -> list[float]:
+    """Return the scatter of frequency and damping over tests of one fit [%]."""
+    if modes.scatter is None:
+        return [np.nan, np.nan]
+    return [float(100.0 * value) for value in modes.scatter[:, mode]]
 
 
 def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
@@ -176,7 +185,10 @@ def _test_document(one: TestModes) -> dict[str, Any]:
     modes = one.modes
     return {
         "test": one.name,
-        "recording_sha256": one.sha256,
+        "recordings": [
+            {"test": test, "file": name, "sha256": sha256}
+            for test, name, sha256 in one.recordings
+        ],
         "method": modes.method,
         "intervals_from": modes.interval_from,
         "band_hz": list(one.band),
@@ -198,6 +210,7 @@ def _test_document(one: TestModes) -> dict[str, Any]:
                     "high": float(modes.damping_bounds[1, i]),
                 },
                 "collinearity": float(modes.collinearity[i]),
+                **_scatter_document(modes, i),
                 "shape": {
                     "real": modes.shapes[i].real.tolist(),
                     "imaginary": modes.shapes[i].imag.tolist(),
@@ -212,3 +225,10 @@ def _test_document(one: TestModes) -> dict[str, Any]:
         "mac": mac(modes.shapes, modes.shapes).tolist() if modes.poles.size else [],
         "notes": list(one.notes),
     }
+
+
+def _scatter_document(modes: ModeSet, mode: int) -> dict[str, float]:
+    if modes.scatter is None:
+        return {}
+    frequency, damping = _scatter(modes, mode)
+    return {"frequency_scatter_percent": frequency, "damping_scatter_percent": damping}

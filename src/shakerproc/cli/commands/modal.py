@@ -48,6 +48,14 @@ OrderOption: TypeAlias = Annotated[
         show_default="the log's, else 60",
     ),
 ]
+TogetherOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--together",
+        help="One fit of all tests: the same modes, forces here and there.",
+        show_default="the log's",
+    ),
+]
 
 
 def modal(
@@ -61,6 +69,7 @@ def modal(
     to_hz: ToOption = None,
     count: CountOption = None,
     order: OrderOption = None,
+    together: TogetherOption = False,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
     json: output.JsonOption = None,
@@ -77,6 +86,7 @@ def modal(
 
     read = read_testlog(log)
     wish = _wish(read.modal, from_hz, to_hz, count, order)
+    wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
     folder = output.out_folder(out, f"{log.stem}_modal")
