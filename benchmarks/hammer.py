@@ -1,17 +1,23 @@
 """Hammer tests of a known structure: error and coverage by window, and 200 blows in how long.
 
+Of the resonances of each response function, and of the modes that `shakerproc modal` fits to
+all of them, with both sensors and with one.
+
 python -m benchmarks.hammer [DRAWS]
 """
 
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 from tests.struck import MODES, RATE, struck
 
 from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.modal.from_log import analyse_test
 from shakerproc.runs import process_recording
-from shakerproc.testlog import Hammer, Processing, Test
+from shakerproc.testlog import Hammer, Processing, Test, read_testlog
 from shakerproc.testlog.hammer import Amount
 
 WINDOWS = {
@@ -64,6 +70,59 @@ def scores(hammer, draws):
     return np.array(found, dtype=float)
 
 
+def modes(folder, hammer, sensors, draws):
+    """Modes too many; of all modes, errors of damping and whether intervals hold."""
+    channels = "".join(
+        f"  a{i + 1}: {{role: {'response' if i < sensors else 'ignore'}, unit: m/s^2}}\n"
+        for i in range(2)
+    )
+    said = ", ".join(f"{key}: {value}" for key, value in hammer.items())
+    (folder / "log.yaml").write_text(
+        f"testlog: 1\nrecordings: .\nchannels:\n  f: {{role: force, unit: N}}\n{channels}"
+        f"processing: {{hammer: {{{said}}}}}\ntests:\n"
+        "  - {id: 1, recording: run.npz, excitation: hammer, from: 20 Hz, to: 350 Hz}\n"
+    )
+    log, extra, found = read_testlog(folder / "log.yaml"), 0, []
+    for seed in range(draws):
+        rng = np.random.default_rng(seed)
+        blows = [(0.5 + 2.0 * k, 100.0 + 50.0 * rng.random()) for k in range(6)]
+        rows = struck(blows, 12.5, noise=NOISE, seed=seed)
+        np.savez(folder / "run.npz", f=rows[0], a1=rows[1], a2=rows[2], fs=RATE)
+        own = analyse_test(log, log.find(1), log.modal).modes
+        extra += max(0, own.poles.size - len(MODES))
+        for natural, zeta, *_ in MODES:
+            i = int(np.argmin(np.abs(own.frequency - natural)))
+            low, high = own.frequency_bounds[:, i]
+            least, most = own.damping_bounds[:, i]
+            off = own.damping[i] / zeta - 1.0
+            found.append((off, low <= natural <= high, least <= zeta <= most))
+    return extra, np.array(found, dtype=float)
+
+
+def print_modes(draws):
+    """Print what `shakerproc modal` finds."""
+    print(f"modes of all response functions, {draws} draws:")
+    print(
+        "block and windows           sensors  extra  damping off (largest)  frequency, damping"
+    )
+    for hammer in (
+        {"length": "1.9 s"},
+        {"length": "1.9 s", "force_window": "10 ms"},
+        {"length": "0.8 s", "exponential": "1 %"},
+        {"length": "0.5 s", "force_window": "10 ms", "exponential": "1 %"},
+    ):
+        for sensors in (2, 1):
+            with tempfile.TemporaryDirectory() as folder:
+                extra, found = modes(Path(folder), hammer, sensors, draws)
+            off = np.sqrt(np.mean(found[:, 0] ** 2))
+            name = ", ".join(hammer.values())
+            print(
+                f"{name:28} {sensors:6d} {extra:6d} {off:11.2%} "
+                f"({np.abs(found[:, 0]).max():.2%}) {found[:, 1].mean():12.1%} "
+                f"{found[:, 2].mean():.1%}"
+            )
+
+
 def main(draws=30):
     print(f"{draws} draws of 6 blows, 2 sensors, 2 modes; of {4 * draws} resonances")
     print(
@@ -76,6 +135,7 @@ def main(draws=30):
             f"{name:24} {len(one):5d} {off[0]:13.4%} {off[1]:12.2%} "
             f"({np.abs(one[:, 1]).max():.2%}) {one[:, 2].mean():14.1%}"
         )
+    print_modes(draws)
     rows = struck([(0.5 + 2.0 * k, 120.0) for k in range(200)], 401.0, noise=NOISE)
     many = np.concatenate([rows[:1], *[rows[1:] * gain for gain in (1.0, 0.7, 0.4, 0.2)]])
     begun = time.perf_counter()

@@ -10,6 +10,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
+    Scatter,
     joined,
     lines_of_functions,
     lines_of_samples,
@@ -114,7 +115,10 @@ def identify_records(
 
 
 def identify_functions(
-    frequency: FloatArray, functions: ComplexArray, settings: Settings
+    frequency: FloatArray,
+    functions: ComplexArray,
+    settings: Settings,
+    scatter: Scatter | None = None,
 ) -> ModeSet:
     """Return the modes of response functions, such as those of an analyser.
 
@@ -129,6 +133,8 @@ def identify_functions(
         Response functions [response unit/input unit].
     settings : Settings
         Band, number of modes, highest order.
+    scatter : Scatter, optional
+        Of the functions at these lines, where it is known.
 
     Returns
     -------
@@ -142,7 +148,8 @@ def identify_functions(
     """
     low, high = settings.band
     kept = (frequency >= low) & (frequency <= high) & (frequency > 0.0)
-    lines = lines_of_functions(frequency[kept], functions[..., kept])
+    known = None if scatter is None else scatter.at(kept)
+    lines = lines_of_functions(frequency[kept], functions[..., kept], known)
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
     parts = _of_parts(lines, ones, functions[..., kept])

@@ -103,7 +103,7 @@ def reweighted(lines: Lines, model: Fit) -> Lines:
     level = np.empty_like(share)
     for own in lines.records:
         level[own] = _smooth(share[own])
-    weight = 1.0 / np.sqrt(np.maximum(level, 1e-6 * level.max() + 1e-300))
+    weight = lines.weights / np.sqrt(np.maximum(level, 1e-6 * level.max() + 1e-300))
     return replace(lines, weight=weight / np.sqrt(np.mean(weight**2)))
 
 
@@ -115,7 +115,7 @@ def _smooth(values: FloatArray) -> FloatArray:
 
 def _share_left(lines: Lines, model: Fit) -> FloatArray:
     """Return what the model leaves of each line, over its mean, (n_outputs, n_lines)."""
-    left = np.abs(lines.outputs - model.synthesis) ** 2
+    left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
     mean = left.mean(axis=1, keepdims=True)
     return np.asarray(left / np.where(mean > 0.0, mean, 1.0))
 

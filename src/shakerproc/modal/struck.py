@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.modal.analysis import Functions
 from shakerproc.modal.identification import identify_functions
-from shakerproc.modal.lines import lines_of_functions
+from shakerproc.modal.lines import Scatter, lines_of_functions
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.scatter import with_scatter
@@ -18,6 +20,12 @@ from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.testlog import Test
+
+FEWEST: Final = 3
+"""Blows from which on their scatter tells the noise of a line."""
+
+SMOOTHED: Final = 5
+"""Lines over which that noise is smoothed: few blows tell it of one line badly."""
 
 
 @final
@@ -108,9 +116,13 @@ def identify_blows(tests: Sequence[Struck], settings: Settings) -> tuple[ModeSet
     measured = np.stack([spectra.h1(one, [0], outputs)[:, shown] for one in crosses], axis=1)
     highest = frequency.size // (len(tests) + len(outputs))
     order = min(settings.order, highest - highest % 2)
-    modes = identify_functions(frequency, measured, replace(settings, order=order))
+    settings = replace(settings, order=order)
+    modes = identify_functions(frequency, measured, settings, _scatter(tests, shown))
     if len(tests) > 1:
-        each = [lines_of_functions(frequency, measured[:, [k]]) for k in range(len(tests))]
+        each = [
+            lines_of_functions(frequency, measured[:, [k]], _scatter([one], shown))
+            for k, one in enumerate(tests)
+        ]
         modes = with_scatter(modes, each)
     if modes.model is None:
         raise ValueError("response functions were fitted without a model")
@@ -119,6 +131,28 @@ def identify_blows(tests: Sequence[Struck], settings: Settings) -> tuple[ModeSet
     functions = Functions(frequency, measured, synthesis, np.min(coherence, axis=0))
     kept = "; ".join(test.kept for test in tests)
     return _without_window(modes, tests[0].rate, kept), functions
+
+
+def _scatter(tests: Sequence[Struck], shown: NDArray[np.bool_]) -> Scatter | None:
+    """Return how functions scatter over the blows; None where there are too few of them.
+
+    Their covariance is that of what the force does not explain, which sensors share where it
+    is noise of the force; a window that takes most of a block ties neighbouring lines.
+    """
+    if min(test.cross.n_segments for test in tests) < FEWEST:
+        return None
+    n, n_lines = tests[0].cross.n_channels - 1, int(shown.sum())
+    found = np.zeros((n, len(tests), n, len(tests), n_lines), dtype=np.complex128)
+    for k, test in enumerate(tests):
+        matrix = test.cross.matrix[..., shown]
+        force = matrix[0, 0].real
+        left = matrix[1:, 1:] - matrix[1:, :1] * matrix[:1, 1:] / force
+        own = left.conj() / force / (test.cross.n_segments - 1)  # matrix is conj(X_i) X_j
+        found[:, k, :, k] = scipy.ndimage.uniform_filter1d(own, SMOOTHED, axis=-1)
+    square = tests[0].cross.window ** 2
+    independent = float(square.sum() ** 2 / square.size / np.sum(square**2))
+    size = n * len(tests)
+    return Scatter(found.reshape(size, size, n_lines), independent)
 
 
 def _without_window(modes: ModeSet, rate: float, kept: str) -> ModeSet:
