@@ -6,6 +6,8 @@ from shakerproc.errors import LogError
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, html
 from shakerproc.report.templating import read_template
+from shakerproc.report.trial import tried_header
+from shakerproc.testlog import read_testlog
 
 BASE = '{% extends "report.html.j2" %}\n'
 
@@ -44,3 +46,16 @@ def test_what_a_template_must_not_is_one_line(tmp_path, text, told):
     assert message.startswith("customer.j2: ")
     assert told in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize("wrong", ["run.nothing", "run.flags[0].nothing", "run.peaks[9][9]"])
+def test_an_error_that_only_a_run_shows_is_told_before_any_work(tmp_path, wrong):
+    inside = f"{{% for run in page.runs %}}{{{{ {wrong} }}}}{{% endfor %}}"
+    (tmp_path / "customer.j2").write_text(BASE + "{% block end %}" + inside + "{% endblock %}")
+    log = tmp_path / "log.yaml"
+    log.write_text(
+        "testlog: 1\ntitle: A\nreport: {template: customer.j2}\n"
+        "tests: [{id: 1, recording: none.tdms}]\n"
+    )
+    with pytest.raises(LogError, match=r"customer\.j2: line 2: "):
+        tried_header(read_testlog(log))

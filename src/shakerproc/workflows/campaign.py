@@ -14,7 +14,7 @@ from shakerproc.campaign.lock import locked
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
-from shakerproc.report.header import header_view
+from shakerproc.report.trial import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import AnyPath, log_of, path_of
@@ -166,7 +166,7 @@ def batch(
     wish = Wish(channel, tuple(trend), tuple(by), figures=figures, command=command)
     if out is None:
         return Campaign(known.title, _in_threads(known, workers), wish)
-    wish = replace(wish, header=header_view(known))
+    wish = replace(wish, header=tried_header(known))
     root = path_of("out", out, "a folder")
     own_folder(root, "batch")
     with locked(root):

@@ -8,7 +8,7 @@ from typing import Final, final
 from shakerproc import files
 from shakerproc.campaign.arrivals import Stamp, looked
 from shakerproc.errors import LogError, ShakerprocError
-from shakerproc.report.header import header_view
+from shakerproc.report.trial import tried_header
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
 from shakerproc.workflows.draft_channels import controls_of_seen, crop_of, entries, own_channels
 from shakerproc.workflows.draft_log import log_text, test_lines
@@ -49,7 +49,7 @@ class WatchedLog:
             return self._log
         try:
             log = read_testlog(self.path)
-            header_view(log)  # a photo that cannot be read is an error of the log too
+            tried_header(log)  # a photo that cannot be read is an error of the log too
             self._log = log
         except ShakerprocError as error:
             if self._log is None:

@@ -11,7 +11,7 @@ from shakerproc.campaign.batch import Campaign
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
-from shakerproc.report.header import header_view
+from shakerproc.report.trial import tried_header
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog
@@ -126,7 +126,7 @@ class Watch:
         other = log is not self.log
         if other:
             self._tried, self.log = {}, log
-            self._wish = replace(self._wish, header=header_view(log))
+            self._wish = replace(self._wish, header=tried_header(log))
         arrived = {
             test.id: tuple(still[path] for path in files)
             for test in log.active

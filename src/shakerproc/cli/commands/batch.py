@@ -93,7 +93,7 @@ def batch(
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.everyday import work_through_log
-    from shakerproc.report.header import header_view
+    from shakerproc.report.trial import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.evidence import held_against
     from shakerproc.workflows.machines import Machines
@@ -120,7 +120,7 @@ def batch(
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
     wish = Wish(
-        channel, tuple(trend or ()), _words(by), figures, output.command(), header_view(log)
+        channel, tuple(trend or ()), _words(by), figures, output.command(), tried_header(log)
     )
     with locked(root):
         campaign = work_through_log(
