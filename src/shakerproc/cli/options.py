@@ -191,6 +191,14 @@ DetrendOption: TypeAlias = Annotated[
     ),
 ]
 FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
+UnitsOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        help="Units of the report: SI, or a list such as g,in/s,mil.",
+        show_default="as the log says",
+        metavar="UNITS",
+    ),
+]
 PdfOption: TypeAlias = Annotated[
     bool,
     typer.Option(

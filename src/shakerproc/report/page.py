@@ -18,10 +18,12 @@ from shakerproc.report import attention, live, runs_table, style, svg, templatin
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.header import HeaderView
+from shakerproc.report.in_units import run_in, trend_in
 from shakerproc.report.methods import Methods, methods_of
 from shakerproc.report.run_view import RunView, run_view
 from shakerproc.report.runs_table import Cell, Column
 from shakerproc.report.sections import Section
+from shakerproc.report.shown_units import USUAL, ShownUnits
 from shakerproc.report.watched import Watched
 from shakerproc.runs.summary import RunSummary
 
@@ -58,6 +60,8 @@ class Report:
         How the page follows a folder; by default it does not.
     header : HeaderView, optional
         What the log says for the customer.
+    units : ShownUnits
+        Units that a person chose; the usual ones where none is.
     """
 
     title: str
@@ -73,6 +77,7 @@ class Report:
     methods: Methods | None = None
     watched: Watched | None = None
     header: HeaderView | None = None
+    units: ShownUnits = USUAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,22 +170,25 @@ def _source_hash(text: str) -> str:
 
 
 def _page(report: Report) -> _Page:
-    shown = [run for run in report.runs if run.status != "discarded"]
-    views = [run_view(run, i) for i, run in enumerate(shown, 1)]
+    units = report.units
+    shown = [run_in(run, units) for run in report.runs if run.status != "discarded"]
+    views = [run_view(run, i, units) for i, run in enumerate(shown, 1)]
     methods = report.methods or methods_of(shown)
-    columns, rows = runs_table.table(shown, views, report.channel)
+    columns, rows = runs_table.table(shown, views, report.channel, units)
     with_runs = bool(report.runs) or not report.sections
     opening = attention.tally(report.runs) if with_runs else ""
     return _Page(
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
-        verdict=" ".join(filter(None, (opening, report.verdict or _told(report)))),
+        verdict=units.text(
+            " ".join(filter(None, (opening, report.verdict or _told(report)))), [report.channel]
+        ),
         counts=attention.counts(report.runs),
         attention=attention.attention(shown, views),
         columns=columns,
         rows=rows,
         table_note=runs_table.table_note(report.runs, report.channel),
-        trends=trend_view.drawings(report.trends),
+        trends=trend_view.drawings([trend_in(one, units) for one in report.trends]),
         not_drawn=_not_drawn(report),
         sections=report.sections,
         runs=views,

@@ -7,8 +7,10 @@ from typing import Final
 from shakerproc.campaign import trends
 from shakerproc.report import analysis_figures
 from shakerproc.report.drawing import Drawing
+from shakerproc.report.in_units import words_of
 from shakerproc.report.run_drawings import figures, marked
 from shakerproc.report.sections import filled
+from shakerproc.report.shown_units import USUAL, ShownUnits
 from shakerproc.runs import peak_rows
 from shakerproc.runs.summary import (
     AnalysisSummary,
@@ -63,16 +65,19 @@ CHANNEL_COLUMNS: Final = (
 PEAK_COLUMNS: Final = tuple(name.replace("zeta", "ζ") for name in peak_rows.COLUMNS)
 
 
-def run_view(run: RunSummary, number: int) -> RunView:
-    """Return a run as the page shows it; `number` makes its anchor."""
+def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView:
+    """Return a run, whose numbers are in these units, as the page shows it.
+
+    `number` makes its anchor.
+    """
     rows = peak_rows.peak_rows(run)
     channels = filled("", CHANNEL_COLUMNS, [_channel_row(c, run) for c in run.channels])
     return RunView(
         test=run.test,
         anchor=f"run-{number}",
         status=run.status,
-        title=_title(run),
-        facts=_facts(run),
+        title=units.text(_title(run), words_of(run)),
+        facts=units.text(_facts(run), words_of(run)),
         error=run.error,
         detail=run.detail,
         flags=run.flags,

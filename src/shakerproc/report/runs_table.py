@@ -11,6 +11,7 @@ from shakerproc.campaign import trends
 from shakerproc.report import svg
 from shakerproc.report.run_curves import curves_of
 from shakerproc.report.run_view import RunView, number
+from shakerproc.report.shown_units import ShownUnits
 from shakerproc.runs.summary import RunSummary
 
 
@@ -52,15 +53,15 @@ COLUMNS: Final = (
 
 
 def table(
-    runs: Sequence[RunSummary], views: Sequence[RunView], channel: str
+    runs: Sequence[RunSummary], views: Sequence[RunView], channel: str, units: ShownUnits
 ) -> tuple[Sequence[Column], list[list[Cell]]]:
     """Return the columns that hold something, and a row of their cells for each run."""
-    rows = [_row(run, view, channel) for run, view in zip(runs, views, strict=True)]
+    rows = [_row(run, view, channel, units) for run, view in zip(runs, views, strict=True)]
     kept = [i for i, _ in enumerate(COLUMNS) if not rows or any(row[i].shown for row in rows)]
     return [COLUMNS[i] for i in kept], [[row[i] for i in kept] for row in rows]
 
 
-def _row(run: RunSummary, view: RunView, channel: str) -> list[Cell]:
+def _row(run: RunSummary, view: RunView, channel: str, units: ShownUnits) -> list[Cell]:
     peak = trends.omega_e(run, channel)
     measured = next((c for c in run.channels if c.name == channel), None)
     response = measured.response_peaks[0] if measured and measured.response_peaks else peak
@@ -71,7 +72,7 @@ def _row(run: RunSummary, view: RunView, channel: str) -> list[Cell]:
         Cell(run.told_status, "status-odd" if run.incomplete else f"status-{run.status}"),
         Cell(_told_or(run, "joint")),
         Cell(_told_or(run, "specimen")),
-        Cell(trends.shown("clearance_m", clearance), "n", _order(clearance)),
+        Cell(units.text(trends.shown("clearance_m", clearance)), "n", _order(clearance)),
         Cell(_told_or(run, "orientation")),
         Cell(_told_or(run, "excitation")),
         Cell(_told_or(run, "level"), "n", _order(level)),

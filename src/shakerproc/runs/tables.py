@@ -173,6 +173,13 @@ _UNITS: Final = {
 }  # fmt: skip
 
 
+IN_UNIT: Final = {
+    "unit": ("rms", "rms_there", "largest", "standard_deviation"),
+    "damage_unit": ("damage",),
+}
+"""Columns of the summaries of analyses whose unit stands in a column of its own."""
+
+
 def heading(name: str) -> str:
     """Return a header of a table for people: ``peak [Hz]`` for ``peak_hz``."""
     for ending in sorted(_UNITS, key=len, reverse=True):

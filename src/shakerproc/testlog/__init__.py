@@ -1,6 +1,7 @@
 """The YAML log sheet of a campaign, read into a TestLog; every message with line and column."""
 
 from shakerproc.testlog.analyses import ResponseFunction
+from shakerproc.testlog.chosen_units import ChosenUnits, chosen_units
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import BROADBAND, PULSES, Excitation, Profile, ProfileNotch
 from shakerproc.testlog.expectations import check_expectation, nominal_duration
@@ -27,6 +28,7 @@ from shakerproc.testlog.reading import read_testlog
 __all__ = [
     "BROADBAND",
     "PULSES",
+    "ChosenUnits",
     "Crop",
     "Excitation",
     "Expectation",
@@ -48,6 +50,7 @@ __all__ = [
     "Tolerance",
     "Welch",
     "check_expectation",
+    "chosen_units",
     "facts_of",
     "level_of",
     "nominal_duration",

@@ -1,8 +1,10 @@
 """The head of a report for a customer: who asked for the tests, of what, measured with what."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, final
+
+from shakerproc.testlog.chosen_units import ChosenUnits
 
 MOST_BYTES: Final = 20_000_000
 """Largest photo of a specimen [byte]."""
@@ -47,6 +49,8 @@ class Header:
         Template of the report, in place of the usual one.
     instruments : tuple of Instrument
         In the order of the log.
+    units : mapping
+        Units that the report shows, as `chosen_units` returns them; empty for the usual ones.
     """
 
     client: str = ""
@@ -57,6 +61,7 @@ class Header:
     photo: Path | None = None
     template: Path | None = None
     instruments: tuple[Instrument, ...] = ()
+    units: ChosenUnits = field(default_factory=dict)
 
 
 def checked_photo(path: Path) -> Path:

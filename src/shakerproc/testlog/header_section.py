@@ -8,6 +8,7 @@ from typing import Annotated, TypeAlias
 from pydantic import AfterValidator, BeforeValidator
 
 from shakerproc.documents import FromList, Section
+from shakerproc.testlog.chosen_units import chosen_units
 from shakerproc.testlog.header import Header, Instrument, checked_photo, checked_template
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.units import quoted
@@ -17,6 +18,11 @@ def _as_text(written: object) -> object:
     """Return numbers and days, such as an order of digits alone, as the text that they are."""
     plain = isinstance(written, int | float | date) and not isinstance(written, bool)
     return str(written) if plain else written
+
+
+def _as_list(written: object) -> object:
+    """Return one text, such as ``g, in/s, mil``, as the list that it stands for."""
+    return written.split(",") if isinstance(written, str) else written
 
 
 def _one_line(text: str) -> str:
@@ -58,6 +64,7 @@ class HeaderSection(Section):
     operator: Line | None = None
     standard: Line | None = None
     instruments: Annotated[tuple[InstrumentSection, ...], FromList] = ()
+    units: Annotated[tuple[str, ...], FromList, BeforeValidator(_as_list)] = ()
 
 
 def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
@@ -73,7 +80,7 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
     Raises
     ------
     MisfitError
-        If photo or template cannot be used.
+        If photo, template or a unit cannot be used.
     """
     found: dict[str, Path] = {}
     for key, name, check in (
@@ -85,6 +92,10 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
                 found[key] = check(below(name))
             except ValueError as error:
                 raise MisfitError(str(error), key) from error
+    try:
+        shown = chosen_units(section.units)
+    except ValueError as error:
+        raise MisfitError(str(error), "units") from error
     return Header(
         client=section.client or "",
         order=section.order or "",
@@ -99,4 +110,5 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
             )
             for one in section.instruments
         ),
+        units=shown,
     )

@@ -25,7 +25,7 @@ from shakerproc.workflows.option_values import Options
 from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html
-from shakerproc.workflows.write_up import Wish, trends_of, write_up
+from shakerproc.workflows.write_up import Wish, trends_of, units_of, write_up
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -114,6 +114,7 @@ def batch(
     trend: Sequence[str] = (),
     by: Sequence[str] = (),
     figures: bool = True,
+    units: str | None = None,
     workers: int | None = None,
     **options: Unpack[Options],
 ) -> Campaign:
@@ -137,6 +138,8 @@ def batch(
         the series.
     figures : bool
         Whether to draw files, where `out` is given.
+    units : str, optional
+        Of the report, such as ``"SI"`` or ``"g, in/s, mil"``; by default those of the log.
     workers : int, optional
         Tests at a time; by default one for each processor.
     **options
@@ -166,7 +169,7 @@ def batch(
     wish = Wish(channel, tuple(trend), tuple(by), figures=figures, command=command)
     if out is None:
         return Campaign(known.title, _in_threads(known, workers), wish)
-    wish = replace(wish, header=tried_header(known))
+    wish = replace(wish, header=tried_header(known), units=units_of(known, units))
     root = path_of("out", out, "a folder")
     own_folder(root, "batch")
     with locked(root):

@@ -17,7 +17,7 @@ from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.write_up import Wish, write_up
+from shakerproc.workflows.write_up import Wish, units_of, write_up
 
 Still: TypeAlias = Mapping[Path, Stamp]
 """The recordings that stand still, with their stamps."""
@@ -126,7 +126,7 @@ class Watch:
         other = log is not self.log
         if other:
             self._tried, self.log = {}, log
-            self._wish = replace(self._wish, header=tried_header(log))
+            self._wish = replace(self._wish, header=tried_header(log), units=units_of(log))
         arrived = {
             test.id: tuple(still[path] for path in files)
             for test in log.active

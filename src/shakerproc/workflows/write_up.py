@@ -1,7 +1,7 @@
 """What a batch leaves behind: tables, trends and the report."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,11 +12,14 @@ from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.manifest import settle
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.errors import ArgumentError
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
+from shakerproc.report.shown_units import ShownUnits
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
+from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
 
 SCHEMA: Final = "shakerproc-report/1"
@@ -40,6 +43,8 @@ class Wish:
         What stands at the top of the report; by default nothing but the title.
     watched : Watched, optional
         How the page follows a folder that is watched; by default it does not.
+    units : mapping
+        Units of the page, as `chosen_units` returns them; by default the usual ones.
     """
 
     channel: str | None = None
@@ -49,6 +54,23 @@ class Wish:
     command: str = ""
     header: HeaderView | None = None
     watched: Watched | None = None
+    units: ChosenUnits = field(default_factory=dict)
+
+
+def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
+    """Return the units of the report: those of an option, else those of the log.
+
+    Raises
+    ------
+    ArgumentError
+        If a word of the option is no unit that can be chosen.
+    """
+    if words is None:
+        return {} if log.header is None else log.header.units
+    try:
+        return chosen_units(words.split(","))
+    except ValueError as error:
+        raise ArgumentError("units", str(error)) from error
 
 
 def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
@@ -141,6 +163,7 @@ def _written_up(
         methods_of(runs, evidence),
         wish.watched,
         wish.header,
+        ShownUnits(wish.units),
     )
     write_report(root / "report.html", report)
     content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}

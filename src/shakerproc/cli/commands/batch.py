@@ -68,6 +68,7 @@ def batch(
     stitch: options.StitchOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
+    units: options.UnitsOption = None,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -98,7 +99,7 @@ def batch(
     from shakerproc.workflows.evidence import held_against
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
-    from shakerproc.workflows.write_up import Wish, write_up
+    from shakerproc.workflows.write_up import Wish, units_of, write_up
 
     options.exclusive(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
@@ -116,11 +117,18 @@ def batch(
     }
     with options.usage():
         averaged = tuple(with_averaging(test, averaging) for test in log.tests)
+        shown = units_of(log, units)
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
     wish = Wish(
-        channel, tuple(trend or ()), _words(by), figures, output.command(), tried_header(log)
+        channel,
+        tuple(trend or ()),
+        _words(by),
+        figures,
+        output.command(),
+        tried_header(log),
+        units=shown,
     )
     with locked(root):
         campaign = work_through_log(

@@ -1,0 +1,180 @@
+"""A run and a trend with their numbers and sentences in the units of a report."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+from shakerproc.campaign.trend import Point, Trend
+from shakerproc.report.shown_units import ShownUnits
+from shakerproc.runs.analysis import Scale
+from shakerproc.runs.summary import (
+    AnalysisSummary,
+    ChannelSummary,
+    CurveSummary,
+    LineSummary,
+    PanelSummary,
+    PeakSummary,
+    RunSummary,
+    Value,
+)
+from shakerproc.runs.tables import IN_UNIT, heading
+
+_Number: TypeAlias = float | None
+
+
+def run_in(run: RunSummary, units: ShownUnits) -> RunSummary:
+    """Return a run as the report shows it; `run` itself where no unit is chosen."""
+    if not units.chosen:
+        return run
+    kept = words_of(run)
+    level_unit, level = units.unit(run.level_unit)
+    control = run.control and replace(run.control, demanded=run.control.demanded * level)
+    return replace(
+        run,
+        facts=_facts(run.facts, units),
+        measured_level=_times(run.measured_level, level),
+        level_unit=level_unit,
+        alarm=run.alarm and (run.alarm[0] * level, run.alarm[1] * level),
+        control=control,
+        channels=tuple(_channel(c, run, units) for c in run.channels),
+        curves=tuple(_curve(c, run, units) for c in run.curves),
+        flags=tuple(replace(f, message=units.text(f.message, kept)) for f in run.flags),
+        notes=tuple(units.text(note, kept) for note in run.notes),
+        analyses=tuple(_analysis(one, units, kept) for one in run.analyses),
+    )
+
+
+def words_of(run: RunSummary) -> list[str]:
+    """Return the words of the log that stand in sentences about a run."""
+    said = (run.facts.get(name) for name in ("comment", "specimen", "joint"))
+    return [*(c.name for c in run.channels), *(str(word) for word in said if word)]
+
+
+def trend_in(trend: Trend, units: ShownUnits) -> Trend:
+    """Return a trend as the report shows it."""
+    label, factor = units.label(trend.x_label)
+    return replace(
+        trend,
+        title=units.text(trend.title),
+        caption=units.text(trend.caption, [trend.channel]),
+        x_label=label,
+        series={
+            units.text(name): tuple(_point(p, factor) for p in points)
+            for name, points in trend.series.items()
+        },
+    )
+
+
+def _point(point: Point, factor: float) -> Point:
+    return replace(point, x=point.x * factor) if isinstance(point.x, float) else point
+
+
+def _facts(facts: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
+    level = facts.get("level")
+    other = {"level": units.text(level)} if isinstance(level, str) else {}
+    return {**facts, **other}
+
+
+def _times(value: _Number, factor: float) -> _Number:
+    return None if value is None else value * factor
+
+
+def _all(values: tuple[_Number, ...], factor: float) -> tuple[_Number, ...]:
+    return tuple(_times(value, factor) for value in values)
+
+
+def _gain(channel: ChannelSummary, run: RunSummary, units: ShownUnits) -> float:
+    """Return the factor of a response function of a channel over the controls."""
+    over = next((c.unit for c in run.channels if c.role == "control"), channel.unit)
+    return units.unit(channel.unit)[1] / units.unit(over)[1]
+
+
+def _channel(channel: ChannelSummary, run: RunSummary, units: ShownUnits) -> ChannelSummary:
+    unit, factor = units.unit(channel.unit)
+    gain = _gain(channel, run, units)
+    return replace(
+        channel,
+        unit=unit,
+        mean=_times(channel.mean, factor),
+        rms=_times(channel.rms, factor),
+        minimum=_times(channel.minimum, factor),
+        maximum=_times(channel.maximum, factor),
+        band_rms=_times(channel.band_rms, factor),
+        psd_peaks=tuple(_peak(p, factor**2) for p in channel.psd_peaks),
+        response_peaks=tuple(_peak(p, gain) for p in channel.response_peaks),
+    )
+
+
+def _peak(peak: PeakSummary, factor: float) -> PeakSummary:
+    fitted = _times(peak.fitted_height, factor)
+    return replace(peak, height=peak.height * factor, fitted_height=fitted)
+
+
+def _curve(curve: CurveSummary, run: RunSummary, units: ShownUnits) -> CurveSummary:
+    if curve.kind == "level":
+        factor = units.unit(run.level_unit)[1]
+    else:
+        channel = next((c for c in run.channels if c.name == curve.channel), None)
+        if channel is None or curve.kind in {"coherence", "sweep"}:
+            return curve
+        factor = units.unit(channel.unit)[1]
+        if curve.kind == "gain":
+            factor = _gain(channel, run, units)
+        elif curve.kind == "psd":
+            factor **= 2
+    if factor == 1.0:
+        return curve
+    return replace(curve, y=_all(curve.y, factor), low=_all(curve.low, factor))
+
+
+def _analysis(one: AnalysisSummary, units: ShownUnits, kept: list[str]) -> AnalysisSummary:
+    return replace(
+        one,
+        rows=tuple(_row(row, units) for row in one.rows),
+        told=tuple(units.text(text, kept) for text in one.told),
+        panels=tuple(_panel(panel, units, kept) for panel in one.panels),
+    )
+
+
+def _row(row: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
+    """Return a row of a summary; a header whose unit is another is one for people."""
+    found: dict[str, Value] = {}
+    factors = {
+        name: units.unit(str(row[column]))[1]
+        for column, names in IN_UNIT.items()
+        for name in names
+        if column in row
+    }
+    for name, value in row.items():
+        if name in IN_UNIT:
+            found[name] = units.unit(str(value))[0]
+            continue
+        label, factor = units.label(heading(name))
+        factor *= factors.get(name, 1.0)
+        scaled = value * factor if isinstance(value, float) else value
+        found[label if label != heading(name) else name] = scaled
+    return found
+
+
+def _panel(panel: PanelSummary, units: ShownUnits, kept: list[str]) -> PanelSummary:
+    x, along = _scale(panel.x, units)
+    y, across = _scale(panel.y, units)
+    return replace(
+        panel,
+        caption=units.text(panel.caption, kept),
+        x=x,
+        y=y,
+        lines=tuple(_line(line, along, across, units) for line in panel.lines),
+    )
+
+
+def _scale(scale: Scale, units: ShownUnits) -> tuple[Scale, float]:
+    label, factor = units.label(scale.label)
+    ends = scale.ends and (scale.ends[0] * factor, scale.ends[1] * factor)
+    return replace(scale, label=label, ends=ends), factor
+
+
+def _line(line: LineSummary, along: float, across: float, units: ShownUnits) -> LineSummary:
+    label = units.text(line.label) if line.look == "paper" else line.label
+    x = tuple(v * along for v in line.x)
+    return replace(line, label=label, x=x, y=_all(line.y, across))
