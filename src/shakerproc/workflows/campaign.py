@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
 from shakerproc.campaign import tables
+from shakerproc.campaign.earlier import read_earlier
 from shakerproc.campaign.jobs import Products, relative_recording
 from shakerproc.campaign.lock import locked
 from shakerproc.campaign.trend import Trend
@@ -115,6 +116,7 @@ def batch(
     by: Sequence[str] = (),
     figures: bool = True,
     units: str | None = None,
+    against: AnyPath | None = None,
     workers: int | None = None,
     **options: Unpack[Options],
 ) -> Campaign:
@@ -140,6 +142,8 @@ def batch(
         Whether to draw files, where `out` is given.
     units : str, optional
         Of the report, such as ``"SI"`` or ``"g, in/s, mil"``; by default those of the log.
+    against : path, optional
+        Folder of an earlier campaign's results, to set this one beside in the report.
     workers : int, optional
         Tests at a time; by default one for each processor.
     **options
@@ -170,6 +174,9 @@ def batch(
     if out is None:
         return Campaign(known.title, _in_threads(known, workers), wish)
     wish = replace(wish, header=tried_header(known), units=units_of(known, units))
+    if against is not None:
+        earlier = read_earlier(path_of("against", against, "a folder"))
+        wish = replace(wish, earlier=earlier)
     root = path_of("out", out, "a folder")
     own_folder(root, "batch")
     with locked(root):

@@ -9,10 +9,12 @@ from shakerproc import __version__, files
 from shakerproc.campaign import trends
 from shakerproc.campaign.batch import Campaign
 from shakerproc.campaign.collecting import write_tables
+from shakerproc.campaign.earlier import Earlier, change_columns, changes
 from shakerproc.campaign.manifest import settle
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError
+from shakerproc.report.earlier_view import earlier_section
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.shown_units import ShownUnits
@@ -45,6 +47,8 @@ class Wish:
         How the page follows a folder that is watched; by default it does not.
     units : mapping
         Units of the page, as `chosen_units` returns them; by default the usual ones.
+    earlier : Earlier, optional
+        Campaign to set this one beside.
     """
 
     channel: str | None = None
@@ -55,6 +59,7 @@ class Wish:
     header: HeaderView | None = None
     watched: Watched | None = None
     units: ChosenUnits = field(default_factory=dict)
+    earlier: Earlier | None = None
 
 
 def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
@@ -149,6 +154,11 @@ def _written_up(
     write_tables(runs, found, channel, root)
     if wish.figures:
         draw_trends(found, root / "trends")
+    units, sections = ShownUnits(wish.units), list(sections_of(root, evidence))
+    if wish.earlier is not None:
+        rows = changes(runs, wish.earlier.runs).rows
+        files.write_csv(root / "against.csv", change_columns(rows))
+        sections.insert(0, earlier_section(runs, wish.earlier, units))
     report = Report(
         title,
         runs,
@@ -157,13 +167,13 @@ def _written_up(
         wish.command,
         {},
         verdict,
-        sections_of(root, evidence),
+        sections,
         missing,
         evidence.inputs,
         methods_of(runs, evidence),
         wish.watched,
         wish.header,
-        ShownUnits(wish.units),
+        units,
     )
     write_report(root / "report.html", report)
     content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}

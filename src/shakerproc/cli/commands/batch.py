@@ -69,6 +69,15 @@ def batch(
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     units: options.UnitsOption = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="EARLIER",
+            help="Results of an earlier batch: the report sets both campaigns side by side.",
+            exists=True,
+            file_okay=False,
+        ),
+    ] = None,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -89,6 +98,7 @@ def batch(
     json: output.JsonOption = None,
 ) -> None:
     """Work every test of a log through: tables, trends, figures and a report; resumable."""
+    from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.elsewhere import at_hand
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
@@ -129,6 +139,7 @@ def batch(
         output.command(),
         tried_header(log),
         units=shown,
+        earlier=None if against is None else read_earlier(against),
     )
     with locked(root):
         campaign = work_through_log(
