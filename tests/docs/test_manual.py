@@ -136,7 +136,9 @@ def columns_named(page, heading):
     """Words in code marks of the tables of a section, by the file that their row names."""
     section = page.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
     for line in section.splitlines():
-        cells = line.split(" | ")
+        cells = line.split(" | ")  # of a paragraph there is one, whatever it names
+        if len(cells) == 1:
+            continue
         files = re.findall(r"`([\w/.*]+\.csv)`", cells[0])
         if files:
             words = re.findall(r"`([a-z0-9_]+)`", " ".join(cells[1:]))
