@@ -26,8 +26,8 @@ from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
     Diagram,
     candidates,
-    frequency_of,
     stabilisation,
+    wanted_poles,
 )
 
 KEPT_ORDERS: Final = 4
@@ -248,16 +248,8 @@ def as_wanted(
     notes : list of str
         What could not be done.
     """
-    notes, poles = [], model.poles
-    for wanted in settings.keep:
-        if np.any(np.abs(frequency_of(poles) / wanted - 1.0) < 0.005):
-            continue
-        distance = np.abs(frequency_of(diagram.poles) / wanted - 1.0)
-        distance = np.where(diagram.stable, distance, 2.0 + distance)
-        if not distance.size or distance.min() > 0.02:
-            notes.append(f"no pole within 2 % of {wanted:g} Hz that could be kept")
-            continue
-        poles = np.append(poles, diagram.poles[int(np.argmin(distance))])
+    rows, notes = wanted_poles(diagram, model.poles, settings.keep)
+    poles = np.append(model.poles, diagram.poles[rows])
     if poles.size > model.poles.size:
         model = fit(lines, poles)
     while settings.modes is not None and model.poles.size > settings.modes:

@@ -1,23 +1,32 @@
 """Modes where no input was measured: covariance-driven stochastic subspace identification."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
-from shakerproc.modal.shapes import normalised, phase_collinearity
+from shakerproc.modal.shapes import (
+    normalised,
+    phase_collinearity,
+    scaled_to,
+    without_chance,
+)
 from shakerproc.modal.stabilisation import (
     Diagram,
     Tolerances,
+    are_wanted,
     candidates,
     damping_of,
     diagram_of,
     frequency_of,
+    wanted_poles,
 )
 
 BLOCKS: Final = 12
@@ -49,6 +58,17 @@ LEAST_COLLINEARITY: Final = 0.6
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Modes: poles [rad/s], shapes, errors of ln damping and ln frequency, and chance."""
+
+    poles: ComplexArray
+    shapes: ComplexArray
+    errors: FloatArray
+    chance: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
 class _Subspace:
     """Left singular vectors of the block Hankel matrix, scaled."""
 
@@ -69,14 +89,15 @@ def identify_output_only(
     sample_rate : float
         Samples per second [Hz].
     settings : Settings
-        Band, number of modes, highest order.
+        Band, number of modes, highest order, poles to keep.
 
     Returns
     -------
     ModeSet
         Without a model; intervals from leaving out one of twelve blocks of the record at a
-        time (jackknife). Shapes have no scale; a tone of the excitation looks like a mode of
-        hardly any damping.
+        time (jackknife). Shapes have no scale, and an imaginary part only as far
+        as it stands out of its scatter; a tone of the excitation looks like a mode of hardly
+        any damping.
 
     Raises
     ------
@@ -100,7 +121,8 @@ def identify_output_only(
             f"{4 * BLOCKS * n_rows * interval:.3g} s are needed"
         )
     parts = _correlations(samples, 2 * n_rows)
-    diagram, poles, shapes, errors = _modes(parts, n_rows, interval, settings)
+    diagram, found, notes = _modes(parts, n_rows, interval, scale, settings)
+    poles = found.poles
     tones = [
         f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
         for value in frequency_of(poles[damping_of(poles) < TONE_DAMPING])
@@ -108,39 +130,71 @@ def identify_output_only(
     return ModeSet(
         method="output only",
         poles=poles,
-        damping_error=errors[0],
-        frequency_error=errors[1],
-        shapes=normalised(shapes * scale),
+        damping_error=found.errors[0],
+        frequency_error=found.errors[1],
+        shapes=normalised(without_chance(found.shapes, found.chance)),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
         model=None,
         interval_from=f"scatter over {BLOCKS} blocks of the record (jackknife)",
-        notes=("output only: the input is taken for broadband, shapes have no scale", *tones),
+        notes=(
+            "output only: the input is taken for broadband, shapes have no scale",
+            *tones,
+            *notes,
+        ),
     )
 
 
 def _modes(
-    parts: FloatArray, n_rows: int, interval: float, settings: Settings
-) -> tuple[Diagram, ComplexArray, ComplexArray, FloatArray]:
-    """Return the diagram, and poles, shapes and errors of what is taken for modes."""
+    parts: FloatArray, n_rows: int, interval: float, scale: FloatArray, settings: Settings
+) -> tuple[Diagram, _Found, list[str]]:
+    """Return the diagram, what is taken for modes, and which wishes are not met."""
     n = parts.shape[-1]
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
     highest = min(settings.order, (n_rows - 1) * n)
     orders = [order for order in orders_of(settings) if order <= highest]
     diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, LOOSE)
+    poles, shapes, wanted, notes = _chosen(diagram, len(orders), settings)
+    by_frequency = np.argsort(np.abs(poles), kind="stable")
+    poles, shapes, wanted = poles[by_frequency], shapes[by_frequency], wanted[by_frequency]
+    shapes = normalised(shapes * scale)
+    spaces = [
+        _subspace(parts.sum(axis=0) - part, n_rows, interval)
+        for part in (parts if poles.size else ())
+    ]
+    others = [_poles(space, orders[len(orders) // 2]) for space in spaces]
+    errors, chance = _jackknife(others, poles, shapes, scale)
+    known = wanted | (errors[0] < UNKNOWN)
+    found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
+    if settings.modes is not None and found.poles.size < settings.modes:
+        notes.append(
+            f"{settings.modes} modes were asked for, the measurement shows {found.poles.size}"
+        )
+    return diagram, found, notes
+
+
+def _chosen(
+    diagram: Diagram, n_orders: int, settings: Settings
+) -> tuple[ComplexArray, ComplexArray, NDArray[np.bool_], list[str]]:
+    """Return poles, shapes, which of them the user wants kept, and what is not there."""
     poles, shapes, counts = candidates(diagram)
-    real = counts >= max(3, len(orders) // KEPT_ORDERS)
-    real &= (damping_of(poles) < MOST_DAMPING) if poles.size else real
-    if n > 1 and poles.size:
+    real = counts >= max(3, n_orders // KEPT_ORDERS)
+    real &= damping_of(poles) < MOST_DAMPING
+    if shapes.shape[1] > 1:
         real &= phase_collinearity(shapes) > LEAST_COLLINEARITY
+    poles, shapes, counts = poles[real], shapes[real], counts[real]
+    rows, notes = wanted_poles(diagram, poles, settings.keep)
+    wanted = are_wanted(poles, settings.keep)
     if settings.modes is not None:
-        strongest = np.argsort(-np.where(real, counts, 0), kind="stable")[: settings.modes]
-        real &= np.isin(np.arange(poles.size), strongest)
-    poles, shapes = poles[real], shapes[real]
-    errors = _jackknife(parts, n_rows, interval, poles, orders[len(orders) // 2])
-    known = errors[0] < UNKNOWN
-    poles, shapes, errors = poles[known], shapes[known], errors[:, known]
-    return diagram, poles, shapes, errors
+        room = max(settings.modes - rows.size, int(wanted.sum()))
+        first = np.lexsort((-counts, ~wanted))[:room]
+        poles, shapes, wanted = poles[first], shapes[first], wanted[first]
+    return (
+        np.concatenate([poles, diagram.poles[rows]]),
+        np.concatenate([shapes, diagram.shapes[rows]]),
+        np.concatenate([wanted, np.ones(rows.size, dtype=bool)]),
+        notes,
+    )
 
 
 def _slower(
@@ -198,21 +252,28 @@ def _poles(space: _Subspace, order: int) -> OrderPoles:
 
 
 def _jackknife(
-    parts: FloatArray,
-    n_rows: int,
-    interval: float,
-    poles: ComplexArray,
-    order: int,
-) -> FloatArray:
-    """Return standard deviations of ln damping and ln frequency, (2, n_modes)."""
-    if not poles.size:
-        return np.zeros((2, 0))
-    total = parts.sum(axis=0)
-    values = np.empty((BLOCKS, 2, poles.size))
-    for block in range(BLOCKS):
-        space = _subspace(total - parts[block], n_rows, interval)
-        there = _poles(space, order).poles
-        near = there[np.argmin(np.abs(np.subtract.outer(poles, there)), axis=1)]
-        values[block] = np.log(damping_of(near)), np.log(frequency_of(near))
-    spread = values - values.mean(axis=0)
-    return np.asarray(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum(spread**2, axis=0)))
+    others: Sequence[OrderPoles], poles: ComplexArray, shapes: ComplexArray, scale: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the scatter of modes over fits that each leave out a block.
+
+    Returns
+    -------
+    errors : (2, n_modes) array
+        Standard deviations of ln damping and ln frequency [-].
+    chance : (n_modes, n_responses) array
+        Variances of the imaginary parts of the shapes [-].
+    """
+    values = np.empty((len(others), 2, poles.size))
+    turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
+    for block, other in enumerate(others):
+        near = np.argmin(np.abs(np.subtract.outer(poles, other.poles)), axis=1)
+        own = other.poles[near]
+        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
+        turned[block] = scaled_to(normalised(other.shapes[near] * scale), shapes)
+    if not others:
+        return np.zeros((2, 0)), np.zeros(shapes.shape)
+    share = (BLOCKS - 1) / BLOCKS
+    errors = np.sqrt(share * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+    imaginary = turned.imag
+    chance = share * np.sum((imaginary - imaginary.mean(axis=0)) ** 2, axis=0)
+    return np.asarray(errors), np.asarray(chance)

@@ -83,3 +83,57 @@ def normalised(shapes: ComplexArray) -> ComplexArray:
     pivot = np.take_along_axis(turned, largest, axis=1)
     scale = np.where(pivot.real < 0.0, -1.0, 1.0) * np.abs(pivot)
     return np.asarray(turned / np.where(scale == 0.0, 1.0, scale))
+
+
+def scaled_to(shapes: ComplexArray, others: ComplexArray) -> ComplexArray:
+    """Return shapes in the size and sign that come closest to others, by least squares.
+
+    Parameters
+    ----------
+    shapes, others : (n_modes, n_sensors) complex arrays
+        Shapes of the same modes, each turned to its own mean phase [-].
+
+    Returns
+    -------
+    (n_modes, n_sensors) complex array
+        Times a real factor: the phase stays [-].
+    """
+    power = np.sum(np.abs(shapes) ** 2, axis=1)
+    shared = np.sum((shapes.conj() * others).real, axis=1)
+    factor = np.ones(power.shape)
+    np.divide(shared, power, out=factor, where=power > 0.0)
+    return np.asarray(shapes * factor[:, np.newaxis])
+
+
+def without_chance(shapes: ComplexArray, variance: FloatArray) -> ComplexArray:
+    r"""Return shapes whose imaginary parts are as small as their scatter makes likely.
+
+    .. math:: \operatorname{Im}\, \hat\phi = \operatorname{Im}\, \phi \; \max\left(0,
+              1 - \frac{\sum \sigma^2}{\sum (\operatorname{Im}\, \phi)^2}\right)
+
+    the sums over the sensors of a mode. Imaginary parts about zero, as of a structure whose
+    damping is spread as its stiffness is, are what chance adds to a shape; those of a truly
+    complex mode stand out of their scatter and stay.
+
+    Parameters
+    ----------
+    shapes : (n_modes, n_sensors) complex array
+        Turned to their mean phase [-].
+    variance : (n_modes, n_sensors) array
+        Of their imaginary parts [-].
+
+    Returns
+    -------
+    (n_modes, n_sensors) complex array
+        Shapes [-].
+
+    References
+    ----------
+    .. [1] B. Efron and C. Morris, "Stein's estimation rule and its competitors: an empirical
+       Bayes approach", J. American Statistical Association 68, 117-130, 1973.
+    """
+    power = np.sum(shapes.imag**2, axis=1)
+    chance = np.sum(variance, axis=1)
+    kept = np.zeros(power.shape)
+    np.divide(power - chance, power, out=kept, where=power > chance)
+    return np.asarray(shapes.real + 1j * shapes.imag * kept[:, np.newaxis])

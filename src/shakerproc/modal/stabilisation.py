@@ -14,6 +14,12 @@ from shakerproc.modal.shapes import mac
 MOST_DAMPING: Final = 0.2
 """Damping ratio above which a pole counts as computational [-]."""
 
+SAME_PLACE: Final = 0.005
+"""Relative distance within which a mode is the one that the user wants kept [-]."""
+
+REACH: Final = 0.02
+"""Relative distance within which a pole is looked for that is to be kept [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -218,3 +224,45 @@ def candidates(diagram: Diagram) -> tuple[ComplexArray, ComplexArray, NDArray[np
         np.array(shapes, dtype=np.complex128).reshape(len(poles), width),
         np.array(counts, dtype=np.intp),
     )
+
+
+def are_wanted(poles: ComplexArray, keep: Sequence[float]) -> NDArray[np.bool_]:
+    """Return which poles [rad/s] are those that the user wants kept, near `keep` [Hz]."""
+    distance = np.abs(np.divide.outer(frequency_of(poles), np.array(keep, dtype=float)) - 1.0)
+    return np.asarray(np.any(distance < SAME_PLACE, axis=1))
+
+
+def wanted_poles(
+    diagram: Diagram, poles: ComplexArray, keep: Sequence[float]
+) -> tuple[NDArray[np.intp], list[str]]:
+    """Return the poles of a diagram that the user wants kept and that are none of the modes.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Where poles are looked for: stable ones alone.
+    poles : (n_modes,) complex array
+        Modes that there are already [rad/s].
+    keep : sequence of float
+        Where poles are to be kept [Hz].
+
+    Returns
+    -------
+    rows : (n_kept,) array of int
+        Rows of the diagram.
+    notes : list of str
+        What is not there.
+    """
+    rows: list[int] = []
+    notes = []
+    stable = np.flatnonzero(diagram.stable)
+    for wanted in keep:
+        there = np.append(poles, diagram.poles[rows])
+        if are_wanted(there, [wanted]).any():
+            continue
+        distance = np.abs(frequency_of(diagram.poles[stable]) / wanted - 1.0)
+        if not distance.size or distance.min() > REACH:
+            notes.append(f"no pole within {REACH:.0%} of {wanted:g} Hz that could be kept")
+            continue
+        rows.append(int(stable[np.argmin(distance)]))
+    return np.array(rows, dtype=np.intp), notes
