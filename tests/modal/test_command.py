@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -89,6 +90,16 @@ def test_a_log_becomes_modes_shapes_tracks_and_figures(analysed, structure):
     }
     lines = (out / "shapes.csv").read_text().splitlines()
     assert len(lines) == 1 + 4 * 8 + 4 * 5
+    page = (out / "report.html").read_text()
+    moving = re.findall(r'class="moving"><path class="c0" d="([^"]+)"><animate', page)
+    still = re.findall(r'class="still"><path class="c0" d="([^"]+)"', page)
+    assert len(moving) == 8  # a shape of every mode of both tests swings
+    assert still == moving  # and is drawn at its largest
+    assert (
+        "@media print { svg .still { display: inline; } svg .moving { display: none; } }"
+        in page
+    )
+    assert "|H1| [g/N]" in page
 
 
 def test_output_only_where_the_log_wants_it(analysed, structure):

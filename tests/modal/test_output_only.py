@@ -30,7 +30,9 @@ def driven(shapes, places, damping, *, seconds=60.0, rate=128.0):
     total = 0.0
     for shape, place in zip(shapes, places, strict=True):
         pole = 2.0 * np.pi * place * (-damping + 1j * np.sqrt(1.0 - damping**2))
-        q = lfilter([1.0], [1.0, -np.exp(pole / rate)], rng.standard_normal(int(seconds * rate)))
+        q = lfilter(
+            [1.0], [1.0, -np.exp(pole / rate)], rng.standard_normal(int(seconds * rate))
+        )
         total = total + np.real(np.outer(shape, q))
     return total + 1e-3 * np.std(total) * rng.standard_normal(total.shape)
 

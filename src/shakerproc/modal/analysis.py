@@ -57,8 +57,8 @@ class TestModes:
         Rows of the shapes.
     positions, directions : tuple
         Where they sit [m] and measure [-]; None where the log does not say it.
-    inputs : tuple of str
-        Names of the inputs.
+    inputs, input_units : tuple of str
+        Names and units of the inputs.
     input_places : tuple
         Position and direction of each force, None where the log does not say them, or where
         the input is the mean of controls.
@@ -86,6 +86,7 @@ class TestModes:
     positions: tuple[Place | None, ...]
     directions: tuple[Place | None, ...]
     inputs: tuple[str, ...]
+    input_units: tuple[str, ...]
     input_places: tuple[tuple[Place | None, Place | None], ...]
     band: tuple[float, float]
     modes: ModeSet
@@ -110,6 +111,8 @@ class Reciprocal:
     ----------
     names : (str, str)
         Test, response and input of each.
+    units : (str, str)
+        Of response and input.
     frequency : (n_frequencies,) array
         Lines that both have [Hz].
     functions : (2, n_frequencies) complex array
@@ -121,6 +124,7 @@ class Reciprocal:
     """
 
     names: tuple[str, str]
+    units: tuple[str, str]
     frequency: FloatArray
     functions: ComplexArray
     correlation: float

@@ -134,7 +134,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
     """
     taken = [gather(log, test, wish) for test in tests]
     check_together(taken)
-    names, places, inputs = shared_inputs(taken)
+    names, units, places, inputs = shared_inputs(taken)
     band = (max(one.band[0] for one in taken), min(one.band[1] for one in taken))
     settings = Settings(band, wish.modes, wish.order, wish.keep)
     try:
@@ -155,6 +155,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         positions=first.positions,
         directions=first.directions,
         inputs=names,
+        input_units=units,
         input_places=places,
         band=band,
         modes=modes,

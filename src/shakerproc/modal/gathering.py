@@ -34,8 +34,8 @@ class Gathered:
         Responses.
     positions, directions : tuple
         Where they sit [m] and measure [-]; None where the log does not say it.
-    input_names : tuple of str
-        Names of the inputs.
+    input_names, input_units : tuple of str
+        Names and units of the inputs.
     input_places : tuple
         Position and direction of each force, None where the log does not say them.
     band : (float, float)
@@ -60,6 +60,7 @@ class Gathered:
     positions: tuple[Place | None, ...]
     directions: tuple[Place | None, ...]
     input_names: tuple[str, ...]
+    input_units: tuple[str, ...]
     input_places: tuple[tuple[Place | None, Place | None], ...]
     band: tuple[float, float]
     inputs: FloatArray
@@ -111,6 +112,7 @@ def _gathered(recording: Recording, test: Test, wish: Modal) -> Gathered:
         positions=tuple(uses[row].position if uses else None for row in rows),
         directions=tuple(uses[row].direction if uses else None for row in rows),
         input_names=tuple(name for name, _ in groups),
+        input_units=tuple(recording.channels[members[0]].unit for _, members in groups),
         input_places=tuple(_place(recording, members, uses) for _, members in groups),
         band=band,
         inputs=_inputs(samples, groups),
@@ -175,7 +177,10 @@ def check_together(tests: Sequence[Gathered]) -> None:
 def shared_inputs(
     tests: Sequence[Gathered],
 ) -> tuple[
-    tuple[str, ...], tuple[tuple[Place | None, Place | None], ...], tuple[FloatArray, ...]
+    tuple[str, ...],
+    tuple[str, ...],
+    tuple[tuple[Place | None, Place | None], ...],
+    tuple[FloatArray, ...],
 ]:
     """Return the inputs of tests that are fitted together.
 
@@ -185,6 +190,8 @@ def shared_inputs(
     -------
     names : tuple of str
         With the test behind the name where it acts in several places.
+    units : tuple of str
+        Of each.
     places : tuple
         Position and direction of each.
     samples : tuple of (n_inputs, n_samples) arrays
@@ -192,16 +199,19 @@ def shared_inputs(
     """
     found: list[tuple[object, ...]] = []
     names: list[str] = []
+    units: list[str] = []
     places: list[tuple[Place | None, Place | None]] = []
     rows: list[list[int]] = []
     for one in tests:
         own = []
-        for name, place in zip(one.input_names, one.input_places, strict=True):
+        each = zip(one.input_names, one.input_units, one.input_places, strict=True)
+        for name, unit, place in each:
             key = (name, place, one.test.id if one.struck is not None else None)
             if key not in found:
                 found.append(key)
                 elsewhere = any(name == other[0] for other in found[:-1])
                 names.append(f"{name} of test {one.test.id}" if elsewhere else name)
+                units.append(unit)
                 places.append(place)
             own.append(found.index(key))
         rows.append(own)
@@ -210,4 +220,4 @@ def shared_inputs(
         full = np.zeros((len(found), one.inputs.shape[1]))
         full[own] = one.inputs
         samples.append(full)
-    return tuple(names), tuple(places), tuple(samples)
+    return tuple(names), tuple(units), tuple(places), tuple(samples)

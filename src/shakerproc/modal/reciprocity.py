@@ -23,7 +23,7 @@ class _Function:
     """A response function and the places of its two ends."""
 
     name: str
-    unit: str
+    units: tuple[str, str]
     frequency: FloatArray
     values: ComplexArray
     coherence: FloatArray
@@ -56,14 +56,14 @@ def _functions(test: TestModes) -> Iterator[_Function]:
                 continue
             name = f"test {test.name}, {test.sensors[i].name} / {test.inputs[k]}"
             yield _Function(
-                name, test.sensors[i].unit, test.functions.frequency,
+                name, (test.sensors[i].unit, test.input_units[k]), test.functions.frequency,
                 test.functions.measured[i, k], test.functions.coherence[i], response, force,
             )  # fmt: skip
 
 
 def _exchanged(first: _Function, second: _Function) -> float:
     """Return 1 or -1 where two functions have exchanged ends, 0 where they have not."""
-    if first.unit != second.unit:
+    if first.units != second.units:
         return 0.0
     return sense_of(first.response, second.force) * sense_of(second.response, first.force)
 
@@ -80,6 +80,7 @@ def _pair(first: _Function, second: _Function, sense: float) -> Reciprocal:
     both = size * other_size
     return Reciprocal(
         (first.name, second.name),
+        first.units,
         frequency,
         np.stack([one, other]),
         float(np.vdot(one, other).real) / both if both > 0.0 else 0.0,

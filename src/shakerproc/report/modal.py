@@ -1,14 +1,12 @@
 """A modal analysis as a report: sections with tables, diagrams and moving shapes."""
 
-import importlib.metadata
-import platform
 from typing import Final
 
 import numpy as np
 
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
-from shakerproc.modal.analysis import ModalAnalysis, TestModes
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.scatter import told_scatter
 from shakerproc.modal.shapes import mac
@@ -16,42 +14,15 @@ from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
 from shakerproc.report import svg, trend_view
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.methods import Methods
 from shakerproc.report.modal_drawings import matrix, moving_shape
 from shakerproc.report.modal_figures import indicator
+from shakerproc.report.modal_methods import methods_of
 from shakerproc.report.page import Report
 from shakerproc.report.sections import Section, Table
+from shakerproc.runs.result import shown_ratio
 
 MOST_MODES: Final = 20
 """Modes of a matrix that is drawn."""
-
-_WITH_INPUT: Final = (
-    "Candidates are the poles that stay in place over the orders of a least-squares complex "
-    "frequency fit (Peeters et al., 2004) of the discrete Fourier transforms of inputs and "
-    "responses over the whole record, its transient taken up by terms of its own, so that no "
-    "window smears the peaks. Modes are those that Schwarz' criterion needs; poles, residues, "
-    "transients and residual terms are refined by maximum likelihood. Their 95 % intervals "
-    "come from the scatter of the lines about the model (White), which holds for noise that is "
-    "coloured or shared by the sensors, not for what drifts from test to test: that is the "
-    "scatter over tests."
-)
-_OUTPUT_ONLY: Final = (
-    "Where no input was measured, poles come from covariance-driven stochastic subspace "
-    "identification (Peeters and De Roeck, 1999) over orders; intervals from leaving out one "
-    "of twelve blocks at a time. The excitation is taken for broadband."
-)
-_REFERENCES: Final = (
-    "B. Peeters, H. Van der Auweraer, P. Guillaume and J. Leuridan, The PolyMAX "
-    "frequency-domain method, Shock and Vibration 11, 395-409, 2004.",
-    "M. El-Kafafy, P. Guillaume and B. Peeters, Modal parameter estimation by combining "
-    "stochastic and deterministic frequency-domain approaches, Mechanical Systems and Signal "
-    "Processing 35, 52-68, 2013.",
-    "R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, 2nd "
-    "ed., Wiley, 2012.",
-    "B. Peeters and G. De Roeck, Reference-based stochastic subspace identification for "
-    "output-only modal analysis, Mechanical Systems and Signal Processing 13, 855-878, 1999.",
-    "R. J. Allemang, The modal assurance criterion, Sound and Vibration 37, 14-23, 2003.",
-)
 
 
 def modal_report(
@@ -83,7 +54,7 @@ def modal_report(
         verdict=_verdict(analysis),
         sections=sections,
         inputs=inputs,
-        methods=_methods(analysis),
+        methods=methods_of(analysis),
     )
 
 
@@ -91,18 +62,6 @@ def _verdict(analysis: ModalAnalysis) -> str:
     told = [f"test {one.name}: {one.modes.poles.size} modes" for one in analysis.tests[:12]]
     failed = [f"test {name} left out: {reason}" for name, reason in analysis.failed]
     return ". ".join([", ".join(told), *failed]).strip(". ") + "."
-
-
-def _methods(analysis: ModalAnalysis) -> Methods:
-    output_only = any(one.modes.model is None for one in analysis.tests)
-    with_input = any(one.modes.model is not None for one in analysis.tests)
-    names = ("numpy", "scipy")
-    packages = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
-    return Methods(
-        [*([_WITH_INPUT] if with_input else []), *([_OUTPUT_ONLY] if output_only else [])],
-        _REFERENCES,
-        f"{packages}, Python {platform.python_version()} on {platform.system()}",
-    )
 
 
 def _test_section(one: TestModes, number: int) -> Section:
@@ -180,8 +139,9 @@ def _synthesis(one: TestModes) -> list[Drawing]:
     found = []
     for k, sensor in enumerate(one.sensors):
         for j, name in enumerate(one.inputs):
-            measured = np.abs(functions.measured[k, j])
-            model = np.abs(functions.synthesis[k, j])
+            ratio, factor = shown_ratio(sensor.unit, one.input_units[j])
+            measured = factor * np.abs(functions.measured[k, j])
+            model = factor * np.abs(functions.synthesis[k, j])
             top = float(np.nanmax(measured))
             if not top > 0.0:
                 continue
@@ -191,7 +151,7 @@ def _synthesis(one: TestModes) -> list[Drawing]:
                     svg.Curve("modal model", functions.frequency, model, 1),
                 ],
                 svg.Axis("frequency [Hz]", *one.band),
-                _magnitude(measured),
+                _magnitude(measured, ratio),
                 title=f"Response function of {sensor.name} over {name}",
             )
             caption = f"The model leaves {one.unexplained[k]:.2%} rms of the response."
@@ -232,31 +192,29 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
         "A linear structure answers alike where force and motion change places: correlation "
         "over the band and ratio of the sizes are 1."
     )
-    figures = [
-        Drawing(
-            f"{pair.names[0]} and back",
-            f"Correlation {pair.correlation:.3f}, size ratio {pair.ratio:.3g}.",
-            svg.plot(
-                [
-                    svg.Curve(name, pair.frequency, np.abs(values), look)
-                    for name, values, look in zip(
-                        pair.names, pair.functions, (0, 1), strict=True
-                    )
-                ],
-                svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
-                _magnitude(np.abs(pair.functions)),
-                title=f"Reciprocity of {pair.names[0]}",
-            ),
-        )
-        for pair in analysis.reciprocals[:MOST_MODES]
-    ]
+    figures = [_reciprocal(pair) for pair in analysis.reciprocals[:MOST_MODES]]
     return Section("Reciprocity", "reciprocity", [told], [Table("", columns, rows)], figures)
 
 
-def _magnitude(values: FloatArray) -> svg.Axis:
+def _reciprocal(pair: Reciprocal) -> Drawing:
+    ratio, factor = shown_ratio(*pair.units)
+    drawing = svg.plot(
+        [
+            svg.Curve(name, pair.frequency, factor * np.abs(values), look)
+            for name, values, look in zip(pair.names, pair.functions, (0, 1), strict=True)
+        ],
+        svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
+        _magnitude(factor * np.abs(pair.functions), ratio),
+        title=f"Reciprocity of {pair.names[0]}",
+    )
+    caption = f"Correlation {pair.correlation:.3f}, size ratio {pair.ratio:.3g}."
+    return Drawing(f"{pair.names[0]} and back", caption, drawing)
+
+
+def _magnitude(values: FloatArray, ratio: str) -> svg.Axis:
     top = float(np.nanmax(values, initial=1e-300))
     low = max(float(np.nanmin(values[values > 0.0], initial=top)), 1e-5 * top)
-    return svg.Axis("|H1|", low / 1.5, 2.0 * top, logarithmic=True)
+    return svg.Axis(f"|H1| [{ratio or '-'}]", low / 1.5, 2.0 * top, logarithmic=True)
 
 
 def _over_tests(analysis: ModalAnalysis) -> Section | None:

@@ -25,7 +25,8 @@ _SHADES: Final = 8
 def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
     """Return a mode shape: at rest grey; moved in colour, swinging where the page is shown.
 
-    The motion is part of the drawing (SMIL), needs no script, and prints as its largest.
+    The motion is part of the drawing (SMIL) and needs no script. On paper, and where the reader
+    wants no motion, the page shows the largest instead.
 
     `shape` may be in any unit.
     """
@@ -51,8 +52,12 @@ def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
     frames = [geometry.moved(shape, 2.0 * np.pi * i / FRAMES) for i in range(FRAMES + 1)]
     parts = [
         Markup('<path class="c7 thin" d="{}"/>').format(path(geometry.rest)),
+        Markup('<g class="moving">'),
         _moving("c0", [path(frame) for frame in frames]),
         _moving("d0", [dots(frame) for frame in frames]),
+        Markup(
+            '</g><g class="still"><path class="c0" d="{}"/><path class="d0" d="{}"/></g>'
+        ).format(path(frames[0]), dots(frames[0])),
     ]
     return Markup(
         '<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>{}</svg>'

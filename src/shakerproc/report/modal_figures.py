@@ -14,6 +14,7 @@ from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.report import style
 from shakerproc.report.run_figures import save
 from shakerproc.report.trend_figures import draw_trends
+from shakerproc.runs.result import shown_ratio
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +127,10 @@ def synthesis_figure(one: TestModes) -> "Figure | None":
     for axis in axes.flat[shown:]:
         axis.set_visible(False)
     for i, axis in zip(range(shown), axes.flat, strict=False):
-        measured, model = (np.abs(h[i, 0]) for h in (functions.measured, functions.synthesis))
+        ratio, factor = shown_ratio(one.sensors[i].unit, one.input_units[0])
+        measured, model = (
+            factor * np.abs(h[i, 0]) for h in (functions.measured, functions.synthesis)
+        )
         axis.semilogy(functions.frequency, measured, color="#9a9a9a", lw=2.2, label="measured")
         axis.semilogy(
             functions.frequency, model, color=style.COLOURS[1], lw=0.9, label="modal model"
@@ -136,8 +140,7 @@ def synthesis_figure(one: TestModes) -> "Figure | None":
         axis.set_ylim(max(low, 1e-5 * top) / 1.5, 2.0 * top)
         name, left = one.sensors[i].name, one.unexplained[i]
         axis.set_title(f"{name} (leaves {left:.1%} rms)", fontsize=8.5)
-        if i % columns == 0:
-            axis.set_ylabel("|H1|")
+        axis.set_ylabel(f"|H1| [{ratio or '-'}]")
     for axis in axes[-1]:
         axis.set_xlabel("frequency [Hz]")
     axes[0, 0].legend(loc="best", ncols=2, fontsize=7)
@@ -217,10 +220,11 @@ def draw_mac(axis: "Axes", values: np.ndarray) -> None:
 def reciprocity_figure(pair: Reciprocal) -> "Figure":
     """Return two functions between the same places over each other, size and phase."""
     figure, (upper, lower) = style.figure(7.4, 4.6, 2, sharex=True)
+    ratio, factor = shown_ratio(*pair.units)
     for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):
-        upper.semilogy(pair.frequency, np.abs(values), **style.line(how), label=name)
+        upper.semilogy(pair.frequency, factor * np.abs(values), **style.line(how), label=name)
         lower.plot(pair.frequency, np.angle(values, deg=True), **style.line(how))
-    upper.set_ylabel("|H1|")
+    upper.set_ylabel(f"|H1| [{ratio or '-'}]")
     lower.set_ylabel("phase [°]")
     lower.set_yticks([-180, -90, 0, 90, 180])
     lower.set_xlabel("frequency [Hz]")
