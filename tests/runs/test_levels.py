@@ -63,14 +63,13 @@ def test_a_level_that_no_channel_measures_is_not_compared_and_says_so(unit):
     assert kept.alarm is None
 
 
-def test_a_force_without_a_control_is_the_input_and_several_forces_are_none():
+def test_forces_without_a_control_are_the_inputs():
     (note,) = processed([FORCE, RESPONSE], None, None).notes
     assert "the response functions are those against the force" in note
     result = processed([FORCE, replace(FORCE, name="other"), RESPONSE], None, None)
-    assert (result.against, result.analyses) == (None, ())
+    assert result.against is None
     (note,) = result.notes
-    assert note.startswith("No response function: no channel has the role control, and none is")
-    assert "compare and diagnose take the force as the input" in note
+    assert "those against each of the forces force, other, where it moves" in note
     assert processed([RESPONSE], None, None).notes == ()
     assert processed([CONTROL, RESPONSE], None, None).notes == ()
     (note,) = processed([RESPONSE, RESPONSE], None, None).notes

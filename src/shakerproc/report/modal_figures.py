@@ -12,7 +12,7 @@ from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.report import style
-from shakerproc.report.run_figures import save
+from shakerproc.report.run_figures import save, unbroken_phase
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.runs.result import shown_ratio
 
@@ -223,7 +223,7 @@ def reciprocity_figure(pair: Reciprocal) -> "Figure":
     ratio, factor = shown_ratio(*pair.units)
     for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):
         upper.semilogy(pair.frequency, factor * np.abs(values), **style.line(how), label=name)
-        lower.plot(pair.frequency, np.angle(values, deg=True), **style.line(how))
+        lower.plot(pair.frequency, unbroken_phase(values), **style.line(how))
     upper.set_ylabel(f"|H1| [{ratio or '-'}]")
     lower.set_ylabel("phase [°]")
     lower.set_yticks([-180, -90, 0, 90, 180])

@@ -9,10 +9,13 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.runs.result import BoolArray, RunResult, lone_force, shown_ratio
+from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_named
 from shakerproc.runs.tables import spelled_ratio
 from shakerproc.testlog import ResponseFunction
+
+OWN: Final = 0.01
+"""Share of a force's power that the others do not explain, below which it is not told apart."""
 
 CONTROLS: Final = "controls"
 """Name that means the mean of the controls."""
@@ -31,7 +34,10 @@ NAMES: Final[Mapping[tuple[str, str], str]] = {
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Pair:
-    """A response function as it was measured, in shown units; `row` is that of the output."""
+    """A response function as it was measured, in shown units; `row` is that of the output.
+
+    `cross` has the spectra that it is read from: without what other forces cause.
+    """
 
     label: str
     name: str
@@ -47,10 +53,11 @@ class Pair:
     inputs: tuple[int, ...]
     row: int
     output: str
+    cross: spectra.CrossSpectra
 
 
 def functions_of(result: RunResult) -> list[Pair]:
-    """Return the response functions that the log asks for, else those over the lone force.
+    """Return the response functions that the log asks for, else those over each force.
 
     Raises
     ------
@@ -58,8 +65,21 @@ def functions_of(result: RunResult) -> list[Pair]:
         If the log asks for one that the run does not have.
     """
     asked = result.test.processing.response_functions
-    wanted = [_of_names(result, one) for one in asked] or _against_force(result)
-    return [_pair(result, *one) for one in wanted]
+    if asked:
+        return [_pair(result, result.spectra, *_of_names(result, one)) for one in asked]
+    return [pair for force in _driving(result) for pair in _against(result, force)]
+
+
+def told_of_forces(result: RunResult) -> tuple[str, ...]:
+    """Return a sentence for each of several forces that cannot be told from the others."""
+    if result.test.processing.response_functions:
+        return ()
+    names = [channel.name for channel in result.channels]
+    return tuple(
+        f"No response function over {names[force]}: {why}."
+        for force in _driving(result)
+        if (why := _not_apart(result, force))
+    )
 
 
 def _rows(result: RunResult, name: str) -> tuple[int, ...]:
@@ -89,21 +109,60 @@ def _of_names(result: RunResult, wanted: ResponseFunction) -> _Wanted:
     return wanted, _rows(result, wanted.input), _rows(result, wanted.output)[0]
 
 
-def _against_force(result: RunResult) -> list[_Wanted]:
-    """Return every response over the force that drives the run, empty where none does.
+def _driving(result: RunResult) -> tuple[int, ...]:
+    """Return the forces that drive the run, none where a control does.
 
-    Controls come first: a force beside them is a response. Several forces are no input of
-    functions between two channels, for they may depend on each other.
+    Controls come first: a force beside them is a response.
     """
-    force = lone_force(result.channels)
-    if force is None or _decays_once(result) or not _driven(result, (force,)).any():
+    if _decays_once(result):
+        return ()
+    return tuple(i for i in forces_of(result.channels) if _driven(result, (i,)).any())
+
+
+def _against(result: RunResult, force: int) -> list[Pair]:
+    """Return every response over a force, without what the other forces cause."""
+    if _not_apart(result, force):
         return []
-    name = result.channels[force].name
+    forces, name = forces_of(result.channels), result.channels[force].name
+    cross = _without_others(result, force)
     return [
-        (ResponseFunction(name, channel.name), (force,), i)
+        _pair(result, cross, ResponseFunction(name, channel.name), (force,), i)
         for i, channel in enumerate(result.channels)
-        if i != force
+        if i not in forces
     ]
+
+
+def _without_others(result: RunResult, force: int) -> spectra.CrossSpectra:
+    others = [i for i in _driving(result) if i != force]
+    return spectra.conditioned(result.spectra, others) if others else result.spectra
+
+
+def _not_apart(result: RunResult, force: int) -> str:
+    """Return why a force cannot be told from the others, empty where it can."""
+    driving = _driving(result)
+    averages = result.spectra.effective_averages
+    if len(driving) == 1:
+        return ""
+    if averages <= len(driving):
+        return (
+            f"{averages:.3g} averages do not tell {len(driving)} forces apart; shorten the "
+            "segment (welch: {segment: ...}) or record longer"
+        )
+    cross = _without_others(result, force)
+    if (_driven(result, (force,)) & _own(result, cross, (force,))).any():
+        return ""
+    names = ", ".join(result.channels[i].name for i in driving if i != force)
+    return (
+        f"it moves as one with {names}, so that what each causes cannot be told apart; drive "
+        "the forces with independent signals, or one at a time"
+    )
+
+
+def _own(result: RunResult, cross: spectra.CrossSpectra, inputs: Sequence[int]) -> BoolArray:
+    """Return where the inputs have power of their own."""
+    rows = list(inputs)
+    own = spectra.psd(cross)[rows].sum(axis=0)
+    return np.asarray(own >= OWN * result.psd[rows].sum(axis=0))
 
 
 def _decays_once(result: RunResult) -> bool:
@@ -112,7 +171,11 @@ def _decays_once(result: RunResult) -> bool:
 
 
 def _pair(
-    result: RunResult, wanted: ResponseFunction, inputs: tuple[int, ...], output: int
+    result: RunResult,
+    cross: spectra.CrossSpectra,
+    wanted: ResponseFunction,
+    inputs: tuple[int, ...],
+    output: int,
 ) -> Pair:
     """Return one response function.
 
@@ -121,7 +184,7 @@ def _pair(
     SpectrumError
         If the input does not move within the excited band.
     """
-    cross, rows = result.spectra, (inputs, [output])
+    rows = (inputs, [output])
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
     low, high = _limits(cross, *rows)
@@ -136,10 +199,11 @@ def _pair(
         low=low * factor,
         high=high * factor,
         coherence=spectra.coherence(cross, *rows)[0],
-        excited=_excited(result, inputs, wanted.input),
+        excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
         inputs=inputs,
         row=output,
         output=result.channels[output].name,
+        cross=cross,
     )
 
 

@@ -189,10 +189,7 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
             "alone."
         )
     return (
-        "No response function: no channel has the role control, and none is computed against "
-        f"several forces ({', '.join(forces)}); spectra and peaks are those of each channel "
-        "alone. "
-        "processing: {response_functions: [{input: FORCE, output: RESPONSE}]} in the log asks "
-        "for one, and compare and diagnose take the force as the input (excitation: {force on: "
-        "...})."
+        "No channel has the role control: the response functions are those against each of the "
+        f"forces {', '.join(forces)}, where it moves, without what the others cause; spectra "
+        "and peaks are those of each channel alone."
     )

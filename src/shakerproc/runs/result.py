@@ -286,8 +286,13 @@ def names(channels: Sequence[Channel], rows: Sequence[int]) -> list[str]:
     return [channels[i].name for i in rows]
 
 
+def forces_of(channels: Sequence[Channel]) -> tuple[int, ...]:
+    """Return the rows of the forces that drive a run without a control, none with one."""
+    roles = [channel.role for channel in channels]
+    return () if "control" in roles else tuple(i for i, r in enumerate(roles) if r == "force")
+
+
 def lone_force(channels: Sequence[Channel]) -> int | None:
     """Return the row of the one force that drives a run without a control, None without it."""
-    roles = [channel.role for channel in channels]
-    alone = "control" not in roles and roles.count("force") == 1
-    return roles.index("force") if alone else None
+    forces = forces_of(channels)
+    return forces[0] if len(forces) == 1 else None

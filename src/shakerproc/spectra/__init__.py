@@ -16,6 +16,7 @@ from shakerproc.spectra.responses.bounds import (
     psd_bounds,
     response_bounds,
 )
+from shakerproc.spectra.responses.conditioned import conditioned
 from shakerproc.spectra.responses.estimators import (
     coherence,
     h1,
@@ -75,6 +76,7 @@ __all__ = [
     "Tone",
     "beside_lines",
     "coherence",
+    "conditioned",
     "control_imbalance",
     "crop_by_threshold",
     "crop_by_time",

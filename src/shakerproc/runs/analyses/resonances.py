@@ -25,7 +25,7 @@ class ResonanceAnalysis(AbstractAnalysis):
     kind: ClassVar[str] = "resonances"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
-        """Return the resonances of a run that one force drives."""
+        """Return the resonances of a run that forces drive."""
         del recording  # its spectra are those of the result
         pairs = [pair for pair in functions_of(result) if _is_driven(result, pair)]
         if not pairs:
@@ -49,7 +49,7 @@ def _is_driven(result: RunResult, pair: Pair) -> bool:
 
 
 def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
-    cross, wanted = result.spectra, result.test.processing.peaks
+    cross, wanted = pair.cross, result.test.processing.peaks
     gain = spectra.masked(np.abs(pair.h1), pair.excited)
     errors = _errors(result, pair)
     found = spectra.find_peaks(
@@ -83,7 +83,7 @@ def _errors(result: RunResult, pair: Pair) -> FloatArray | None:
     One average has no coherence; of one blow it is that of noise as before the blow, white,
     where enough samples lie there to know it.
     """
-    cross, blows = result.spectra, result.blows
+    cross, blows = pair.cross, result.blows
     if cross.effective_averages <= 1.0:
         if blows is None or np.isnan(blows.noise).any():
             return None

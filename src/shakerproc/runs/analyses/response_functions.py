@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
-from shakerproc.runs.pairs import Pair, functions_of
+from shakerproc.runs.pairs import Pair, functions_of, told_of_forces
 from shakerproc.runs.result import BoolArray, RunResult
 
 DRAWN: Final = 8
@@ -25,8 +25,10 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
         """Return the response functions of a run."""
         del recording  # its spectra are those of the result
         pairs, asked = functions_of(result), result.test.processing.response_functions
+        told = told_of_forces(result)
         if not pairs:
-            return None
+            title = "Response functions"
+            return Analysis(self.kind, title, {}, (), (), told) if told else None
         frequency = result.spectra.frequency
         drawn = pairs if asked else pairs[:DRAWN]
         rest = "" if len(drawn) == len(pairs) else (
@@ -46,6 +48,7 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
                 ),
                 _coherence(frequency, drawn),
             ),
+            told=told,
         )
 
 
@@ -120,7 +123,8 @@ def _coherence(frequency: FloatArray, pairs: Sequence[Pair]) -> Panel:
     part = slice(int(shown[0]), int(shown[-1]) + 1)
     return Panel(
         "response_functions_coherence", "Coherence of the response functions",
-        "1: all of the output is a linear answer to the input, without noise.",
+        "1: all of the output is a linear answer to the input, without noise. Of several "
+        "forces: partial coherence, without what the others cause.",
         Scale("frequency [Hz]"), Scale("coherence [-]", logarithmic=False, ends=(0.0, 1.02)),
         tuple(
             Line(

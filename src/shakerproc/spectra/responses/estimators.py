@@ -99,7 +99,7 @@ def h1_of_inputs(
     ----------
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.
     """
-    s_xy, inverse, scale = _scaled_inputs(spectra, inputs, responses)
+    s_xy, inverse, scale = scaled_inputs(spectra, inputs, responses)
     found = np.einsum("fij,jrf->rif", inverse, s_xy)
     return np.asarray(found / scale, dtype=np.complex128)
 
@@ -160,15 +160,27 @@ def multiple_coherence(
     (n_responses, n_frequencies) array
         Multiple coherence, 0 to 1 [-]; not a number where the response has no power.
     """
-    s_xy, inverse, _ = _scaled_inputs(spectra, controls, responses)
+    s_xy, inverse, _ = scaled_inputs(spectra, controls, responses)
     explained = np.einsum("irf,fij,jrf->rf", s_xy.conj(), inverse, s_xy).real
     return _ratio(explained, psd(spectra)[list(responses)])
 
 
-def _scaled_inputs(
+def scaled_inputs(
     spectra: CrossSpectra, controls: Sequence[int], responses: Sequence[int]
 ) -> tuple[ComplexArray, ComplexArray, FloatArray]:
-    """Return cross spectra and inverse density of the inputs scaled to 1, and their scale."""
+    """Return cross spectra and inverse density of the inputs scaled to 1, and their scale.
+
+    Parameters are those of `h1`.
+
+    Returns
+    -------
+    s_xy : (n_inputs, n_responses, n_frequencies) complex array
+        Of scaled inputs with responses [response unit].
+    inverse : (n_frequencies, n_inputs, n_inputs) complex array
+        Pseudo-inverse of the density of the scaled inputs [-].
+    scale : (n_inputs, n_frequencies) array
+        Root of the density of each input, 1 where it has no power [input unit].
+    """
     inputs, outputs = list(controls), list(responses)
     scale = np.sqrt(psd(spectra)[inputs])
     scale[scale == 0.0] = 1.0

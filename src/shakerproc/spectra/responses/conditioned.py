@@ -1,0 +1,52 @@
+"""Spectra without what some of the channels cause, so that inputs that act at once part."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from shakerproc.spectra.responses.estimators import scaled_inputs
+from shakerproc.spectra.welch.cross import CrossSpectra
+
+
+def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
+    r"""Return the spectra of all channels without what is linear in some of them.
+
+    .. math:: S_{yz \cdot x} = S_{yz} - S_{yx} S_{xx}^{+} S_{xz}
+
+    With all inputs but one given, H1 of what is left is that of several inputs at once
+    (`h1_of_inputs`), and its coherence the partial coherence; H2 and Hv follow in the same way.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    given : sequence of int
+        Rows of the channels whose effects are taken away, from 0.
+
+    Returns
+    -------
+    CrossSpectra
+        Of the same channels, with an average less for each that is given; 0 for those.
+
+    Raises
+    ------
+    ValueError
+        If there are not more averages than channels that are given, and one.
+
+    References
+    ----------
+    .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.3.
+    """
+    averages = spectra.effective_averages - len(given)
+    if not averages > 1.0:
+        raise ValueError(
+            f"{spectra.effective_averages:.3g} averages do not tell {len(given) + 1} inputs "
+            "apart"
+        )
+    s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
+    explained = np.einsum("gif,fgh,hjf->ijf", s_xy.conj(), inverse, s_xy, optimize=True)
+    left = spectra.matrix - explained
+    left[list(given)] = 0.0
+    left[:, list(given)] = 0.0
+    return replace(spectra, matrix=left, effective_averages=averages)
