@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from shakerproc.workflows.comparison import compare
     from shakerproc.workflows.diagnosis import diagnose
     from shakerproc.workflows.effect_list import effects
+    from shakerproc.workflows.modes import modes
     from shakerproc.workflows.reading import read_log, read_model
     from shakerproc.workflows.recording import open_recording
     from shakerproc.workflows.run import process
@@ -37,6 +38,7 @@ __all__ = [
     "compare",
     "diagnose",
     "effects",
+    "modes",
     "open_recording",
     "process",
     "read_log",
@@ -50,6 +52,7 @@ API: Final = MappingProxyType({
     "read_model": "reading",
     "process": "run",
     "batch": "campaign",
+    "modes": "modes",
     "compare": "comparison",
     "diagnose": "diagnosis",
     "add": "updated_model",

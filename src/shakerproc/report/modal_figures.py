@@ -1,5 +1,7 @@
 """Modal analysis as figures: stabilisation, synthesis over measurement, shapes, MAC, trends."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,6 +13,7 @@ from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
+from shakerproc.modal.tracking import Track
 from shakerproc.report import style
 from shakerproc.report.run_figures import save, unbroken_phase
 from shakerproc.report.trend_figures import draw_trends
@@ -29,26 +32,40 @@ ACROSS: Final = 3
 
 def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
     """Draw every figure of an analysis, and return the files."""
-    written = []
     with style.look():
-        for one in analysis.tests:
-            name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)
-            for kind, drawn in (
-                ("stabilisation", stabilisation_figure(one)),
-                ("synthesis", synthesis_figure(one)),
-                ("shapes", shapes_figure(one)),
-                ("mac", mac_figure(one)),
-            ):
-                if drawn is not None:
-                    written.append(save(drawn, folder / f"test_{name}_{kind}.png"))
-        for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
-            written.append(save(reciprocity_figure(pair), folder / f"reciprocity_{number}.png"))
+        written = [
+            save(draw(), folder / f"{name}.png") for name, draw in figures_of(analysis).items()
+        ]
         against = [one for row in trends_of_modes(analysis).values() for one in row]
-        written += draw_trends(against, folder / "trends")
-        trend = trend_figure(analysis)
-        if trend is not None:
-            written.append(save(trend, folder / "modes_over_tests.png"))
-    return written
+        return written + draw_trends(against, folder / "trends")
+
+
+def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
+    """Return what draws each figure of an analysis, by name."""
+    found: dict[str, Callable[[], Figure]] = {}
+    for one in analysis.tests:
+        name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)
+        kinds = {"stabilisation": stabilisation_figure}
+        shaped = len(one.sensors) > 1
+        if one.functions is not None:
+            kinds["synthesis"] = synthesis_figure
+        if shaped and one.modes.poles.size:
+            kinds["shapes"] = shapes_figure
+        if shaped and one.modes.poles.size > 1:
+            kinds["mac"] = mac_figure
+        found |= {f"test_{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
+    for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
+        found[f"reciprocity_{number}"] = partial(reciprocity_figure, pair)
+    if _tracked(analysis):
+        found["modes_over_tests"] = partial(trend_figure, analysis)
+    return found
+
+
+def _tracked(analysis: ModalAnalysis) -> list[Track]:
+    """Return the modes that several tests have."""
+    if len(analysis.tests) < 2:
+        return []
+    return [track for track in analysis.tracks if len(track.sightings) > 1]
 
 
 def _title(one: TestModes) -> str:
@@ -112,11 +129,10 @@ def indicator(one: TestModes) -> tuple[np.ndarray, np.ndarray]:
     return one.density[0], np.mean(one.density[1:], axis=0)
 
 
-def synthesis_figure(one: TestModes) -> "Figure | None":
+def synthesis_figure(one: TestModes) -> "Figure":
     """Return measured and synthesised response functions of the sensors, first input."""
     functions = one.functions
-    if functions is None:
-        return None
+    assert functions is not None  # noqa: S101 - figures_of asks for it where there are any
     shown = min(PANELS, len(one.sensors))
     columns = 1 if shown == 1 else 2
     rows = -(-shown // columns)
@@ -151,11 +167,9 @@ def synthesis_figure(one: TestModes) -> "Figure | None":
     return figure
 
 
-def shapes_figure(one: TestModes) -> "Figure | None":
+def shapes_figure(one: TestModes) -> "Figure":
     """Return every mode shape: at rest grey, at its largest in colour."""
     modes = one.modes
-    if len(one.sensors) < 2 or not modes.poles.size:
-        return None
     from matplotlib.figure import Figure
 
     drawn = geometry_of(one.positions, one.directions)
@@ -179,21 +193,17 @@ def shapes_figure(one: TestModes) -> "Figure | None":
         if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards
             axis.set_aspect("equal")
         axis.set_title(
-            f"{number + 1}: {modes.frequency[number]:.4g} Hz, {modes.damping[number]:.3g}\n"
-            f"collinearity {modes.collinearity[number]:.2f}".replace(
-                f"{modes.damping[number]:.3g}", f"{modes.damping[number]:.2%}"
-            ),
+            f"{number + 1}: {modes.frequency[number]:.4g} Hz, {modes.damping[number]:.2%}\n"
+            f"collinearity {modes.collinearity[number]:.2f}",
             fontsize=8,
         )
     figure.suptitle(f"{_title(one)}: mode shapes", fontsize=10, x=0.01, ha="left")
     return figure
 
 
-def mac_figure(one: TestModes) -> "Figure | None":
+def mac_figure(one: TestModes) -> "Figure":
     """Return the MAC of every pair of modes of a test."""
     modes = one.modes
-    if len(one.sensors) < 2 or modes.poles.size < 2:
-        return None
     size = max(3.4, 1.3 + 0.36 * modes.poles.size)
     figure, (axis,) = style.figure(size + 0.6, size)
     draw_mac(axis, mac(modes.shapes, modes.shapes))
@@ -235,12 +245,9 @@ def reciprocity_figure(pair: Reciprocal) -> "Figure":
     return figure
 
 
-def trend_figure(analysis: ModalAnalysis) -> "Figure | None":
+def trend_figure(analysis: ModalAnalysis) -> "Figure":
     """Return frequency and damping of every mode over the tests, with 95 % bars."""
-    tests = analysis.tests
-    tracks = [track for track in analysis.tracks if len(track.sightings) > 1]
-    if len(tests) < 2 or not tracks:
-        return None
+    tests, tracks = analysis.tests, _tracked(analysis)
     figure, axes = style.figure(7.4, 5.4, 3, sharex=True)
     for number, track in enumerate(tracks):
         places = [s.test for s in track.sightings]

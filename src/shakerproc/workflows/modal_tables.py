@@ -211,6 +211,7 @@ def _test_document(one: TestModes) -> dict[str, Any]:
                 },
                 "collinearity": float(modes.collinearity[i]),
                 **_scatter_document(modes, i),
+                **_residue_document(modes, i),
                 "shape": {
                     "real": modes.shapes[i].real.tolist(),
                     "imaginary": modes.shapes[i].imag.tolist(),
@@ -225,6 +226,14 @@ def _test_document(one: TestModes) -> dict[str, Any]:
         "mac": mac(modes.shapes, modes.shapes).tolist() if modes.poles.size else [],
         "notes": list(one.notes),
     }
+
+
+def _residue_document(modes: ModeSet, mode: int) -> dict[str, Any]:
+    """Return the residues, of each response and input; none where no input was measured."""
+    if modes.model is None:
+        return {}
+    residues = modes.model.residues[mode]
+    return {"residues": {"real": residues.real.tolist(), "imaginary": residues.imag.tolist()}}
 
 
 def _scatter_document(modes: ModeSet, mode: int) -> dict[str, float]:

@@ -2,16 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import Annotated, TypeAlias
 
 import typer
 
 from shakerproc.cli import options, output
 from shakerproc.workflows import folders
-
-if TYPE_CHECKING:
-    from shakerproc.testlog import Modal
-
 
 TestOption: TypeAlias = Annotated[
     list[str] | None,
@@ -80,12 +76,11 @@ def modal(
     are chosen automatically and followed from test to test.
     """
     from shakerproc.cli.modal_output import print_analysis, write_folder
-    from shakerproc.modal.from_log import analyse_log
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.modal_tables import document_of
+    from shakerproc.workflows.modes import modes_of, wish_of
 
     read = read_testlog(log)
-    wish = _wish(read.modal, from_hz, to_hz, count, order)
+    wish = wish_of(read.modal, band=_band(from_hz, to_hz), count=count, order=order)
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
@@ -93,14 +88,8 @@ def modal(
     folders.own_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
-        analysis = analyse_log(
-            read,
-            tests,
-            wish,
-            against=None if other is None else (other, other.active),
-            progress=advance,
-        )
-    document = document_of(analysis, read)
+        found = modes_of(read, tests, wish, other, advance)
+    analysis, document = found.found, found.as_json()
     output.write_json(document, json)
     print_analysis(analysis, json)
     logs = [log, *([against] if against else [])]
@@ -110,30 +99,18 @@ def modal(
         output.finish(1)
 
 
-def _wish(
-    said: "Modal",
-    from_hz: float | None,
-    to_hz: float | None,
-    count: int | None,
-    order: int | None,
-) -> "Modal":
-    """Return how modes are looked for, the options before the log.
+def _band(from_hz: float | None, to_hz: float | None) -> tuple[float, float] | None:
+    """Return the band that the options say, None where they do not.
 
     Raises
     ------
     typer.BadParameter
         If only one end of the band is given, or it is empty.
     """
-    if (from_hz is None) != (to_hz is None):
+    if from_hz is None and to_hz is None:
+        return None
+    if from_hz is None or to_hz is None:
         raise typer.BadParameter("give --from-hz and --to-hz, or neither", param_hint="--to-hz")
-    band = said.band
-    if from_hz is not None and to_hz is not None:
-        if from_hz >= to_hz:
-            raise typer.BadParameter("must be above --from-hz", param_hint="--to-hz")
-        band = from_hz, to_hz
-    return replace(
-        said,
-        band=band,
-        modes=said.modes if count is None else count,
-        order=said.order if order is None else order,
-    )
+    if from_hz >= to_hz:
+        raise typer.BadParameter("must be above --from-hz", param_hint="--to-hz")
+    return from_hz, to_hz

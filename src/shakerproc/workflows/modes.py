@@ -1,0 +1,189 @@
+"""Modes of the tests of a log: what `shakerproc modal` does."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, final
+
+from shakerproc.campaign.mode_trends import told_of_modes
+from shakerproc.errors import ArgumentError
+from shakerproc.modal.analysis import ModalAnalysis
+from shakerproc.modal.from_log import analyse_log
+from shakerproc.testlog import Modal, Test, TestLog
+from shakerproc.workflows.arguments import log_of
+from shakerproc.workflows.modal_tables import (
+    document_of,
+    mode_columns,
+    reciprocity_columns,
+    shape_columns,
+    track_columns,
+)
+from shakerproc.workflows.shown import Shown, frame, html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Modes(Shown):
+    """Modes of the tests of a log, followed from test to test.
+
+    Attributes
+    ----------
+    found : shakerproc.modal.analysis.ModalAnalysis
+        Poles, shapes, models, diagrams and response functions of every test.
+    log : TestLog
+        What was analysed.
+    """
+
+    found: ModalAnalysis
+    log: TestLog
+
+    def to_pandas(self) -> "DataFrame":
+        """Return frequency and damping with 95 % limits: a row for each mode of each test."""
+        return frame(mode_columns(self.found))
+
+    @property
+    def shapes(self) -> "DataFrame":
+        """Mode shapes: a row for each mode and sensor, as shapes.csv."""
+        return frame(shape_columns(self.found))
+
+    @property
+    def tracks(self) -> "DataFrame":
+        """Each mode through the tests, with shift and MAC, as tracks.csv."""
+        return frame(track_columns(self.found))
+
+    @property
+    def reciprocity(self) -> "DataFrame":
+        """Functions between the same two places there and back, as reciprocity.csv."""
+        return frame(reciprocity_columns(self.found))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the analysis as report.json holds it."""
+        return document_of(self.found, self.log)
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of the figures that `plot` draws, such as ``test_1_shapes``."""
+        from shakerproc.report.modal_figures import figures_of
+
+        return tuple(figures_of(self.found))
+
+    def plot(self, figure: str = "") -> "Figure":
+        """Return a figure of the analysis.
+
+        Parameters
+        ----------
+        figure : str
+            One of `figures`; by default the stabilisation diagram of the first test.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such figure.
+        """
+        from shakerproc.report import style
+        from shakerproc.report.modal_figures import figures_of
+
+        with style.look():
+            known = figures_of(self.found)
+            wanted = figure or next(iter(known), "")
+            if wanted not in known:
+                there = ", ".join(known) or "none"
+                raise ArgumentError("figure", f"no figure {figure!r}; there are {there}")
+            return known[wanted]()
+
+    def _repr_html_(self) -> str:
+        told = [*told_of_modes(self.found), *self.found.notes]
+        told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
+        told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
+        names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]
+        return html(f"{self.log.title}: modes", told, self.to_pandas()[names])
+
+
+def modes(
+    log: TestLog,
+    *,
+    tests: Sequence[object] = (),
+    against: TestLog | None = None,
+    band: tuple[float, float] | None = None,
+    count: int | None = None,
+    keep: Sequence[float] = (),
+    together: bool = False,
+) -> Modes:
+    """Return natural frequencies, damping and mode shapes from the tests of a log.
+
+    What is not said here is that of ``modal:`` in the log.
+
+    Parameters
+    ----------
+    log : TestLog
+        What `read_log` returned.
+    tests : sequence of int or str
+        Ids of the tests; by default all that are not discarded.
+    against : TestLog, optional
+        A second log, whose modes are followed too.
+    band : (float, float), optional
+        Where modes are looked for [Hz].
+    count : int, optional
+        How many modes; by default as many as the measurement needs.
+    keep : sequence of float
+        Frequencies near which a pole is kept, whatever the automatic selection says [Hz].
+    together : bool
+        Whether all tests go into one fit.
+
+    Returns
+    -------
+    Modes
+        Tables and figures; tests that cannot be analysed are told with the reason.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is of another kind, or the band is empty.
+    LogError
+        If there is no such test.
+    """
+    read = log_of(log)
+    other = None if against is None else log_of(against)
+    chosen = [read.find(str(one)) for one in tests] if tests else read.active
+    wish = wish_of(read.modal, band=band, count=count)
+    wish = replace(wish, together=together or wish.together, keep=tuple(keep) or wish.keep)
+    return modes_of(read, chosen, wish, other)
+
+
+def modes_of(
+    log: TestLog,
+    tests: Sequence[Test],
+    wish: Modal,
+    against: TestLog | None = None,
+    progress: Callable[[str], None] = lambda _name: None,
+) -> Modes:
+    """Return the modes of tests, and of those of a second log; see `modes`."""
+    more = None if against is None else (against, against.active)
+    return Modes(analyse_log(log, tests, wish, against=more, progress=progress), log)
+
+
+def wish_of(
+    said: Modal,
+    *,
+    band: tuple[float, float] | None = None,
+    count: int | None = None,
+    order: int | None = None,
+) -> Modal:
+    """Return how modes are looked for, what is given before what the log says.
+
+    Raises
+    ------
+    ArgumentError
+        If the band is empty.
+    """
+    if band is not None and not 0.0 < band[0] < band[1]:
+        raise ArgumentError("band", f"expected from below to, above 0 Hz, got {band}")
+    return replace(
+        said,
+        band=said.band if band is None else band,
+        modes=said.modes if count is None else count,
+        order=said.order if order is None else order,
+    )
