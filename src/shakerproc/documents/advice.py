@@ -4,6 +4,9 @@ from typing import Final
 
 import yaml
 
+MOST_LEVELS: Final = 32
+"""Lists and mappings within each other; no honest file comes near."""
+
 _BACKSLASH: Final = r'"\" in double quotes; write / or use single quotes'
 _BESIDE: Final = (
     'a key that does not belong here; does the line above lack ": " after its key, '
@@ -38,6 +41,8 @@ _ADVICE: Final[tuple[tuple[str, str, bool], ...]] = (
     ("did not find expected whitespace", f'"*", "&" and "!" begin a name; {_QUOTE}', False),
     ("did not find expected <document start>", "expected the end of the file", False),
     ("tab character", "a tab; indent with spaces", False),
+    # newer libyaml gives up by itself where 1000 brackets open, before we can count
+    ("maximum nesting depth", f"nested deeper than {MOST_LEVELS} levels", False),
 )  # fmt: skip
 
 

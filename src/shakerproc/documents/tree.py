@@ -13,13 +13,12 @@ from typing import Any, Final, TypeAlias, final
 
 import yaml
 
-from shakerproc.documents.advice import advice_on
+from shakerproc.documents.advice import MOST_LEVELS, advice_on
 from shakerproc.errors import DocumentError
 from shakerproc.units import quoted
 
 Key: TypeAlias = str | int
 
-MOST_LEVELS: Final = 32
 MOST_ALIASES: Final = 1_000
 MOST_ITEMS: Final = 100_000
 
