@@ -56,6 +56,19 @@ def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
     return replace(campaign, data=points)
 
 
+def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
+    """Return whether a fit leaves no more than noise of most of what it was fitted to."""
+    score = as_fitted(campaign.data, found)
+    return score is not None and score.is_mostly_noise
+
+
+def is_noise(campaign: Campaign, found: Fit, form: Form) -> bool:
+    """Return whether a fit leaves no more than noise of what is fitted to at a horizon."""
+    there = carried(campaign.data, found, [form])
+    score = None if there is None else as_fitted(campaign.data, there)
+    return score is not None and score.is_noise
+
+
 def usable_forms(campaign: Campaign) -> list[Form]:
     """Return the horizons at which something is fitted to and something held out.
 
@@ -110,9 +123,14 @@ def compared(
         effect there; and those that may explain the tests.
     """
     forms = usable_forms(campaign)
+    best = min((linear, *singles), key=lambda one: one.level)
+    if is_mostly_noise(campaign, best):
+        found = _at_once(campaign, best, [linear, *singles], forms[-1])
+        if found is not None:
+            form, scores = found
+            return [form], *_parted(linear, scores)
     standing, scores = [linear, *singles], list[Score]()
     least, chosen = np.inf, 0
-    best = min(standing, key=lambda one: one.level)
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
@@ -120,27 +138,53 @@ def compared(
         there = carried(campaign.data, best, [forms[i]])
         if i and (there is None or not _foretold(campaign, there, forms[i])):
             break
-        scores = scored_at(
-            campaign,
-            [
-                there if one is best else carried(campaign.data, one, [forms[i]])
-                for one in standing
-            ],
-            forms[i],
-        )
+        scores = _scores_beside(campaign, best, there, standing, forms[i])
         if not scores:
             continue
-        leader = min(scores, key=lambda score: score.mean)
-        best = leader.fit
+        best = min(scores, key=lambda score: score.mean).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
             continue
         least = min(least, left)
-        bare = [score for score in scores if not score.fit.hypothesis.added]
-        own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
-        chosen, base = i, own
-        effects = [score for score in scores if score.fit.hypothesis.added]
+        chosen = i
+        base, effects = _parted(linear, scores)
     return forms[: chosen + 1], base, effects
+
+
+def _at_once(
+    campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form
+) -> tuple[Form, list[Score]] | None:
+    """Return the longest horizon and the scores there; None if more than noise is left.
+
+    A fit that leaves no more than noise of short windows is next to the truth, and needs none
+    in between to arrive; where it leaves no more at the longest either, shorter ones tell
+    nothing that this one does not.
+    """
+    form = form.knowing(campaign.data, best)
+    there = carried(campaign.data, best, [form])
+    if there is None or not is_mostly_noise(campaign, there):
+        return None
+    scores = _scores_beside(campaign, best, there, standing, form)
+    if not scores:
+        return None
+    first = min(scores, key=lambda score: score.mean).fit
+    left = error_of(campaign.data, first, form.held_out)
+    return (form, scores) if _is_noise(campaign, first, form, left) else None
+
+
+def _scores_beside(
+    campaign: Campaign, best: Fit, there: Fit | None, standing: Sequence[Fit], form: Form
+) -> list[Score]:
+    """Return the scores of hypotheses at a horizon, the best of which is there already."""
+    fits = [there if one is best else carried(campaign.data, one, [form]) for one in standing]
+    return scored_at(campaign, fits, form)
+
+
+def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
+    """Return the score of the model without any effect, and those of all others."""
+    bare = [score for score in scores if not score.fit.hypothesis.added]
+    own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))
+    return own, [score for score in scores if score.fit.hypothesis.added]
 
 
 def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:

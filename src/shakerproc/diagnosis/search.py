@@ -24,7 +24,14 @@ from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import along, as_sampled, compared, usable_forms
+from shakerproc.diagnosis.horizon import (
+    along,
+    as_sampled,
+    compared,
+    is_mostly_noise,
+    is_noise,
+    usable_forms,
+)
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
@@ -103,21 +110,29 @@ def _searched(
     """
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
-    usable_forms(campaign)  # before the long work
+    forms = usable_forms(campaign)  # before the long work
     data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
     linear = own_numbers(campaign)
     rigid = rigid_joints(data)
     say(f"{' and '.join(rigid[0])} held in every test" if rigid else "screening")
     known = {} if rigid else campaign.known
-    starts = screen(model, campaign.fitted, tuple(known), known) if known else ()
+    alone = is_noise(campaign, linear, forms[-1])
+    starts = (
+        screen(model, campaign.fitted, tuple(known), known, explained=alone) if known else ()
+    )
     other = as_in(linear.hypothesis, linear_model.model)
-    one_more = OneMore(data, linear, campaign.known, stages, linear=other, say=say)
+    one_more = OneMore(
+        data, linear, campaign.known, stages, linear=other, say=say, explained=alone
+    )
     singles = one_more.found(starts)
-    left = min((start.left for start in starts), default=0.0)
-    hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
+    sampled = as_sampled(campaign, [linear, *singles])
+    hidden: list[Fit] = []
+    if not is_mostly_noise(sampled, min((linear, *singles), key=lambda one: one.level)):
+        left = min((start.left for start in starts), default=0.0)
+        hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
     say("at the horizon")
-    campaign = as_sampled(campaign, [linear, *singles, *hidden])
+    campaign = as_sampled(campaign, [linear, *singles, *hidden]) if hidden else sampled
     forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
     found = Found(

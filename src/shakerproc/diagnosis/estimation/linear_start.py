@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import scipy  # its parts load when they are first used
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import LinearTest
 
@@ -18,9 +18,12 @@ _MUCH_LESS: Final = 0.5  # share of what is left that a large delay may leave
 
 def scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
     """Return the best common factor on all stiffnesses: a resonance off has no slopes."""
-    return min(
-        _stiffened(parameters), key=lambda v: float(_left(tests, parameters, v, 1.0).sum())
-    )
+    measured = [test.whitened(test.test.responses) for test in tests]
+    tried = _stiffened(parameters)
+    left = [
+        _left(tests, measured, _simulated(tests, parameters, values)).sum() for values in tried
+    ]
+    return tried[int(np.argmin(left))]
 
 
 def wrong_way_and_late(
@@ -31,21 +34,26 @@ def wrong_way_and_late(
     A sensor is turned or late where the linear model then leaves much less, whatever its
     stiffness; a channel that is late by a part of a period has no slopes that lead there.
     """
-    late = np.array([c.unit == "s" for c in parameters.coordinates])
+    measured = [test.whitened(test.test.responses) for test in tests]
+    turned = [-rows for rows in measured]
     right, wrong, shifted, delays = [], [], [], []
     for values in _stiffened(parameters):
-        right.append(_left(tests, parameters, values, 1.0))
-        wrong.append(_left(tests, parameters, values, -1.0))
-        delays.append(_delays(tests, parameters, values))
-        moved = values.copy()
-        moved[late] = delays[-1]
-        shifted.append(_left(tests, parameters, moved, 1.0))
+        simulated = _simulated(tests, parameters, values)
+        delay = _delays(tests, measured, simulated)
+        late = [
+            rows * np.exp(-2j * np.pi * test.bins * delay[:, None])
+            for test, rows in zip(tests, simulated, strict=True)
+        ]
+        right.append(_left(tests, measured, simulated))
+        wrong.append(_left(tests, turned, simulated))
+        shifted.append(_left(tests, measured, late))
+        delays.append(delay)
     best = np.argmin(shifted, axis=0)
     least = np.min(shifted, axis=0)
     is_late = least < _MUCH_LESS * np.minimum(np.min(right, axis=0), np.min(wrong, axis=0))
     is_turned = np.min(wrong, axis=0) < _MUCH_LESS * np.minimum(np.min(right, axis=0), least)
-    delay = np.array([delays[k][i] for i, k in enumerate(best)])
-    return np.where(is_turned, -1.0, 1.0), np.where(is_late, delay, 0.0)
+    found = np.array([delays[k][i] for i, k in enumerate(best)])
+    return np.where(is_turned, -1.0, 1.0), np.where(is_late, found, 0.0)
 
 
 def _stiffened(parameters: LinearParameters) -> list[FloatArray]:
@@ -53,35 +61,48 @@ def _stiffened(parameters: LinearParameters) -> list[FloatArray]:
     return [np.where(stiff, factor, 0.0) for factor in _SCAN]
 
 
+def _simulated(
+    tests: Sequence[LinearTest], parameters: LinearParameters, values: FloatArray
+) -> list[ComplexArray]:
+    """Return the whitened spectra of what the sensors show in each test."""
+    return [test.whitened(test.simulated(parameters, values)) for test in tests]
+
+
 def _left(
-    tests: Sequence[LinearTest], parameters: LinearParameters, values: FloatArray, sign: float
+    tests: Sequence[LinearTest],
+    measured: Sequence[ComplexArray],
+    simulated: Sequence[ComplexArray],
 ) -> FloatArray:
     """Return what is left, large residuals counted by their logarithm, (n_sensors,) [-]."""
-    total = np.zeros(len(parameters.model.sensors))
-    for test in tests:
-        left = test.whitened(sign * test.test.responses - test.simulated(parameters, values))
-        total += np.sum(np.log1p(np.abs(left) ** 2 / test.density), axis=1)
-    return total
+    each = [
+        np.sum(np.log1p(np.abs(one - other) ** 2 / test.density), axis=1)
+        for test, one, other in zip(tests, measured, simulated, strict=True)
+    ]
+    return np.asarray(np.sum(each, axis=0))
 
 
 def _delays(
-    tests: Sequence[LinearTest], parameters: LinearParameters, values: FloatArray
+    tests: Sequence[LinearTest],
+    measured: Sequence[ComplexArray],
+    simulated: Sequence[ComplexArray],
 ) -> FloatArray:
-    """Return the delay at which each sensor is most like its simulation, (n_sensors,) [s]."""
-    steps = 1.0 / (_PER_PERIOD * max(float(test.bins[-1]) for test in tests))
-    delays = np.arange(-_LATEST, _LATEST + steps, steps)
-    alike = np.zeros((len(parameters.model.sensors), delays.size))
-    for test in tests:
-        rows = (test.simulated(parameters, values), test.test.responses)
-        simulated, measured = (test.whitened(row) for row in rows)
-        step = float(test.bins[1] - test.bins[0])
-        size = scipy.fft.next_fast_len(round(_PER_PERIOD * test.bins[-1] / step), real=True)
-        product = np.zeros((len(alike), size // 2 + 1), complex)
-        first = round(float(test.bins[0]) / step)
-        product[:, first : first + test.bins.size] = np.conj(simulated) * measured
-        found = scipy.fft.irfft(product, size)
-        alike += found[:, np.round(delays * step * size).astype(int) % size]
-    return np.array([_top(delays, row) for row in alike])
+    """Return the delay at which each sensor is most like its simulation, (n_sensors,) [s].
+
+    Frequencies that no delay sought tells apart count as one.
+    """
+    highest = max(float(test.bins[-1]) for test in tests)
+    apart = 1.0 / (_PER_PERIOD * _LATEST)
+    size = scipy.fft.next_fast_len(round(_PER_PERIOD * highest / apart), real=True)
+    product = np.zeros((len(measured[0]), size // 2 + 1), complex)
+    for test, one, other in zip(tests, measured, simulated, strict=True):
+        place = np.round(test.bins / apart).astype(int)
+        firsts = np.flatnonzero(np.diff(place, prepend=-1))
+        product[:, place[firsts]] += np.add.reduceat(np.conj(other) * one, firsts, axis=1)
+    alike = scipy.fft.irfft(product, size)
+    step = 1.0 / (apart * size)
+    delays = np.asarray(step * np.arange(-int(_LATEST / step), int(_LATEST / step) + 1.0))
+    rows = alike[:, np.round(delays / step).astype(int) % size]
+    return np.array([_top(delays, np.asarray(row)) for row in rows])
 
 
 def _top(places: FloatArray, row: FloatArray) -> float:

@@ -61,14 +61,18 @@ class OneMore:
         Effects that could not be simulated, with the reason.
     least : float
         Least level (see `Fit`) that was reached in the shortest windows [-].
+    explained : bool
+        Whether the hypothesis leaves no more than noise: then what goes on has to outdo it.
     """
 
     def __init__(
         self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
         say: Callable[[str], None], wanted: str = "", below: float = np.inf,
+        explained: bool = False,
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
         self.linear, self.wanted, self.below = linear, wanted, below
+        self.explained = explained
         self.failed: dict[str, str] = {}
         self.least = np.inf
 
@@ -104,7 +108,9 @@ class OneMore:
                 one = self._from_simpler(group, one, fits, windows, rounds)
                 if one is not None:
                     fits[group] = one
-            scores = [as_fitted(self.data, one) for one in fits.values()]
+            alone = self._alone(windows, rounds) if self.explained else None
+            rivals = [one for one in (alone, *fits.values()) if one is not None]
+            scores = [as_fitted(self.data, one) for one in rivals]
             worth = worth_a_fit([s for s in scores if s is not None], self.known)
             standing = {
                 group: one
@@ -112,6 +118,11 @@ class OneMore:
                 if one in worth or group[0] == self.wanted
             }
         return sorted(standing.values(), key=lambda one: one.level)
+
+    def _alone(self, windows: Windows, rounds: int) -> Fit | None:
+        """Return the hypothesis without one more effect, fitted to windows."""
+        on = self.on
+        return fit(self.data, on.hypothesis, on.x, windows, rounds=rounds, channels=on.channels)
 
     def _promising(
         self, groups: Mapping[Group, Sequence[Start]], first: Mapping[Group, Fit]

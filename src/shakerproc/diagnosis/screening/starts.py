@@ -32,6 +32,10 @@ refined further [-]."""
 _EXPLAINED: Final = 3.0
 """Mean square left, in units of the noise, at which an effect explains nearly all [-]."""
 
+_TOLD: Final = 2.0
+"""Standard errors by which an effect must predict beyond a model that explains the tests:
+95 % of a normal law [-]."""
+
 _REFINED: Final = 8
 """Effects whose best start is refined: what the time allows [-]."""
 
@@ -77,6 +81,8 @@ def screen(
     tests: Sequence[Test],
     joints: Sequence[Joint],
     identifications: Mapping[Joint, Mapping[str, Identification]],
+    *,
+    explained: bool = False,
 ) -> tuple[Start, ...]:
     """Return starts of every effect in every joint, best first.
 
@@ -90,13 +96,18 @@ def screen(
         Where an effect may be missing.
     identifications : mapping of joint to mapping of str to Identification
         Every effect that may be missing there.
+    explained : bool
+        Whether the model leaves no more than noise, of whole tests where these begin at rest:
+        then an effect has to predict something beyond it.
     """
     screening = screening_of(model, tests, joints)
     laws = [law for joint in joints for law in laws_of(model, joint, identifications[joint])]
-    return ranked(screening, laws)
+    return ranked(screening, laws, explained=explained)
 
 
-def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
+def ranked(
+    screening: Screening, laws: Sequence[Law], *, explained: bool = False
+) -> tuple[Start, ...]:
     """Return the starts of laws in the order in which they are worth a fit.
 
     The best are refined. Of dry friction little is seen where it sticks: it may explain what
@@ -110,7 +121,7 @@ def ranked(screening: Screening, laws: Sequence[Law]) -> tuple[Start, ...]:
     def promise(one: tuple[Law, Start]) -> float:
         return one[1].predicted + (1.0 - most if one[0].slides else 0.0)
 
-    found = _marked(found, rough)
+    found = _marked(found, rough, explained=explained)
     found.sort(key=lambda one: -promise(one))
     every = [start for law, one in found for start in _of_every_size(law, one)]
     first = {(law.kind, law.between): (law, start) for law, start in reversed(found)}
@@ -132,24 +143,30 @@ def _finer(screening: Screening, rough: Sequence[tuple[Law, Start]]) -> list[tup
 
 
 def _marked(
-    found: Sequence[tuple[Law, Start]], rough: Sequence[tuple[Law, Start]]
+    found: Sequence[tuple[Law, Start]], rough: Sequence[tuple[Law, Start]], *, explained: bool
 ) -> list[tuple[Law, Start]]:
     """Return all starts, those of effects that leave far more than the best marked.
 
     Before refinement that is told of laws that do not stick; once another explains nearly all,
-    of every law. Of a constant force it is never told.
+    of every law. Where the model explains the tests without any, those are marked
+    that predict nothing beyond it. Of a constant force it is never told.
     """
     most = max((start.predicted for _, start in rough), default=0.0)
     least = min((start.left for _, start in found), default=np.inf)
     known: dict[tuple[str, Joint], Start] = {}
+    surest: dict[tuple[str, Joint], float] = {}
     for _, start in sorted(found, key=lambda one: one[1].left):
-        known.setdefault((start.kind, start.between), start)
+        name = start.kind, start.between
+        known.setdefault(name, start)
+        surest[name] = max(start.t, surest.get(name, -np.inf))
     marked = []
     for law, start in found:
-        best = known[start.kind, start.between]
+        name = start.kind, start.between
+        best = known[name]
+        nothing = explained and surest[name] < _TOLD
         far = not law.sticks and 1.0 - best.predicted > _FAR * (1.0 - most)
         refuted = least < _EXPLAINED and best.left > _HOPELESS * least
-        kept = law.constant or not (far or refuted)
+        kept = law.constant or not (far or refuted or nothing)
         marked.append((law, replace(start, kept=kept)))
     return marked
 

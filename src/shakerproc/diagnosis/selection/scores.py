@@ -8,10 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
-from shakerproc.diagnosis.estimation.least_squares import (
-    Fit,
-    predicted_rows,
-)
+from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
 BY_CHANCE: Final = 0.2
@@ -30,7 +27,6 @@ still fitted at the horizon: once in 10^9 by chance [-]."""
 
 LEAST: Final = 0.01
 """Gain below which an effect does not matter: what is left falls by half a per cent [-]."""
-
 
 EXCESS: Final = 1.5
 """Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
@@ -62,6 +58,11 @@ class Score:
     def is_noise(self) -> bool:
         """Whether no more is left than noise and what it becomes in the model."""
         return float(np.mean(np.expm1(self.logs))) <= EXCESS**2
+
+    @property
+    def is_mostly_noise(self) -> bool:
+        """Whether no more is left of most blocks, however far motions part in a few."""
+        return self.mean <= float(np.log1p(EXCESS**2))
 
 
 def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
