@@ -20,8 +20,8 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulation import Input, Runs, Simulation, free_runs, prepare, simulate
-from shakerproc.simulation.inputs import prepare_displacement
+from shakerproc.simulation import Input, Runs, Simulation, free_runs, simulate
+from shakerproc.simulation.inputs import prepare_measured
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects in whose company a disturbance dies out."""
@@ -136,9 +136,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
 
 def _given(model: Model, samples: FloatArray, sample_rate: float) -> Input:
     """Return samples as what shakes a model."""
-    if model.excitation.imposed:
-        return prepare_displacement(samples, sample_rate)
-    return prepare(samples, sample_rate, tolerance=TOLERANCE)
+    return prepare_measured(samples, sample_rate, imposed=model.excitation.imposed)
 
 
 def free_run(model: Model, measured: Measured) -> Scored:

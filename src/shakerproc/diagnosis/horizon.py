@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
-from shakerproc.diagnosis.estimation.form import Form, carried, forms_of
+from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.stacks import TAPS
@@ -135,7 +135,7 @@ def compared(
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         forms[i] = form.knowing(campaign.data, best)
-        there = carried(campaign.data, best, [forms[i]])
+        there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
         if i and (there is None or not _foretold(campaign, there, forms[i])):
             break
         scores = _scores_beside(campaign, best, there, standing, forms[i])
@@ -161,7 +161,7 @@ def _at_once(
     nothing that this one does not.
     """
     form = form.knowing(campaign.data, best)
-    there = carried(campaign.data, best, [form])
+    there = carried(campaign.data, best, [form], rounds=BEST_ROUNDS)
     if there is None or not is_mostly_noise(campaign, there):
         return None
     scores = _scores_beside(campaign, best, there, standing, form)

@@ -112,8 +112,8 @@ def with_more(
         pairs += second.found([start for own in best for start in own])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
-    scores = along(campaign, pairs[:FIRSTS], forms)
-    scores += along(campaign, parts_of([*found.effects, *scores], singles), forms)
+    scores = along(campaign, pairs[:FIRSTS], forms[-2:])
+    scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
     say("a force without a name")
     free = along(campaign, _free(campaign, found.linear.fit), forms)
     return replace(

@@ -11,6 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System
+from shakerproc.simulation.band_limited import has_jumps
 from shakerproc.simulation.cases import dop853_tableau, least_sizes
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
@@ -127,6 +128,7 @@ class Walk:
         if room is None:
             return np.ones(placed.first.size, np.bool_)
         base, rate = base_motion(self._model, given), given.sample_rate
+        jumps = has_jumps(self._model)
         windows = np.stack((placed.first, placed.rows), axis=1)
         cursor, failed = np.zeros(4, np.int64), np.zeros(len(windows), np.bool_)
         done, seen, total = 0, 0, int(np.sum(placed.rows))
@@ -138,7 +140,7 @@ class Walk:
             done, seen = done + new, kept + new
             ready = seen - (done < total)  # a mean needs the next sample as well
             samples, wanted, places = placed.between(done - seen, done, ready)
-            motion = Motion(room.motion[:seen], room.acceleration[:seen], samples, base)
+            motion = Motion(room.motion[:seen], room.acceleration[:seen], samples, base, jumps)
             recorded = sense(self._model, self._system, motion, rate, means=means)
             flat[:, places] = recorded[:, wanted]
             room.motion[0] = room.motion[seen - 1]

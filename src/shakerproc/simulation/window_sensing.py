@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, TypeAlias, final
 from weakref import WeakKeyDictionary
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models.model import BASE, Measures, Model
 from shakerproc.simulation.assembly import System
+from shakerproc.simulation.band_limited import mean_accelerations
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.sensing import integrated
 
@@ -65,12 +67,23 @@ class Motion:
         Sample of the test at each row.
     base : BaseMotion, optional
         Where the base moves.
+    jumps : bool
+        Whether accelerations jump.
     """
 
     rows: FloatArray
     acceleration: FloatArray
     samples: Samples
     base: BaseMotion | None
+    jumps: bool = False
+
+    @property
+    def parts(self) -> list[slice]:
+        """Rows of each window."""
+        if isinstance(self.samples, slice):
+            return [slice(0, len(self.rows))]
+        ends = np.flatnonzero(np.diff(self.samples) != 1) + 1
+        return [slice(a, b) for a, b in pairwise([0, *ends.tolist(), len(self.rows)])]
 
 
 def base_motion(model: Model, given: Input) -> BaseMotion | None:
@@ -105,7 +118,11 @@ def sense(
 
 
 def _acceleration(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
-    if at is not None and rate:
+    if at is not None and rate and m.jumps:
+        for part in m.parts:
+            rows = m.rows[part]
+            out[part][:-1] = mean_accelerations(rows[:, at], rows[:, n + at], rate)
+    elif at is not None and rate:
         out[:-1] = np.diff(m.rows[:, n + at]) * rate
     elif at is not None:
         out[:] = m.acceleration[:, at]

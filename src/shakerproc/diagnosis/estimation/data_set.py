@@ -17,8 +17,8 @@ from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
-from shakerproc.simulation import Input, prepare
-from shakerproc.simulation.inputs import prepare_displacement
+from shakerproc.simulation import Input
+from shakerproc.simulation.inputs import prepare_measured
 
 MODEL_SHARE: Final = 1e-3
 """Share of a response to which no model is held: calibration, noise of the controls [-]."""
@@ -121,8 +121,11 @@ class DataSet:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What drives each test, prepared for the engine."""
-        made = prepare_displacement if self.model.excitation.imposed else prepare
-        return tuple(made(test.input, test.sample_rate) for test in self.tests)
+        imposed = self.model.excitation.imposed
+        return tuple(
+            prepare_measured(test.input, test.sample_rate, imposed=imposed)
+            for test in self.tests
+        )
 
     @cached_property
     def shaken(self) -> "tuple[DataSet, ...]":

@@ -18,6 +18,10 @@ HORIZONS: Final = (5.0, HORIZON, 50.0)
 ROUNDS: Final = 10
 """Steps of the search at the horizon [-]."""
 
+BEST_ROUNDS: Final = 30
+"""The same for the best hypothesis, by which the others and the horizon are judged: valleys of
+friction are long [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +55,9 @@ class Form:
         )
 
 
-def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:
+def carried(
+    data: DataSet, found: Fit, forms: Sequence[Form], *, rounds: int = ROUNDS
+) -> Fit | None:
     """Return a fit carried over to one form after the other; None where it runs away.
 
     Parameters
@@ -62,12 +68,14 @@ def carried(data: DataSet, found: Fit, forms: Sequence[Form]) -> Fit | None:
         On shorter windows.
     forms : sequence of Form
         The next ones, the shorter first: a long one alone is full of local minima.
+    rounds : int
+        Steps at each.
     """
     here: Fit | None = found
     for form in forms:
         if here is not None and len(form.fitted):
             here = fit(
-                data, here.hypothesis, here.x, form.fitted, rounds=ROUNDS,
+                data, here.hypothesis, here.x, form.fitted, rounds=rounds,
                 channels=here.channels,
             )  # fmt: skip
     return here

@@ -28,6 +28,9 @@ NEARBY: Final = 1e-3
 """Change of a coordinate within which a residual has to follow its slope, as no model is held
 to less (see `MODEL_SHARE`) [-]."""
 
+DIRECTIONS: Final = 2
+"""Directions of all numbers in which that is tried: their mean square over many samples [-]."""
+
 
 def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
     """Return what a fit says in windows, from its starts there; None where it cannot."""
@@ -125,16 +128,22 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
 
 
 def _bent(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list[FloatArray]:
-    """Return the squares of what outputs depart from their slopes, in every window."""
+    """Return the squares of what outputs depart from their slopes, in every window.
+
+    All numbers change at once, up or down by chance: each departure of one shows on average,
+    whatever their number.
+    """
     bent = [np.zeros_like(outputs) for outputs in still.outputs]
-    for change in NEARBY * np.eye(found.x.size):
+    signs = np.random.default_rng(0).choice((-1.0, 1.0), (DIRECTIONS, found.x.size))
+    for change in NEARBY * signs:
         both = [
             prediction_of(data, replace(found, x=found.x + sign * change), windows)
             for sign in (1.0, -1.0)
         ]
         if both[0] is not None and both[1] is not None:
             for i, outputs in enumerate(still.outputs):
-                bent[i] += (0.5 * (both[0].outputs[i] + both[1].outputs[i]) - outputs) ** 2
+                apart = 0.5 * (both[0].outputs[i] + both[1].outputs[i]) - outputs
+                bent[i] += apart**2 / DIRECTIONS
     return bent
 
 
