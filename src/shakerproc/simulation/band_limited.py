@@ -46,13 +46,18 @@ def _jumps(effect: AbstractEffect) -> bool:
 
 
 def _jumps_at(effect: AbstractMemorylessEffect, switch: Switch) -> bool:
-    """Return whether a force differs on the two sides of a switch, at 1 m/s or at rest."""
-    near = switch.at + np.array([-_NEAR, _NEAR]) * max(abs(switch.at), _NEAR)
+    """Return whether forces on the two sides of a switch stay apart as they are approached.
+
+    At 1 m/s, or at rest.
+    """
+    near = np.array([-_NEAR, _NEAR, -1e3 * _NEAR, 1e3 * _NEAR])
+    near = switch.at + near * max(abs(switch.at), 1e3 * _NEAR)
     if switch.variable == "velocity":
-        forces = effect.force_at(np.zeros(2), near)
+        forces = effect.force_at(np.zeros(4), near)
     else:
-        forces = effect.force_at(near, np.ones(2))
-    return bool(abs(forces[1] - forces[0]) > 0.01 * np.max(np.abs(forces), initial=0.0) > 0.0)
+        forces = effect.force_at(near, np.ones(4))
+    close, farther = np.abs(forces[1::2] - forces[::2])
+    return bool(close > 0.5 * farther)
 
 
 def mean_accelerations(
