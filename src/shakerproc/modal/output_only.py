@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
-from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.mode_set import NORMAL_95, ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import (
     normalised,
@@ -32,9 +32,13 @@ from shakerproc.modal.stabilisation import (
 BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
 
+ABOVE: Final = 1.1
+"""Where the analysed samples end, over the end of the band [-]. The input has to be broadband up
+to there: where it ends below, its edge looks like damped modes."""
+
 ROWS: Final = 160
 """Size of the block Hankel matrix at most: of 8 responses it reaches 20 samples of the slower
-record, with 2.5 to a period of the highest frequency. Longer lags hold more noise than modes:
+record, with 2.2 to a period of the highest frequency. Longer lags hold more noise than modes:
 with 480 a fifth fewer modes are within 1 % and 10 % (`python -m benchmarks.modal`)."""
 
 LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
@@ -127,11 +131,12 @@ def identify_output_only(
         f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
         for value in frequency_of(poles[damping_of(poles) < TONE_DAMPING])
     ]
+    student = scipy.special.stdtrit(BLOCKS - 1, 0.975) / NORMAL_95  # over the normal law
     return ModeSet(
         method="output only",
         poles=poles,
-        damping_error=found.errors[0],
-        frequency_error=found.errors[1],
+        damping_error=student * found.errors[0],
+        frequency_error=student * found.errors[1],
         shapes=normalised(without_chance(found.shapes, found.chance)),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
@@ -162,8 +167,8 @@ def _modes(
         _subspace(parts.sum(axis=0) - part, n_rows, interval)
         for part in (parts if poles.size else ())
     ]
-    others = [_poles(space, orders[len(orders) // 2]) for space in spaces]
-    errors, chance = _jackknife(others, poles, shapes, scale)
+    others = [[_poles(space, order) for order in orders] for space in spaces]
+    errors, chance = _jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN)
     found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
@@ -200,10 +205,10 @@ def _chosen(
 def _slower(
     responses: FloatArray, sample_rate: float, highest: float
 ) -> tuple[FloatArray, float, FloatArray]:
-    """Return samples at 2.5 times the highest frequency, their interval [s], their scale."""
+    """Return samples that end above the highest frequency, their interval [s], their scale."""
     centred = responses - responses.mean(axis=1, keepdims=True)
     n = centred.shape[1]
-    wanted = min(n, int(np.ceil(2.5 * highest * n / sample_rate)))
+    wanted = min(n, int(np.ceil(2.0 * ABOVE * highest * n / sample_rate)))
     spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
     slower = scipy.fft.irfft(spectrum, wanted)
     scale = np.std(slower, axis=1)
@@ -252,9 +257,13 @@ def _poles(space: _Subspace, order: int) -> OrderPoles:
 
 
 def _jackknife(
-    others: Sequence[OrderPoles], poles: ComplexArray, shapes: ComplexArray, scale: FloatArray
+    others: Sequence[Sequence[OrderPoles]],
+    diagram: Diagram,
+    poles: ComplexArray,
+    shapes: ComplexArray,
+    scale: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the scatter of modes over fits that each leave out a block.
+    """Return the scatter of modes over diagrams that each leave out a block.
 
     Returns
     -------
@@ -265,11 +274,10 @@ def _jackknife(
     """
     values = np.empty((len(others), 2, poles.size))
     turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
-    for block, other in enumerate(others):
-        near = np.argmin(np.abs(np.subtract.outer(poles, other.poles)), axis=1)
-        own = other.poles[near]
+    for block, fits in enumerate(others):
+        own, again = _again(fits, diagram, poles)
         values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
-        turned[block] = scaled_to(normalised(other.shapes[near] * scale), shapes)
+        turned[block] = scaled_to(normalised(again * scale), shapes)
     if not others:
         return np.zeros((2, 0)), np.zeros(shapes.shape)
     share = (BLOCKS - 1) / BLOCKS
@@ -277,3 +285,22 @@ def _jackknife(
     imaginary = turned.imag
     chance = share * np.sum((imaginary - imaginary.mean(axis=0)) ** 2, axis=0)
     return np.asarray(errors), np.asarray(chance)
+
+
+def _again(
+    fits: Sequence[OrderPoles], diagram: Diagram, poles: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return poles and shapes of modes in other fits, at the orders at which each was found."""
+    found, shapes = [], []
+    for pole in poles:
+        nearest = int(np.argmin(np.abs(diagram.poles - pole)))
+        number = diagram.cluster[nearest]
+        there = diagram.order[diagram.cluster == number] if number >= 0 else []
+        own = [fit for fit in fits if fit.order in {*there, diagram.order[nearest]}]
+        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in own]
+        every = np.array([fit.poles[row] for fit, row in zip(own, near, strict=True)])
+        middle = complex(np.median(every.real), np.median(every.imag))
+        first = int(np.argmin(np.abs(every - middle)))
+        found.append(middle)
+        shapes.append(own[first].shapes[near[first]])
+    return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
