@@ -22,9 +22,9 @@ AT_ONCE = 100
 """Lines whose slopes are held at once."""
 
 UNTOLD = 1e-13
-"""Eigenvalue of the information, over the largest, that is none but for rounding [-]: forces that
-are turned into each other, or passed through a filter of gain 1, leave the spectra as they are.
-Poles and shapes do not change with them."""
+"""Eigenvalue of the information, over the largest, that is none but for rounding [-]: forces
+that are turned into each other, or passed through a filter of gain 1, leave the spectra as they
+are. Poles and shapes do not change with them."""
 
 
 @dataclass

@@ -12,7 +12,7 @@ SECONDS, RATE = 20.0, 512.0
 
 @pytest.mark.parametrize(("frequency", "damping"), [(100.0, 0.01), (60.0, 0.02)])
 def test_damping_of_a_mode_that_is_alone_is_known_to_the_root_of_its_turns(frequency, damping):
-    """1/sqrt(omega zeta T) of itself, whatever the number of sensors (Whittle, one white force)."""
+    """1/sqrt(omega zeta T) of itself, whatever the number of sensors."""
     shape = np.sin(pi * np.arange(1, 9) / 9.0)[np.newaxis]
     samples = np.zeros((8, int(SECONDS * RATE)))
     structure = Structure(

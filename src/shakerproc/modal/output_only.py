@@ -1,6 +1,5 @@
 """Modes where no input was measured: covariance-driven stochastic subspace identification."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -10,12 +9,12 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
+from shakerproc.modal.jackknife import jackknife
 from shakerproc.modal.mode_set import NORMAL_95, ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import (
     normalised,
     phase_collinearity,
-    scaled_to,
     without_chance,
 )
 from shakerproc.modal.stabilisation import (
@@ -33,8 +32,8 @@ BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
 
 ABOVE: Final = 1.1
-"""Where the analysed samples end, over the end of the band [-]. The input has to be broadband up
-to there: where it ends below, its edge looks like damped modes."""
+"""Where the analysed samples end, over the end of the band [-]. The input has to be broadband
+up to there: where it ends below, its edge looks like damped modes."""
 
 ROWS: Final = 160
 """Size of the block Hankel matrix at most: of 8 responses it reaches 20 samples of the slower
@@ -112,8 +111,6 @@ def identify_output_only(
     ----------
     .. [1] B. Peeters and G. De Roeck, "Reference-based stochastic subspace identification for
        output-only modal analysis", Mechanical Systems and Signal Processing 13, 855-878, 1999.
-    .. [2] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9,
-       586-596, 1981.
     """
     samples, interval, scale = _slower(responses, sample_rate, settings.band[1])
     n = samples.shape[0]
@@ -168,7 +165,7 @@ def _modes(
         for part in (parts if poles.size else ())
     ]
     others = [[_poles(space, order) for order in orders] for space in spaces]
-    errors, chance = _jackknife(others, diagram, poles, shapes, scale)
+    errors, chance = jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN)
     found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
@@ -254,53 +251,3 @@ def _poles(space: _Subspace, order: int) -> OrderPoles:
     kept = kept[np.argsort(poles.imag[kept])]
     shapes: ComplexArray = (observed[: space.n_responses] @ vectors[:, kept]).T
     return OrderPoles(order, poles[kept], unit_shapes(shapes))
-
-
-def _jackknife(
-    others: Sequence[Sequence[OrderPoles]],
-    diagram: Diagram,
-    poles: ComplexArray,
-    shapes: ComplexArray,
-    scale: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the scatter of modes over diagrams that each leave out a block.
-
-    Returns
-    -------
-    errors : (2, n_modes) array
-        Standard deviations of ln damping and ln frequency [-].
-    chance : (n_modes, n_responses) array
-        Variances of the imaginary parts of the shapes [-].
-    """
-    values = np.empty((len(others), 2, poles.size))
-    turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
-    for block, fits in enumerate(others):
-        own, again = _again(fits, diagram, poles)
-        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
-        turned[block] = scaled_to(normalised(again * scale), shapes)
-    if not others:
-        return np.zeros((2, 0)), np.zeros(shapes.shape)
-    share = (BLOCKS - 1) / BLOCKS
-    errors = np.sqrt(share * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
-    imaginary = turned.imag
-    chance = share * np.sum((imaginary - imaginary.mean(axis=0)) ** 2, axis=0)
-    return np.asarray(errors), np.asarray(chance)
-
-
-def _again(
-    fits: Sequence[OrderPoles], diagram: Diagram, poles: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return poles and shapes of modes in other fits, at the orders at which each was found."""
-    found, shapes = [], []
-    for pole in poles:
-        nearest = int(np.argmin(np.abs(diagram.poles - pole)))
-        number = diagram.cluster[nearest]
-        there = diagram.order[diagram.cluster == number] if number >= 0 else []
-        own = [fit for fit in fits if fit.order in {*there, diagram.order[nearest]}]
-        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in own]
-        every = np.array([fit.poles[row] for fit, row in zip(own, near, strict=True)])
-        middle = complex(np.median(every.real), np.median(every.imag))
-        first = int(np.argmin(np.abs(every - middle)))
-        found.append(middle)
-        shapes.append(own[first].shapes[near[first]])
-    return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
