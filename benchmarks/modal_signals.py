@@ -7,6 +7,9 @@ import numpy as np
 OVERSAMPLED = 8
 """Steps of the recursion in one sample; the force is linear between them."""
 
+BANDWIDTH = 0.84
+"""Where the forces end, over half the sample rate [-]."""
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -19,6 +22,7 @@ class Structure:
     response: np.ndarray  # (n_sensors, n_samples) [m/s^2], with noise
     sample_rate: float
     driven: tuple[int, ...]  # sensors at which the forces act
+    noise: np.ndarray  # (n_sensors,) rms [m/s^2]
 
 
 def draw(
@@ -47,10 +51,17 @@ def draw(
     response = superposition(
         frequency, damping, shapes, shapes[:, list(driven)] @ force, sample_rate
     )
-    rms = np.sqrt(np.mean(response**2, axis=1, keepdims=True))
-    response = response + rms * 10 ** (-noise_db / 20) * rng.standard_normal(response.shape)
+    noise = 10 ** (-noise_db / 20) * np.sqrt(np.mean(response**2, axis=1))
+    response = response + noise[:, np.newaxis] * rng.standard_normal(response.shape)
     return Structure(
-        frequency, damping, shapes, force[:, ::OVERSAMPLED], response, sample_rate, driven
+        frequency,
+        damping,
+        shapes,
+        force[:, ::OVERSAMPLED],
+        response,
+        sample_rate,
+        driven,
+        noise,
     )
 
 
@@ -66,10 +77,10 @@ def _frequencies(rng: np.random.Generator, n_modes: int, highest: float) -> np.n
 
 
 def band_limited(rng: np.random.Generator, n_inputs: int, n_samples: int) -> np.ndarray:
-    """Return Gaussian forces up to 0.42 of the sample rate, OVERSAMPLED times as fine."""
+    """Return Gaussian forces of one BANDWIDTH and rms 1, OVERSAMPLED times as fine."""
     extra = 4 * n_samples  # cut from a longer period: nothing is periodic in the record
     spectrum = np.zeros((n_inputs, extra * OVERSAMPLED // 2 + 1), dtype=complex)
-    lines = int(0.42 * extra)
+    lines = int(0.5 * BANDWIDTH * extra)
     spectrum[:, 1:lines] = rng.standard_normal((n_inputs, lines - 1)) + 1j * (
         rng.standard_normal((n_inputs, lines - 1))
     )

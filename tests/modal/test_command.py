@@ -218,5 +218,8 @@ def test_batch_finds_the_modes_too(folder, capsys):
     out = folder / "batch"
     assert run("batch", path, "--modal", "--no-figures", "--workers", 1, "--out", out) == 0
     assert len((out / "modal" / "modes.csv").read_text().splitlines()) == 1 + 4
-    assert (out / "report.html").is_file()
+    page = (out / "report.html").read_text()
+    assert "4 modes" in page
+    assert page.count('class="moving"') == 4  # the shapes swing in the report of the batch too
+    assert "modal/report.html" in page
     assert "modes:" in capsys.readouterr().err

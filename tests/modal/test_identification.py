@@ -14,7 +14,9 @@ from shakerproc.modal import (
     phase_collinearity,
     response_functions,
 )
+from shakerproc.modal.choosing import twins_of
 from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.mode_set import ModeSet
 
 BAND = (3.0, 200.0)
 
@@ -117,3 +119,26 @@ def test_sensors_on_a_line_are_seen_from_the_side_and_others_from_a_corner():
     assert np.linalg.norm(tower.motion, axis=2).max(axis=1).min() > 0.05  # both are seen
     row = geometry_of([None, None], [None, None])
     assert not row.scaled
+
+
+@pytest.mark.parametrize(
+    ("second", "shape", "expected"),
+    [(50.4, [1.0, 0.5], [(50.0, 50.4)]), (52.0, [1.0, 0.5], []), (50.4, [1.0, -0.5], [])],
+)
+def test_a_mode_within_the_width_of_another_of_the_same_shape_is_told(second, shape, expected):
+    """The width of 50 Hz with 0.5 % is 0.5 Hz."""
+    omega = 2.0 * np.pi * np.array([50.0, second])
+    poles = omega * (-0.005 + 1j * np.sqrt(1.0 - 0.005**2))
+    unknown = np.zeros(2)
+    modes = ModeSet(
+        method="response functions",
+        poles=poles,
+        frequency_error=unknown,
+        damping_error=unknown,
+        shapes=np.array([[1.0, 0.5], shape], dtype=complex),
+        participation=np.ones((2, 1), dtype=complex),
+        diagram=None,
+        model=None,
+        interval_from="",
+    )
+    assert twins_of(modes) == [pytest.approx(pair) for pair in expected]

@@ -35,8 +35,13 @@ def write_folder(
         write_modes(folder, analysis, document, logs, command=output.command(), figures=figures)
 
 
-def modes_of_batch(log: TestLog, root: Path, json: str | None, *, figures: bool) -> None:
-    """Analyse the tests of a batch that reach more than single frequencies, in root/modal."""
+def modes_of_batch(
+    log: TestLog, root: Path, json: str | None, *, figures: bool
+) -> ModalAnalysis:
+    """Return the modes of the tests of a batch that reach more than single frequencies.
+
+    They are written to root/modal and told.
+    """
     tests = [test for test in log.active if test.excitation not in SINGLE_FREQUENCIES]
     with output.progress("modes", len(tests)) as advance:
         analysis = analyse_log(log, tests, log.modal, progress=advance)
@@ -44,6 +49,7 @@ def modes_of_batch(log: TestLog, root: Path, json: str | None, *, figures: bool)
     document = document_of(analysis, log)
     write_folder(root / "modal", analysis, document, [log.path], figures=figures)
     output.message(f"modes: {root / 'modal' / 'report.html'}")
+    return analysis
 
 
 def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:

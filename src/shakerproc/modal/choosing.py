@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.data import Channel, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.shapes import mac
 from shakerproc.testlog import Modal, Test
 
 SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")
@@ -15,6 +16,9 @@ SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")
 
 MUCH_LEFT: Final = 0.3
 """Share of a response that modes leave, from which on it is said [-]."""
+
+ONE_SHAPE: Final = 0.99
+"""MAC from which on two shapes are one, as those of one mode in two tests are [-]."""
 
 DEFAULT_BAND: Final = (20.0, 0.42)
 """Band where nobody says one: from so many lines to so much of the sample rate."""
@@ -118,6 +122,12 @@ def remarks_of(
             f"no position for {named}: shapes are drawn over the sensors' order; add "
             "position: [0 mm, 0 mm, 0 mm] and direction: z to the channels"
         )
+    found += [
+        f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "
+        "a resonance that a nonlinearity bends looks like two; compare levels, or say how many "
+        f"there are (modal: {{modes: {modes.poles.size - 1}}})"
+        for first, second in twins_of(modes)
+    ]
     if modes.model is not None and modes.poles.size:
         left = float(np.max(modes.model.unexplained))
         if left > MUCH_LEFT:
@@ -131,3 +141,29 @@ def remarks_of(
             "band, take a longer record, or name poles under modal: {keep: [...]}"
         )
     return found
+
+
+def twins_of(modes: ModeSet) -> list[tuple[float, float]]:
+    """Return pairs of frequencies [Hz] of modes that sensors cannot tell from one.
+
+    Parameters
+    ----------
+    modes : ModeSet
+        Modes; those of a single sensor have no shape that could tell.
+
+    Returns
+    -------
+    list of (float, float)
+        Neighbours whose shapes are alike and that lie closer than the wider one's half-power
+        width.
+    """
+    if modes.shapes.shape[1] < 2:
+        return []
+    alike = mac(modes.shapes, modes.shapes) > ONE_SHAPE
+    widths = 2.0 * modes.damping * modes.frequency
+    return [
+        (float(modes.frequency[i]), float(modes.frequency[i + 1]))
+        for i in range(modes.poles.size - 1)
+        if alike[i, i + 1]
+        and modes.frequency[i + 1] - modes.frequency[i] < max(widths[i], widths[i + 1])
+    ]

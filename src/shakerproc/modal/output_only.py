@@ -1,6 +1,5 @@
 """Modes where no input was measured: covariance-driven stochastic subspace identification."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -10,12 +9,12 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
-from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.jackknife import jackknife
+from shakerproc.modal.mode_set import NORMAL_95, ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import (
     normalised,
     phase_collinearity,
-    scaled_to,
     without_chance,
 )
 from shakerproc.modal.stabilisation import (
@@ -32,9 +31,13 @@ from shakerproc.modal.stabilisation import (
 BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
 
+ABOVE: Final = 1.1
+"""Where the analysed samples end, over the end of the band [-]. The input has to be broadband
+up to there: where it ends below, its edge looks like damped modes."""
+
 ROWS: Final = 160
 """Size of the block Hankel matrix at most: of 8 responses it reaches 20 samples of the slower
-record, with 2.5 to a period of the highest frequency. Longer lags hold more noise than modes:
+record, with 2.2 to a period of the highest frequency. Longer lags hold more noise than modes:
 with 480 a fifth fewer modes are within 1 % and 10 % (`python -m benchmarks.modal`)."""
 
 LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
@@ -108,8 +111,6 @@ def identify_output_only(
     ----------
     .. [1] B. Peeters and G. De Roeck, "Reference-based stochastic subspace identification for
        output-only modal analysis", Mechanical Systems and Signal Processing 13, 855-878, 1999.
-    .. [2] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9,
-       586-596, 1981.
     """
     samples, interval, scale = _slower(responses, sample_rate, settings.band[1])
     n = samples.shape[0]
@@ -127,11 +128,12 @@ def identify_output_only(
         f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
         for value in frequency_of(poles[damping_of(poles) < TONE_DAMPING])
     ]
+    student = scipy.special.stdtrit(BLOCKS - 1, 0.975) / NORMAL_95  # over the normal law
     return ModeSet(
         method="output only",
         poles=poles,
-        damping_error=found.errors[0],
-        frequency_error=found.errors[1],
+        damping_error=student * found.errors[0],
+        frequency_error=student * found.errors[1],
         shapes=normalised(without_chance(found.shapes, found.chance)),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
@@ -162,8 +164,8 @@ def _modes(
         _subspace(parts.sum(axis=0) - part, n_rows, interval)
         for part in (parts if poles.size else ())
     ]
-    others = [_poles(space, orders[len(orders) // 2]) for space in spaces]
-    errors, chance = _jackknife(others, poles, shapes, scale)
+    others = [[_poles(space, order) for order in orders] for space in spaces]
+    errors, chance = jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN)
     found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
@@ -200,10 +202,10 @@ def _chosen(
 def _slower(
     responses: FloatArray, sample_rate: float, highest: float
 ) -> tuple[FloatArray, float, FloatArray]:
-    """Return samples at 2.5 times the highest frequency, their interval [s], their scale."""
+    """Return samples that end above the highest frequency, their interval [s], their scale."""
     centred = responses - responses.mean(axis=1, keepdims=True)
     n = centred.shape[1]
-    wanted = min(n, int(np.ceil(2.5 * highest * n / sample_rate)))
+    wanted = min(n, int(np.ceil(2.0 * ABOVE * highest * n / sample_rate)))
     spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
     slower = scipy.fft.irfft(spectrum, wanted)
     scale = np.std(slower, axis=1)
@@ -249,31 +251,3 @@ def _poles(space: _Subspace, order: int) -> OrderPoles:
     kept = kept[np.argsort(poles.imag[kept])]
     shapes: ComplexArray = (observed[: space.n_responses] @ vectors[:, kept]).T
     return OrderPoles(order, poles[kept], unit_shapes(shapes))
-
-
-def _jackknife(
-    others: Sequence[OrderPoles], poles: ComplexArray, shapes: ComplexArray, scale: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the scatter of modes over fits that each leave out a block.
-
-    Returns
-    -------
-    errors : (2, n_modes) array
-        Standard deviations of ln damping and ln frequency [-].
-    chance : (n_modes, n_responses) array
-        Variances of the imaginary parts of the shapes [-].
-    """
-    values = np.empty((len(others), 2, poles.size))
-    turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
-    for block, other in enumerate(others):
-        near = np.argmin(np.abs(np.subtract.outer(poles, other.poles)), axis=1)
-        own = other.poles[near]
-        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
-        turned[block] = scaled_to(normalised(other.shapes[near] * scale), shapes)
-    if not others:
-        return np.zeros((2, 0)), np.zeros(shapes.shape)
-    share = (BLOCKS - 1) / BLOCKS
-    errors = np.sqrt(share * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
-    imaginary = turned.imag
-    chance = share * np.sum((imaginary - imaginary.mean(axis=0)) ** 2, axis=0)
-    return np.asarray(errors), np.asarray(chance)

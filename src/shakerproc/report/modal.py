@@ -58,6 +58,23 @@ def modal_report(
     )
 
 
+def section_of_modes(analysis: ModalAnalysis) -> Section:
+    """Return what the report of a batch says of the modes of its tests.
+
+    Parameters
+    ----------
+    analysis : ModalAnalysis
+        What was found; its own page, in ``modal``, has diagrams and response functions too.
+    """
+    told = [_verdict(analysis), "Diagrams and response functions: modal/report.html."]
+    tables = [
+        _mode_table(one, f"Test {one.name}") for one in analysis.tests if one.modes.poles.size
+    ]
+    shapes = [drawing for one in analysis.tests[:1] for drawing in _shapes(one)]
+    over = _over_tests(analysis)
+    return Section("Modes", "modes", told, tables, shapes, [] if over is None else [over])
+
+
 def _verdict(analysis: ModalAnalysis) -> str:
     told = [f"test {one.name}: {one.modes.poles.size} modes" for one in analysis.tests[:12]]
     failed = [f"test {name} left out: {reason}" for name, reason in analysis.failed]
@@ -78,11 +95,11 @@ def _test_section(one: TestModes, number: int) -> Section:
     parts = []
     if len(one.sensors) > 1 and modes.poles.size:
         parts.append(Section("Mode shapes", "shapes", figures=[*_shapes(one), *_own_mac(one)]))
-    table = [_mode_table(one)] if modes.poles.size else []
+    table = [_mode_table(one, "Modes")] if modes.poles.size else []
     return Section(heading, f"test-{number}", opening, table, figures, parts)
 
 
-def _mode_table(one: TestModes) -> Table:
+def _mode_table(one: TestModes, caption: str) -> Table:
     modes = one.modes
     rows = [
         (
@@ -100,7 +117,7 @@ def _mode_table(one: TestModes) -> Table:
         "mode", "f_n [Hz]", "95 % [Hz]", "ζ [%]", "95 % [%]", "phase collinearity",
         *(() if modes.scatter is None else ("scatter of f_n [%]", "scatter of ζ [%]")),
     )  # fmt: skip
-    return Table("Modes", columns, rows)
+    return Table(caption, columns, rows)
 
 
 def _stabilisation(one: TestModes) -> Drawing:
@@ -160,6 +177,9 @@ def _synthesis(one: TestModes) -> list[Drawing]:
 
 
 def _shapes(one: TestModes) -> list[Drawing]:
+    """Return the moving shapes; none of a single sensor."""
+    if len(one.sensors) < 2:
+        return []
     geometry = geometry_of(one.positions, one.directions)
     modes = one.modes
     return [

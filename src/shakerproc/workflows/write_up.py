@@ -17,6 +17,7 @@ from shakerproc.errors import ArgumentError
 from shakerproc.report.earlier_view import earlier_section
 from shakerproc.report.header import HeaderView
 from shakerproc.report.page import Report, write_report
+from shakerproc.report.sections import Section
 from shakerproc.report.shown_units import ShownUnits
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
@@ -128,13 +129,17 @@ def write_up(
     *,
     evidence: Evidence = NONE,
     verdict: str = "",
+    further: Sequence[Section] = (),
 ) -> dict[str, Any]:
     """Write everything that concerns the whole campaign; return what report.json holds.
 
+    `further` are sections of the report besides those of runs, trends and evidence.
     What an earlier batch wrote of the kind, and this one does not, is removed.
     """
     with files.noted() as written:
-        content = _written_up(title, campaign, root, wish, evidence=evidence, verdict=verdict)
+        content = _written_up(
+            title, campaign, root, wish, evidence=evidence, verdict=verdict, further=further
+        )
     settle(root, written)
     return content
 
@@ -147,6 +152,7 @@ def _written_up(
     *,
     evidence: Evidence,
     verdict: str,
+    further: Sequence[Section],
 ) -> dict[str, Any]:
     runs = campaign.runs
     told = trends_of(runs, wish)
@@ -154,7 +160,7 @@ def _written_up(
     write_tables(runs, found, channel, root)
     if wish.figures:
         draw_trends(found, root / "trends")
-    units, sections = ShownUnits(wish.units), list(sections_of(root, evidence))
+    units, sections = ShownUnits(wish.units), [*further, *sections_of(root, evidence)]
     if wish.earlier is not None:
         rows = changes(runs, wish.earlier.runs).rows
         files.write_csv(root / "against.csv", change_columns(rows))

@@ -10,6 +10,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
+    from shakerproc.report.sections import Section
     from shakerproc.testlog import TestLog
 
 LONGEST_S = 7 * 86400.0
@@ -106,7 +107,7 @@ def batch(
     from shakerproc.cli.everyday import work_through_log
     from shakerproc.report.trial import tried_header
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.evidence import held_against
+    from shakerproc.workflows.evidence import NONE, held_against
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
     from shakerproc.workflows.write_up import Wish, units_of, write_up
@@ -150,27 +151,40 @@ def batch(
             accept_changed=accept_changed,
         )
         document = write_up(log.title, campaign, root, wish)
-        if model is not None:
-            with (
-                output.progress("model", 8 + 2 * len(log.tests)) as advance,
-                at_hand(log, recordings) as seen,
-            ):
-                evidence = held_against(
-                    model, seen, testlog, campaign.runs, tell=advance, warn=output.warning
-                )
+        if modal or model is not None:
+            further = _modes(log, root, json, figures=figures) if modal else []
+            evidence = NONE
+            if model is not None:
+                with (
+                    output.progress("model", 8 + 2 * len(log.tests)) as advance,
+                    at_hand(log, recordings) as seen,
+                ):
+                    evidence = held_against(
+                        model, seen, testlog, campaign.runs, tell=advance, warn=output.warning
+                    )
             verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
             document = write_up(
-                log.title, campaign, root, wish, evidence=evidence, verdict=verdict
+                log.title,
+                campaign,
+                root,
+                wish,
+                evidence=evidence,
+                verdict=verdict,
+                further=further,
             )
-        if modal:
-            from shakerproc.cli.modal_output import modes_of_batch
-
-            modes_of_batch(log, root, json, figures=figures)
     output.write_json(document, json)
     tell(campaign, document, root, json)
     output.print_if(pdf, root / "report.html")
     if any(summary.status == "failed" for summary in campaign.runs):
         output.finish(1)
+
+
+def _modes(log: "TestLog", root: Path, json: str | None, *, figures: bool) -> "list[Section]":
+    """Return the section of the modes, which are found, written and told."""
+    from shakerproc.cli.modal_output import modes_of_batch
+    from shakerproc.report.modal import section_of_modes
+
+    return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
 
 
 def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> None:
