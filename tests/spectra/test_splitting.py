@@ -14,7 +14,7 @@ from shakerproc.testlog.analyses import Splitting
 
 RATE, SECONDS, WIDTH, HEIGHT = 2000.0, 120.0, 0.011, 80.0
 SHOCKS = (20.3, 55.017, 81.5, 82.9)
-STEPS = (40.0, 70.0)
+STEPS = (40.011, 70.007)  # within a cell
 LEVELS = (1.0, 4.0, 1.5)
 
 

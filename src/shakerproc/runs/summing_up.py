@@ -26,6 +26,7 @@ from shakerproc.runs.summary import (
     SweptPeak,
     Value,
 )
+from shakerproc.runs.thinning import thinned
 from shakerproc.runs.tracking import SweptReading
 
 MOST_POINTS: Final = 360
@@ -294,27 +295,6 @@ def _curve(
     digits = 4 if kind != "coherence" else 3
     values = tuple(finite(v) for v in _rounded(y, digits))
     return CurveSummary(kind, channel, _rounded(x, 6), values, part=part)
-
-
-def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """Return a curve with at most so many points: the extremes of each slice, in order.
-
-    A line that is broken stays so: of the values that are none, one in each slice is kept.
-
-    Both may be in any unit.
-    """
-    if x.size <= most:
-        return x, y
-    finite = np.isfinite(y)
-    each = 2 if finite.all() else 3
-    kept: list[int] = []
-    for part in np.array_split(np.arange(x.size), most // each):
-        good, gaps = part[finite[part]], part[~finite[part]]
-        chosen = {int(gap) for gap in gaps[:1]}
-        if good.size:
-            chosen |= {int(good[np.argmin(y[good])]), int(good[np.argmax(y[good])])}
-        kept.extend(sorted(chosen))
-    return x[kept], y[kept]
 
 
 def _rounded(values: Sequence[float] | FloatArray, digits: int) -> tuple[float, ...]:

@@ -135,7 +135,7 @@ function seriesOf(curve, index) {
   const stroke = grey ? "#a9a9a9" : colour;
   const base = { label: curve.name, stroke, width: 1.35, points: { show: false },
     dash: dashed(curve.dash ?? look.dashes[style]) };
-  if (curve.kind === THIN) return [{ ...base, width: 0.7 }];
+  if (curve.kind === THIN) return [{ ...base, width: 1 }];
   if (curve.kind === WIDE) return [{ ...base, width: 3.7, dash: [] }];
   if (curve.kind === AREA) return [{ ...base, width: 0.5, dash: [] }, { ...base, width: 0.5, dash: [] }];
   if (curve.kind === LINE) return [base];

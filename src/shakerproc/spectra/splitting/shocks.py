@@ -48,11 +48,13 @@ class ShockRule:
 def background(cells: Cells) -> FloatArray:
     """Return the rms of the vibration around each cell, (n_channels, n_cells) [unit].
 
-    The median over `AROUND`, which shocks do not move.
+    The median over `AROUND`, which shocks do not move, or that of a cell beside it: one in
+    which the level steps is no shock.
     """
     size = min(round(AROUND / cells.seconds) | 1, (2 * cells.count - 1) | 1)
     median = scipy.ndimage.median_filter(cells.mean_square, (1, size), mode="nearest")
-    return np.sqrt(np.asarray(median, dtype=np.float64))
+    widened = scipy.ndimage.maximum_filter(median, (1, 3), mode="nearest")
+    return np.sqrt(np.asarray(widened, dtype=np.float64))
 
 
 def shocks_of(cells: Cells, rule: ShockRule) -> list[tuple[int, int]]:
