@@ -14,6 +14,12 @@ from shakerproc.spectra.splitting.parts import Part
 MOST_DRAWN: Final = 8
 """Spectra in a figure at most."""
 
+STEEP: Final = 1e-4
+"""How far a line up goes aside, as a share of the time that is shown [-]."""
+
+MOST_DECADES: Final = 6
+"""Decades of the level over time at most."""
+
 MOST_POINTS: Final = 1200
 """Points of a level over time at most, the largest of neighbouring cells each."""
 
@@ -72,34 +78,53 @@ def _over_time(
         Line(name, time, np.maximum.reduceat(rms[row], firsts), channel=name)
         for row, name in enumerate(names)
     ]
-    shown = rms[rms > 0.0]
-    low = float(shown.min()) if shown.size else 0.1
     peaks = cells.peak / STANDARD_GRAVITY
+    ends, span = _decades(rms, peaks), cells.count * cells.seconds
     shocks = [part for part in parts if part.kind == "shock"]
     if shocks:
         heights = [float(peaks[:, p.first : p.stop].max()) for p in shocks]
         times = [start + p.first * cells.seconds for p in shocks]
-        lines.append(_bars("shocks, to their peaks", times, low, heights, "abort"))
+        lines.append(_comb("shocks, to their peaks", times, heights, (ends[0], span), "abort"))
     times = [start + p.first * cells.seconds for p in parts if p.kind != "shock" and p.first]
     if times:
         tops = [float(peaks.max())] * len(times)
-        lines.append(_bars("changes of the level", times, low, tops, "demand"))
+        lines.append(_comb("changes of the level", times, tops, (ends[0], span), "demand"))
     return Panel(
         "splitting_time",
         "Shocks and changes of the level over time",
         f"Rms in cells of {1e3 * cells.seconds:.3g} ms, the largest where many share a point.",
         Scale("time [s]", logarithmic=False),
-        Scale("acceleration [g]"),
+        Scale("acceleration [g]", ends=ends),
         tuple(lines),
     )
 
 
-def _bars(
-    label: str, times: Sequence[float], low: float, heights: Sequence[float], look: Look
+def _decades(rms: FloatArray, peaks: FloatArray) -> tuple[float, float]:
+    """Return the decades that hold the levels and the peaks [g]."""
+    shown, high = rms[rms > 0.0], float(peaks.max())
+    if not shown.size:
+        return 0.1, 1.0
+    low, top = np.floor(np.log10(shown.min())), np.ceil(np.log10(high))
+    return float(10.0 ** max(low, top - MOST_DECADES)), float(10.0 ** max(top, low + 1.0))
+
+
+def _comb(
+    label: str,
+    times: Sequence[float],
+    heights: Sequence[float],
+    floor_and_span: tuple[float, float],
+    look: Look,
 ) -> Line:
-    """Return vertical lines, one at each time, from the bottom up to its height."""
-    values = np.array([[low, height, np.nan] for height in heights])
-    return Line(label, np.repeat(np.array(times), 3), values.ravel(), look=look)
+    """Return a line that goes up to each height and down again, below the axis between them.
+
+    `floor_and_span` are the low end of the axis and the time that is shown [s].
+    """
+    floor, span = floor_and_span
+    values = np.array([[0.1 * floor, height, 0.1 * floor] for height in heights])
+    aside = STEEP * span * np.arange(3.0)  # not upright: the page draws functions of time
+    return Line(
+        label, (np.array(times)[:, np.newaxis] + aside).ravel(), values.ravel(), look=look
+    )
 
 
 def _vibration(spectra: Sequence[PartSpectrum], names: Sequence[str], row: int) -> Panel:

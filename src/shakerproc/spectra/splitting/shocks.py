@@ -15,6 +15,11 @@ AROUND: Final = 10.0
 """Time over which the median tells the vibration around a cell [s]: shocks fill less than half
 of it, and a step of the level moves it at once."""
 
+BESIDE: Final = 0.5
+"""Time to either side whose vibration counts as well [s]: the median of a cell beside a step of
+the level is that of the quietest cells of the louder side.
+"""
+
 OVER: Final = 2.0
 """Rms of a cell, over the vibration around it, down to which a shock has not ended yet [-]."""
 
@@ -48,12 +53,12 @@ class ShockRule:
 def background(cells: Cells) -> FloatArray:
     """Return the rms of the vibration around each cell, (n_channels, n_cells) [unit].
 
-    The median over `AROUND`, which shocks do not move, or that of a cell beside it: one in
-    which the level steps is no shock.
+    The median over `AROUND`, which shocks do not move, the largest of those `BESIDE`.
     """
     size = min(round(AROUND / cells.seconds) | 1, (2 * cells.count - 1) | 1)
     median = scipy.ndimage.median_filter(cells.mean_square, (1, size), mode="nearest")
-    widened = scipy.ndimage.maximum_filter(median, (1, 3), mode="nearest")
+    beside = 2 * round(BESIDE / cells.seconds) + 1
+    widened = scipy.ndimage.maximum_filter(median, (1, beside), mode="nearest")
     return np.sqrt(np.asarray(widened, dtype=np.float64))
 
 
