@@ -27,6 +27,38 @@ def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatA
     return x[kept], y[kept]
 
 
+def straightened(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a line without the points that lie within 1 of a straight line along x or y.
+
+    Each point that is kept begins a stretch, which lasts as long as one straight line from it
+    leaves no point further off than 1, along y; where x goes back or stands, a stretch ends.
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+        Finite points in steps of a drawing [-].
+    """
+    across, up = x.tolist(), y.tolist()
+    kept, anchor = [0], 0
+    least, most = -np.inf, np.inf
+    for i in range(1, len(across)):
+        run = across[i] - across[anchor]
+        slope = (up[i] - up[anchor]) / run if run > 0.0 else np.nan
+        if i > anchor + 1 and not (least <= slope <= most and across[i] > across[i - 1]):
+            anchor = i - 1
+            kept.append(anchor)
+            least, most = -np.inf, np.inf
+            run = across[i] - across[anchor]
+        if run > 0.0:
+            least = max(least, (up[i] - up[anchor] - 1.0) / run)
+            most = min(most, (up[i] - up[anchor] + 1.0) / run)
+        else:
+            least, most = np.inf, -np.inf  # upright, or back: the next point begins anew
+    if len(across) > 1:
+        kept.append(len(across) - 1)
+    return x[kept], y[kept]
+
+
 def _extremes(y: FloatArray, most: int) -> list[int]:
     finite = np.isfinite(y)
     each = 2 if finite.all() else 3
