@@ -83,9 +83,7 @@ def legend(items: Sequence[Curve | Filling]) -> Markup:
     """Return the names of the lines with a sample of each."""
     return Markup('<p class="legend">{}</p>').format(
         Markup(" ").join(
-            Markup('<span><svg class="key">{}</svg> {}</span>').format(
-                _key(item), item.label
-            )
+            Markup('<span><svg class="key">{}</svg> {}</span>').format(_key(item), item.label)
             for item in items
             if item.label
         )

@@ -32,7 +32,7 @@ from shakerproc.runs.tracking import SweptReading
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
 
-TIME_SLICES: Final = 200
+TIME_SLICES: Final = 180
 
 BEYOND: Final = 1.25
 """How far above the excited band the curves go, as a multiple of its upper end."""
