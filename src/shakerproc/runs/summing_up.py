@@ -77,7 +77,10 @@ def _analysis(one: Analysis) -> AnalysisSummary:
     return AnalysisSummary(
         one.kind,
         one.title,
-        tuple({name: _kept(value) for name, value in row.items()} for row in one.summary),
+        tuple(
+            {k: finite(v) if isinstance(v, float) else v for k, v in row.items()}
+            for row in one.summary
+        ),
         one.told,
         tuple(
             PanelSummary(
@@ -86,10 +89,6 @@ def _analysis(one: Analysis) -> AnalysisSummary:
             for p in one.panels
         ),
     )
-
-
-def _kept(value: Value) -> Value:
-    return finite(value) if isinstance(value, float) else value
 
 
 def _line(line: Line) -> LineSummary:
