@@ -1,13 +1,16 @@
-"""Shock and fatigue spectra against pyyeti, if installed: python -m benchmarks.shock."""
+"""Shock and fatigue spectra, integrals and bands against pyyeti and endaq, if installed."""
 
 import time
 from importlib.util import find_spec
 
 import numpy as np
 
+from shakerproc.spectra import cross_spectra, psd
 from shakerproc.spectra.fatigue import fatigue_spectra
+from shakerproc.spectra.integration import integrated
+from shakerproc.spectra.octaves import octave_bands, rms_of_density
 from shakerproc.spectra.rainflow import rainflow
-from shakerproc.spectra.shock import logarithmic_frequencies, shock_spectra
+from shakerproc.spectra.shock import STEPS, logarithmic_frequencies, shock_spectra
 
 RATE, DURATION, HEIGHT, Q = 50_000.0, 0.011, 100.0, 10.0
 FINER = 8
@@ -80,9 +83,60 @@ def fatigue():
     print(f"vibration response to white noise: {np.max(np.abs(off)):.1e} off pyyeti's spectrum")
 
 
+def endaq():
+    """Spectra, integrals from rest and levels of bands of the same records."""
+    import endaq.calc.integrate
+    import endaq.calc.psd
+    import endaq.calc.shock
+    import pandas as pd
+
+    frequency = logarithmic_frequencies(5.0, RATE / 10.0, 12)
+    for name, samples in records():
+        table = pd.DataFrame({"a": samples}, pd.Index(np.arange(samples.size) / RATE))
+        spectra = shock_spectra([samples[np.newaxis]], RATE, frequency, 0.5 / Q)
+        for mode, quantity in (("srs", "absolute_acceleration"), ("pvss", "pseudo_velocity")):
+            theirs = endaq.calc.shock.shock_spectrum(
+                table, freqs=frequency, damp=0.5 / Q, mode=mode
+            )
+            ours = spectra.values[quantity]["maximax"][0]  # noqa: PD011 - no table
+            off = np.abs(ours / theirs["a"].to_numpy() - 1.0)
+            low = frequency <= RATE / STEPS  # above it, endaq looks at the samples alone
+            print(
+                f"{name}: {quantity}, maximax, {off[low].max():.1e} off endaq up to a "
+                f"{STEPS}th of the sample rate, {off.max():.1e} up to a tenth"
+            )
+        pairs = list(
+            integrated(
+                lambda a, b, row=samples: row[np.newaxis, a:b], samples.size, RATE,
+                (0, samples.size), corner=None,
+            )
+        )  # fmt: skip
+        theirs = endaq.calc.integrate.integrals(table, n=2, zero="start")
+        for order, quantity in ((1, "velocity"), (2, "displacement")):
+            ours = np.concatenate([pair[order - 1][0] for pair in pairs])
+            other = theirs[order]["a"].to_numpy()
+            off = np.max(np.abs(ours - other)) / np.max(np.abs(ours))
+            print(f"{name}: {quantity} from rest, {off:.1e} of its largest off endaq")
+    white = np.random.default_rng(3).standard_normal(200_000)
+    spectra = cross_spectra(white[np.newaxis], 2000.0, segment=2000, window="periodic hann")
+    bands = octave_bands(3, 50.0, 630.0)
+    ours = rms_of_density(spectra, bands)[0]
+    table = pd.DataFrame({"a": psd(spectra)[0]}, pd.Index(spectra.frequency))
+    edges = np.append(bands.lower, bands.upper[-1])
+    theirs = endaq.calc.psd.to_jagged(table, edges, agg="mean")["a"].to_numpy()
+    levels = np.sqrt(theirs * (bands.upper - bands.lower))
+    print(f"thirds of an octave from a density: {np.max(np.abs(ours / levels - 1)):.1e} off")
+
+
+def main():
+    """Print what can be compared."""
+    for name, compare in (("pyyeti", (shock, fatigue)), ("endaq", (endaq,))):
+        if find_spec(name) is None:
+            print(f"{name} is not installed: python -m pip install {name}")
+            continue
+        for one in compare:
+            one()
+
+
 if __name__ == "__main__":
-    if find_spec("pyyeti") is None:
-        print("pyyeti is not installed: python -m pip install pyyeti")
-    else:
-        shock()
-        fatigue()
+    main()

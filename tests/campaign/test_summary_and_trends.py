@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from tests.small_campaign import write_campaign
 
 from shakerproc import files
@@ -17,8 +18,8 @@ from shakerproc.runs import (
     write_summary,
 )
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, SpectrumSummary
-from shakerproc.runs.summing_up import thinned
 from shakerproc.runs.tables import spectra_columns
+from shakerproc.runs.thinning import thinned
 from shakerproc.testlog import facts_of, read_testlog
 
 SPECTRUM = SpectrumSummary(
@@ -146,6 +147,19 @@ def test_thinning_keeps_the_extremes(n):
     assert few_y.max() == y.max()
     assert few_y.min() == y.min()
     assert (np.diff(few_x) > 0).all()
+
+
+def test_a_thinned_nyquist_plot_is_still_the_circle_of_the_resonance():
+    """Of an oscillator: a circle of diameter 1 / (2 ζ); most lines lie near its origin."""
+    ratio = np.arange(1, 8193) / 360.0
+    gain = ratio * 1j / (1.0 - ratio**2 + 0.02j * ratio)  # a mobility, exactly a circle
+    x, y = thinned(gain.real, gain.imag, 240)
+    assert x.size <= 240
+    wanted = int(np.sum(np.abs(ratio - 1.0) < 0.02))  # beyond 80 % of the largest gain apart
+    kept = np.hypot(x, y) > 20.0
+    assert kept.sum() >= min(wanted, 10)
+    assert_allclose(np.hypot(x - 25.0, y), 25.0, rtol=1e-9)
+    assert np.hypot(np.diff(x), np.diff(y)).max() < 1.2 * np.abs(np.diff(gain)).max()
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -5,16 +6,18 @@ import pytest
 from PIL import Image
 from tests.campaign.test_summary_and_trends import FALLING
 from tests.runs.test_processing import RANDOM, with_roles
-from tests.small_campaign import RATE, samples
+from tests.small_campaign import RATE, samples, write_campaign
 
 from shakerproc.campaign import trends
+from shakerproc.report import run_drawings
 from shakerproc.report.analysis_figures import limits
 from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
 from shakerproc.report.trend_figures import draw_trends, trend_figure
-from shakerproc.runs import process_recording
+from shakerproc.runs import process_recording, process_test, summary_of
 from shakerproc.runs.analysis import Line, Scale
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
+from shakerproc.testlog import facts_of, read_testlog
 
 
 @pytest.mark.slow
@@ -92,3 +95,14 @@ def test_a_flat_line_lies_within_its_axis(value, logarithmic):
     line = Line("flat", np.arange(1.0, 4.0), np.full(3, value))
     low, high = limits([line], Scale("", logarithmic=logarithmic))
     assert low < value < high
+
+
+def test_every_mode_of_the_table_is_marked_in_the_response_function(tmp_path):
+    log = read_testlog(write_campaign(tmp_path, 1))
+    test = log.tests[0]
+    run = summary_of(process_test(log, test), "1", facts_of(test), "test_1.tdms", "ab" * 32)
+    (gain,) = [d for d in run_drawings.figures(run) if "|H1|" in d.title]
+    marks = re.findall(r'<path class="p\d" d="([^"]*)"', str(gain.drawing))
+    modes = [peak for channel in run.channels for peak in channel.response_peaks]
+    assert len(modes) >= 2
+    assert sum(path.count("M") for path in marks) == len(modes)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report import style, svg
+from shakerproc.report import axes, style, svg
+from shakerproc.runs.thinning import straightened
 
 WIDTH, HEIGHT = 560, 230
 X = svg.Axis("x", 0.0, 100.0)
@@ -20,7 +21,7 @@ def points_of(path):
         numbers = [int(n) for n in re.findall(r"-?\d+", move[2] or "")]
         steps = np.reshape(numbers, (-1, 2)) if numbers else np.zeros((0, 2))
         start = np.array([[int(move[0]), int(move[1])]])
-        runs.append(np.vstack([start, start + np.cumsum(steps, axis=0)]) / svg.UNIT)
+        runs.append(np.vstack([start, start + np.cumsum(steps, axis=0)]) / axes.UNIT)
     return runs
 
 
@@ -32,6 +33,15 @@ def drawn(x, y, **how):
     return svg.plot([svg.Curve("a", np.array(x), np.array(y), 0)], X, Y, title="t", **how)
 
 
+def distance(run, point):
+    """How far a point lies from a line of straight pieces."""
+    start, way = run[:-1], np.diff(run, axis=0)
+    length = np.maximum(np.sum(way**2, axis=1), 1e-30)
+    share = np.clip(np.sum((point - start) * way, axis=1) / length, 0.0, 1.0)
+    near = np.vstack([start + share[:, np.newaxis] * way, run])
+    return np.min(np.hypot(*(near - point).T))
+
+
 @given(st.lists(st.tuples(st.floats(0, 100), st.floats(-1, 1)), min_size=2, max_size=60))
 def test_a_path_goes_through_its_points(points):
     x, y = np.array(points).T
@@ -39,10 +49,10 @@ def test_a_path_goes_through_its_points(points):
     expected_x = 58 + x / 100.0 * (WIDTH - 58 - 18)
     expected_y = 8 + (1.0 - y) / 2.0 * (HEIGHT - 8 - 34)
     ends = [0, -1]
-    assert_allclose(run[ends, 0], expected_x[ends], atol=0.5 / svg.UNIT + 1e-9)
-    assert_allclose(run[ends, 1], expected_y[ends], atol=0.5 / svg.UNIT + 1e-9)
-    for px, py in zip(expected_x, expected_y, strict=True):
-        assert np.min(np.hypot(run[:, 0] - px, run[:, 1] - py)) < 1.0 / svg.UNIT
+    assert_allclose(run[ends, 0], expected_x[ends], atol=0.5 / axes.UNIT + 1e-9)
+    assert_allclose(run[ends, 1], expected_y[ends], atol=0.5 / axes.UNIT + 1e-9)
+    for point in zip(expected_x, expected_y, strict=True):
+        assert distance(run, np.array(point)) < 2.0 / axes.UNIT  # rounded, and straightened
 
 
 def test_what_is_no_number_breaks_the_line():
@@ -53,7 +63,7 @@ def test_what_is_no_number_breaks_the_line():
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_ticks_are_few_and_inside(low, span):
     axis = svg.Axis("x", low, low + span)
-    found = svg.ticks(axis)
+    found = axes.ticks(axis)
     assert 2 <= len(found) <= 8
     assert min(found) >= low - 1e-6 * span
     assert max(found) <= low + span * (1 + 1e-6)
@@ -61,7 +71,7 @@ def test_ticks_are_few_and_inside(low, span):
 
 @pytest.mark.parametrize("decades", [1, 2, 5, 9, 14])
 def test_logarithmic_ticks_are_powers_of_ten(decades):
-    found = svg.ticks(svg.Axis("y", 1e-5, 10.0 ** (decades - 5), logarithmic=True))
+    found = axes.ticks(svg.Axis("y", 1e-5, 10.0 ** (decades - 5), logarithmic=True))
     assert_allclose(np.log10(found) % 1.0, 0.0, atol=1e-12)
     assert 1 <= len(found) <= 8
 
@@ -130,7 +140,7 @@ def test_no_drawn_point_lies_where_the_data_are_not(values):
     y = np.array(values)
     with np.errstate(all="ignore"):
         wanted = (np.log10(np.where(y > 0.0, y, np.nan)) + 3.0) / 3.0
-    step = 1.0 / (svg.UNIT * (HEIGHT - 8 - 34))
+    step = 1.0 / (axes.UNIT * (HEIGHT - 8 - 34))
     for x, share in below(values) if path_of_or_empty(values) else ():
         assert np.all((share > -step) & (share < 1.0 + step))
         for at, value in zip(x, share, strict=True):
@@ -151,7 +161,7 @@ def off_line(x, share, k, wanted):
     ends = wanted[k : k + 2]
     if not np.isfinite(ends).all():  # a single number beside none is a point of its own
         return min((abs(share - e) for e in ends if np.isfinite(e)), default=np.inf)
-    x_step = (wanted.size - 1.0) / (svg.UNIT * (WIDTH - 58 - 18))
+    x_step = (wanted.size - 1.0) / (axes.UNIT * (WIDTH - 58 - 18))
     slope = abs(ends[1] - ends[0])
     on = ends[0] + (x - k) * (ends[1] - ends[0])
     return max(0.0, abs(share - on) - slope * x_step)
@@ -178,3 +188,26 @@ def test_an_area_beyond_the_axis_is_cut_and_one_outside_is_not_drawn():
     assert run[:, 1].min() >= top
     assert run[:, 1].max() <= bottom
     assert run[:, 0].max() == pytest.approx(58 + 1.6 / 3.0 * (WIDTH - 58 - 18), abs=40.0)
+
+
+def test_a_straightened_line_keeps_its_ends_and_strays_by_one_step_at_most():
+    rng = np.random.default_rng(8)
+    for noise in (0.0, 0.4, 3.0, 40.0):
+        x = np.cumsum(rng.integers(0, 4, 400)).astype(float)
+        y = np.rint(100.0 * np.sin(x / 60.0) + noise * rng.standard_normal(400))
+        few_x, few_y = straightened(x, y)
+        assert (few_x[0], few_y[0], few_x[-1], few_y[-1]) == (x[0], y[0], x[-1], y[-1])
+        for at, up in zip(x, y, strict=True):
+            near = few_y[few_x == at]
+            drawn = np.append(near, np.interp(at, few_x, few_y)) if not near.size else near
+            assert drawn.min() - 1.0 - 1e-9 <= up <= drawn.max() + 1.0 + 1e-9
+    assert straightened(np.arange(400.0), 0.3 * np.arange(400.0))[0].size == 2
+
+
+def test_axes_that_several_figures_have_are_written_once():
+    figure = svg.plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, X, title="t")
+    other = svg.plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, Y, title="t")
+    page = axes.shared(f"{figure}{other}{figure}")
+    assert page.count('<g class="axes" id="axes-0">') == page.count('href="#axes-0"') == 1
+    assert page.count('id="axes-1"') == 1
+    assert page.count("</g>") == 2

@@ -22,6 +22,7 @@ from shakerproc.testlog.analyses import (
     Integration,
     Octaves,
     Shock,
+    Splitting,
     Waterfall,
 )
 
@@ -34,6 +35,7 @@ ASKED = {
     "distribution": "{bins: 60}",
     "waterfall": "{spectra: 12}",
     "orders": "{tachometer: tacho, track: [0.5, 1, 1.5]}",
+    "splitting": "{shortest: 1 s}",
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
@@ -50,6 +52,7 @@ REFUSED = {
     "orders: {tachometer: tacho, track: [1, 4]}": "above half the sample rate of 2048 Hz",
     "orders: {tachometer: tacho, track: [1, 1.1]}": "not separable within 10 revolutions",
     "orders: {tachometer: tacho, pulses_per_revolution: 5000}": "revolutions in the run, where",
+    "splitting: {}": "a stationary part at least 5 s; give splitting: {shortest: ...}",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
 """What a recording of 2048 Hz does not allow."""
@@ -72,6 +75,9 @@ MISTAKEN = {
     "orders: {track: []}": "orders.track",
     "orders: {track: [0]}": "orders.track",
     "orders: {pulses: 2}": 'unknown key "pulses"',
+    "splitting: {crest: 1}": "splitting.crest",
+    "splitting: {least: 2}": "a unit",
+    "splitting: {longest: 0 s}": "more than 0",
     "distribution: {bins: 3}": "distribution.bins",
     "octaves: {from: 100 Hz, to: 50 Hz}": "expected from below to",
     "shock: {from: 20 Hz, to: 10 Hz}": "expected from below to",
@@ -230,6 +236,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
             integration=Integration(),
             distribution=Distribution(),
             waterfall=Waterfall(),
+            splitting=Splitting(shortest=1.0),
             fatigue=Fatigue(),
             response_functions=(ResponseFunction("force", "ch3"),),
         ),

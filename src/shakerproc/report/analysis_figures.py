@@ -35,7 +35,9 @@ LIMITS: Final[Mapping[Look, tuple[str, str, float]]] = {
 }
 """Colour, dash and width [pt] of what is no measurement."""
 
-PAGE_STYLES: Final[Mapping[Look, int]] = {"demand": 6, "alarm": 4, "abort": 1, "paper": 7}
+PAGE_STYLES: Final[Mapping[Look, int]] = {
+    "demand": 7, "alarm": style.ALARM_STYLE, "abort": style.ABORT_STYLE, "paper": 7,
+}  # fmt: skip
 """Colour of the same on the page."""
 
 

@@ -23,7 +23,7 @@ def alarm_lines(run: RunSummary) -> list[svg.Curve]:
     if run.alarm is None or run.spectrum is None:
         return []
     band = np.array(run.spectrum.band_hz)
-    limits = [("alarm limits", run.alarm, style.CONTROL_STYLES[0])]
+    limits = [("alarm limits", run.alarm, style.ALARM_STYLE)]
     if run.control is not None:
         limits = _limits(run.control, 10.0)
     return [
@@ -39,8 +39,8 @@ def _limits(
     """Return name, values and style of the alarm and abort limits; 10 or 20 dB a decade."""
     found = []
     for name, decibels, number in (
-        ("alarm", control.alarm_db, style.CONTROL_STYLES[0]),
-        ("abort", control.abort_db, 3),
+        ("alarm", control.alarm_db, style.ALARM_STYLE),
+        ("abort", control.abort_db, style.ABORT_STYLE),
     ):
         factor = 10.0 ** (decibels / per_decade)
         pair = (control.demanded / factor, control.demanded * factor)

@@ -8,7 +8,8 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.report.svg import UNIT, Axis, fine_ticks
+from shakerproc.report.axes import UNIT, fine_ticks
+from shakerproc.report.drawn import Axis
 
 LEAST, MOST = 1e-3, 1.0
 """Values that are white and that are darkest [-]."""

@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
+from shakerproc.report.axes import UNIT, shown, ticks
 from shakerproc.report.drawn import Axis, Curve
-from shakerproc.report.svg import UNIT, legend, marker, shown, ticks
+from shakerproc.report.svg import legend, marker
 
 _LEFT, _TOP, _ROW, _BELOW, _RIGHT = 230, 6, 22, 36, 20  # [px]
 _WIDTH: Final = 1120

@@ -136,6 +136,13 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "that a sine reads its amplitude.",
         "",
     ),
+    "splitting": (
+        "A shock is a short stretch whose peak stands out of the rms of the vibration around "
+        "it, the median of 10 s; the rest is parted where the level changes, by least squares, "
+        "and a part is stationary where 20 of its mean squares have no trend (reverse "
+        "arrangements, 1 %).",
+        "J. S. Bendat and A. G. Piersol, Random Data, 4th ed., Wiley, 2010, section 4.5.2.",
+    ),
     "fatigue": (
         "A vibration response spectrum is the root mean square of oscillators on the place of "
         "a sensor; a fatigue damage spectrum adds up the amplitudes of their pseudo-velocity, "

@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.geometry import Geometry
+from shakerproc.report.axes import UNIT
 from shakerproc.report.heat_map import WHITE_FROM
-from shakerproc.report.svg import UNIT
 
 FRAMES: Final = 16
 """Pictures of one period of the motion."""

@@ -14,7 +14,16 @@ from markupsafe import Markup
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
-from shakerproc.report import attention, live, runs_table, style, svg, templating, trend_view
+from shakerproc.report import (
+    attention,
+    axes,
+    live,
+    runs_table,
+    style,
+    svg,
+    templating,
+    trend_view,
+)
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.header import HeaderView
@@ -136,7 +145,7 @@ def html(report: Report) -> str:
         "style_hash": _source_hash(css),
         "script_hash": _source_hash(script),
     }
-    return templating.rendered(environment, own, content)
+    return axes.shared(templating.rendered(environment, own, content))
 
 
 def _ours(environment: Environment, name: str) -> Markup:
@@ -161,7 +170,7 @@ def _script(environment: Environment) -> Markup:
 
 def _dashes() -> list[str]:
     """Return the dashes in steps of the drawings."""
-    return [" ".join(str(int(n) * svg.UNIT) for n in dash.split()) for dash in style.DASHES]
+    return [" ".join(str(int(n) * axes.UNIT) for n in dash.split()) for dash in style.DASHES]
 
 
 def _source_hash(text: str) -> str:

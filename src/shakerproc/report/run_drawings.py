@@ -1,6 +1,6 @@
 """The drawings of a run: time with crop, densities, responses, coherence."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -140,13 +140,16 @@ def _logarithmic(
     chosen: Mapping[str, int],
     curves: Sequence[CurveSummary],
     told: tuple[str, str],
+    modes: Mapping[str, Sequence[PeakSummary]] | None = None,
 ) -> Markup | None:
+    """Return curves over a logarithmic axis, with a mark at every mode of a channel."""
     if not curves:
         return None
     lines, axis = lines_of(curves, chosen), frequency_axis(curves)
     label, title = told
+    drawn = [one for line in lines for one in (line, *_marked(line, modes or {}))]
     return svg.plot(
-        lines,
+        drawn,
         axis,
         logarithmic_axis(label, lines, 5),
         most=STILL,
@@ -155,15 +158,26 @@ def _logarithmic(
     )
 
 
+def _marked(line: svg.Curve, modes: Mapping[str, Sequence[PeakSummary]]) -> Iterator[svg.Curve]:
+    """Yield marks at the modes of a line, where it has some."""
+    peaks = modes.get(line.label, ())
+    if peaks:
+        x, y = (np.array([p.frequency_hz for p in peaks]), np.array([p.height for p in peaks]))
+        yield svg.Curve("", x, y, line.style, points=True)
+
+
 def _gain(run: RunSummary, chosen: Mapping[str, int], unit: str) -> Drawing | None:
     same = unit == _control_unit(run)
     over = "-" if same else f"{unit}/{_control_unit(run)}"
     told = (f"|H1| [{over}]", "Response functions")
-    drawing = _logarithmic(run, chosen, _in_unit(run, "gain", unit), told)
+    modes = {c.name: c.response_peaks for c in run.channels if c.unit == unit}
+    drawing = _logarithmic(run, chosen, _in_unit(run, "gain", unit), told, modes)
     if drawing is None:
         return None
     low = "1 at low frequency if sensor and table move together; " if same else ""
     caption = f"{low}a peak is a resonance."
+    if any(modes.values()):
+        caption += " Marks: the peaks of the table."
     return Drawing("Response over control, |H1|.", caption[0].upper() + caption[1:], drawing)
 
 

@@ -23,6 +23,8 @@ SHADES: Final = (
 """From little to much, ever darker: one hue, so that grey tells the same."""
 
 CONTROL_STYLES: Final = (6, 7)
+ALARM_STYLE: Final = 4
+ABORT_STYLE: Final = 1
 RESPONSE_STYLES: Final = (0, 1, 2, 3, 4, 5)
 
 

@@ -1,18 +1,18 @@
 """Curves as static SVG, written by hand so that a page of a hundred runs stays small."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from shakerproc.data import FloatArray
 from shakerproc.report import live
+from shakerproc.report.axes import UNIT, Box, grid
 from shakerproc.report.clipping import area_inside, line_inside, points_inside
 from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
-from shakerproc.runs.summing_up import thinned
+from shakerproc.runs.thinning import straightened, thinned
 
 __all__ = [
     "Axis",
@@ -20,15 +20,10 @@ __all__ = [
     "Filling",
     "Mark",
     "Span",
-    "fine_ticks",
     "legend",
     "plot",
     "sparkline",
-    "ticks",
 ]
-
-UNIT: Final = 4
-"""Steps of the drawing in one pixel: paths are whole numbers of quarter pixels."""
 
 MARKERS: Final = (
     "m-14 0a14 14 0 1 0 28 0a14 14 0 1 0-28 0",
@@ -68,14 +63,14 @@ def plot(
     `names` are texts for values in the unit of the axis.
     """
     bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
-    box = _Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
+    box = Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
     numbers = Markup("") if names else live.payload(items, x_axis, y_axis, marks, spans)
     parts = [
         Markup('<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>').format(
             width * UNIT, height * UNIT, title
         ),
         *(_span(span, x_axis, box) for span in spans),
-        _grid(x_axis, y_axis, box, height, names or {}),
+        grid(x_axis, y_axis, box, height, names or {}),
         *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in items),
         *(_mark(mark, x_axis, box) for mark in marks),
         Markup("</svg>"),
@@ -88,9 +83,7 @@ def legend(items: Sequence[Curve | Filling]) -> Markup:
     """Return the names of the lines with a sample of each."""
     return Markup('<p class="legend">{}</p>').format(
         Markup(" ").join(
-            Markup('<span><svg viewBox="0 0 96 40" class="key">{}</svg> {}</span>').format(
-                _key(item), item.label
-            )
+            Markup('<span><svg class="key">{}</svg> {}</span>').format(_key(item), item.label)
             for item in items
             if item.label
         )
@@ -128,37 +121,25 @@ def sparkline(
     height: int = 28,
 ) -> Markup:
     """Return a thumbnail: one line without axes. `x` and `y` are in the units of their axes."""
-    box = _Box(0, 1, width, height - 2)
+    box = Box(0, 1, width, height - 2)
     path = _path(*line_inside(x_axis.share(x), y_axis.share(y)), box)
     return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(
         width * UNIT, height * UNIT, path
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Box:
-    """The part of a figure inside the axes [px]."""
-
-    left: int
-    top: int
-    width: int
-    height: int
-
-
-def _steps(
-    share_x: FloatArray, share_y: FloatArray, box: _Box
-) -> tuple[FloatArray, FloatArray]:
+def _steps(share_x: FloatArray, share_y: FloatArray, box: Box) -> tuple[FloatArray, FloatArray]:
     """Return points in steps of the drawing; rows that fall together are merged."""
     x = (box.left + share_x * box.width) * UNIT
     y = (box.top + (1.0 - share_y) * box.height) * UNIT
     return np.rint(x), np.rint(y)
 
 
-def _path(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
+def _path(share_x: FloatArray, share_y: FloatArray, box: Box) -> str:
     """Return the shortest path through points, in relative whole steps."""
     pieces = []
     for start, stop in _unbroken(np.isfinite(share_x) & np.isfinite(share_y)):
-        x, y = _steps(share_x[start:stop], share_y[start:stop], box)
+        x, y = straightened(*_steps(share_x[start:stop], share_y[start:stop], box))
         pieces.append(f"M{x[0]:.0f} {y[0]:.0f}")
         moves = zip(
             np.diff(x).astype(int).tolist(), np.diff(y).astype(int).tolist(), strict=True
@@ -168,7 +149,7 @@ def _path(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
     return "".join(pieces).replace(" -", "-")
 
 
-def _dots(share_x: FloatArray, share_y: FloatArray, box: _Box) -> str:
+def _dots(share_x: FloatArray, share_y: FloatArray, box: Box) -> str:
     """Return a dot at each point between the axes, in relative whole steps."""
     good = points_inside(share_x, share_y)
     if not good.any():
@@ -188,13 +169,29 @@ def _unbroken(good: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tup
 
 def _thinned(item: Curve | Filling, most: int) -> Curve | Filling:
     """Return a line with its extremes alone where it has more points than there is room."""
-    if isinstance(item, Filling) or item.points or item.dots or item.x.size <= most:
+    if isinstance(item, Filling):
+        return _coarser(item, max(1, -(-2 * item.x.size // most)))
+    if item.points or item.dots or item.x.size <= most:
         return item
     x, y = thinned(item.x, item.y, most)
     return replace(item, x=x, y=y)
 
 
-def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Markup:
+def _coarser(item: Filling, together: int) -> Filling:
+    """Return an area of which so many neighbours are one, as far as they reach."""
+    starts = np.arange(0, item.x.size, together)
+    if not item.x.size or together == 1:
+        return item
+    counts = np.diff(np.append(starts, item.x.size))
+    return replace(
+        item,
+        x=np.add.reduceat(item.x, starts) / counts,
+        low=np.minimum.reduceat(item.low, starts),
+        high=np.maximum.reduceat(item.high, starts),
+    )
+
+
+def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: Box) -> Markup:
     x = x_axis.share(item.x)
     style = item.style % 8
     if isinstance(item, Filling):
@@ -221,7 +218,7 @@ def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: _Box) -> Mark
     )
 
 
-def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: _Box) -> str:
+def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: Box) -> str:
     """Return the path around the area between two lines, there and back."""
     x, low, high = area_inside(share_x, low, high)
     pieces = []
@@ -233,7 +230,7 @@ def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: _Box) -> 
     return "".join(pieces)
 
 
-def _span(span: Span, axis: Axis, box: _Box) -> Markup:
+def _span(span: Span, axis: Axis, box: Box) -> Markup:
     low, high = np.clip(axis.share(np.array([span.low, span.high])), 0.0, 1.0)
     return Markup('<rect class="span" x="{:.0f}" y="{}" width="{:.0f}" height="{}"/>').format(
         (box.left + low * box.width) * UNIT,
@@ -243,7 +240,7 @@ def _span(span: Span, axis: Axis, box: _Box) -> Markup:
     )
 
 
-def _mark(mark: Mark, axis: Axis, box: _Box) -> Markup:
+def _mark(mark: Mark, axis: Axis, box: Box) -> Markup:
     share = axis.share(np.array([mark.x]))
     if not points_inside(share, share).all():
         return Markup("")
@@ -260,83 +257,4 @@ def _mark(mark: Mark, axis: Axis, box: _Box) -> Markup:
         x + (-16 if side == "end" else 16),
         (box.top + 11) * UNIT,
         mark.label,
-    )
-
-
-def _grid(
-    x_axis: Axis, y_axis: Axis, box: _Box, height: int, names: Mapping[float, str]
-) -> Markup:
-    lines, texts = [], []
-    for value in names or fine_ticks(x_axis):
-        x = (box.left + float(x_axis.share(np.array([value]))[0]) * box.width) * UNIT
-        lines.append(f"M{x:.0f} {box.top * UNIT}v{box.height * UNIT}")
-        below = (box.top + box.height + 14) * UNIT
-        texts.append(
-            Markup('<text x="{:.0f}" y="{}">{}</text>').format(
-                x, below, names.get(value) or shown(value, x_axis)
-            )
-        )
-    for value in ticks(y_axis):
-        y = (box.top + (1.0 - float(y_axis.share(np.array([value]))[0])) * box.height) * UNIT
-        lines.append(f"M{box.left * UNIT} {y:.0f}h{box.width * UNIT}")
-        texts.append(
-            Markup('<text class="end" x="{}" y="{:.0f}">{}</text>').format(
-                (box.left - 5) * UNIT, y + 14, shown(value, y_axis)
-            )
-        )
-    x_middle, y_middle = (box.left + box.width / 2) * UNIT, (box.top + box.height / 2) * UNIT
-    return (
-        Markup('<path class="grid" d="{}"/>').format("".join(lines))
-        + Markup("").join(texts)
-        + Markup('<text x="{:.0f}" y="{}">{}</text>').format(
-            x_middle, (height - 4) * UNIT, x_axis.label
-        )
-        + Markup('<text transform="translate(48 {:.0f})rotate(-90)">{}</text>').format(
-            y_middle, y_axis.label
-        )
-    )
-
-
-def ticks(axis: Axis) -> list[float]:
-    """Return round numbers along an axis, at most about seven."""
-    if axis.logarithmic:
-        low, high = math.ceil(math.log10(axis.low)), math.floor(math.log10(axis.high))
-        every = max(1, math.ceil((high - low + 1) / 7))
-        powers = [10.0**power for power in range(low, high + 1) if power % every == 0]
-        if len(powers) > 1:
-            return powers
-        return fine_ticks(axis)
-    if axis.degrees:
-        return [float(v) for v in range(-360, 361, 90) if axis.low <= v <= axis.high]
-    raw = (axis.high - axis.low) / 6
-    power = 10.0 ** math.floor(math.log10(raw))
-    step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw)
-    first, last = math.ceil(axis.low / step - 1e-9), math.floor(axis.high / step + 1e-9)
-    return [i * step for i in range(first, last + 1)]
-
-
-def fine_ticks(axis: Axis) -> list[float]:
-    """Return the same, and on a logarithmic axis of two decades or less 1, 2, 5 of each."""
-    if not axis.logarithmic or axis.high / axis.low > 300.0:
-        return ticks(axis)
-    powers = range(math.floor(math.log10(axis.low)), math.ceil(math.log10(axis.high)) + 1)
-    finer = [m * 10.0**power for power in powers for m in (1, 2, 5)]
-    return [value for value in finer if axis.low <= value <= axis.high]
-
-
-def shown(value: float, axis: Axis) -> str | Markup:
-    """Return the number at a tick. `value` is in the unit of the axis."""
-    return _power(value) if axis.logarithmic else _tick(value)
-
-
-def _tick(value: float) -> str:
-    return f"{value:.10g}" if abs(value) < 1e5 else f"{value:.3g}"
-
-
-def _power(value: float) -> Markup:
-    power = round(math.log10(value))
-    if -3 <= power <= 3 or abs(10.0**power / value - 1.0) > 1e-6:
-        return escape(f"{value:g}")
-    return Markup('10<tspan class="up" dy="-20">{}</tspan>').format(
-        f"{power}".replace("-", "−")
     )

@@ -84,9 +84,11 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
     if wanted is not None:
         low, high = wanted[0], min(wanted[1], nyquist)
     if not low < high:
+        told = "excited band" if test.processing.band is None else "band of processing"
+        low, high = wanted or (low, high)
         raise SpectrumError(
-            f"the excited band from {low:g} to {high:g} Hz does not lie below half the sample "
-            f"rate of {cross.sample_rate:g} Hz; correct from and to in the log"
+            f"the {told} from {low:g} to {high:g} Hz does not lie below half the sample rate "
+            f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz; correct its from and to in the log"
         )
     return low, high
 

@@ -26,12 +26,13 @@ from shakerproc.runs.summary import (
     SweptPeak,
     Value,
 )
+from shakerproc.runs.thinning import thinned
 from shakerproc.runs.tracking import SweptReading
 
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
 
-TIME_SLICES: Final = 240
+TIME_SLICES: Final = 180
 
 BEYOND: Final = 1.25
 """How far above the excited band the curves go, as a multiple of its upper end."""
@@ -76,7 +77,10 @@ def _analysis(one: Analysis) -> AnalysisSummary:
     return AnalysisSummary(
         one.kind,
         one.title,
-        tuple({name: _kept(value) for name, value in row.items()} for row in one.summary),
+        tuple(
+            {k: finite(v) if isinstance(v, float) else v for k, v in row.items()}
+            for row in one.summary
+        ),
         one.told,
         tuple(
             PanelSummary(
@@ -85,10 +89,6 @@ def _analysis(one: Analysis) -> AnalysisSummary:
             for p in one.panels
         ),
     )
-
-
-def _kept(value: Value) -> Value:
-    return finite(value) if isinstance(value, float) else value
 
 
 def _line(line: Line) -> LineSummary:
@@ -294,27 +294,6 @@ def _curve(
     digits = 4 if kind != "coherence" else 3
     values = tuple(finite(v) for v in _rounded(y, digits))
     return CurveSummary(kind, channel, _rounded(x, 6), values, part=part)
-
-
-def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """Return a curve with at most so many points: the extremes of each slice, in order.
-
-    A line that is broken stays so: of the values that are none, one in each slice is kept.
-
-    Both may be in any unit.
-    """
-    if x.size <= most:
-        return x, y
-    finite = np.isfinite(y)
-    each = 2 if finite.all() else 3
-    kept: list[int] = []
-    for part in np.array_split(np.arange(x.size), most // each):
-        good, gaps = part[finite[part]], part[~finite[part]]
-        chosen = {int(gap) for gap in gaps[:1]}
-        if good.size:
-            chosen |= {int(good[np.argmin(y[good])]), int(good[np.argmax(y[good])])}
-        kept.extend(sorted(chosen))
-    return x[kept], y[kept]
 
 
 def _rounded(values: Sequence[float] | FloatArray, digits: int) -> tuple[float, ...]:

@@ -117,6 +117,32 @@ class Waterfall:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Splitting:
+    """A long record in shocks and parts of vibration.
+
+    Attributes
+    ----------
+    crest : float
+        Peak of a shock at least, over the rms of the vibration around it [-].
+    least : float
+        Peak of a shock at least [m/s²].
+    longest : float
+        Duration of a shock at most [s].
+    shortest : float
+        Duration of a stationary part at least [s].
+    step : float
+        By how much the level of two parts differs at least [dB].
+    """
+
+    crest: float = 6.0
+    least: float = 0.0
+    longest: float = 1.0
+    shortest: float = 5.0
+    step: float = 3.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Fatigue:
     """Vibration response and fatigue damage spectra.
 

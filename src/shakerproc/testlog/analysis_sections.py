@@ -73,6 +73,19 @@ class WaterfallSection(Section):
     spectra: Annotated[int, Field(ge=2, le=200)] | None = None
 
 
+Seconds: TypeAlias = Annotated[float | None, in_unit("s", positive=True)]
+
+
+class SplittingSection(Section):
+    """A long record in shocks and parts of vibration."""
+
+    crest: Annotated[float, Field(ge=2.0, le=1000.0, strict=False)] | None = None
+    least: Annotated[float | None, in_unit("m/s^2", not_negative=True)] = None
+    longest: Seconds = None
+    shortest: Seconds = None
+    step: Annotated[float | None, in_unit("dB", positive=True)] = None
+
+
 class FatigueSection(Section):
     """Vibration response and fatigue damage spectra."""
 

@@ -16,6 +16,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    Splitting,
     Waterfall,
 )
 from shakerproc.testlog.misfit import MisfitError
@@ -131,6 +132,7 @@ def merged_processing(
         ),
         orders=_asked(base.orders, section.orders, Orders(), "orders"),
         waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
+        splitting=_asked(base.splitting, section.splitting, Splitting(), "splitting"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),

@@ -12,6 +12,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    Splitting,
     Waterfall,
 )
 from shakerproc.testlog.hammer import Hammer
@@ -181,6 +182,8 @@ class Processing:
         Orders against the speed that a tachometer shows.
     waterfall : Waterfall, optional
         Spectra one after the other.
+    splitting : Splitting, optional
+        Shocks and stationary parts of a long record.
     integration : Integration, optional
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
@@ -209,6 +212,7 @@ class Processing:
     distribution: Distribution | None = None
     orders: Orders | None = None
     waterfall: Waterfall | None = None
+    splitting: Splitting | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
     hammer: Hammer = field(default_factory=Hammer)

@@ -20,6 +20,7 @@ from shakerproc.testlog.analysis_sections import (
     OrdersSection,
     ResponseFunctionSection,
     ShockSection,
+    SplittingSection,
     WaterfallSection,
 )
 from shakerproc.testlog.excitation import Excitation
@@ -250,6 +251,7 @@ class ProcessingSection(Section):
     distribution: DistributionSection | None = None
     orders: OrdersSection | None = None
     waterfall: WaterfallSection | None = None
+    splitting: SplittingSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
     hammer: HammerSection = HammerSection()

@@ -54,8 +54,10 @@ const UP = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵"
 function tick(value, log) {
   if (value === null) return null;
   const power = Math.log10(Math.abs(value));
-  if (log && (power < -3.5 || power > 3.5) && Math.abs(power - Math.round(power)) < 1e-6) {
-    return "10" + Array.from(String(Math.round(power)), (c) => UP[c]).join("");
+  if (log && (power < -3.5 || power > 3.5)) {
+    const whole = Math.floor(power + 1e-6), first = value / 10 ** whole;
+    const ten = "10" + Array.from(String(whole), (c) => UP[c]).join("");
+    return Math.abs(first - 1) < 1e-6 ? ten : `${Number(first.toPrecision(3))}·${ten}`;
   }
   return log ? shown(value, 3) : String(Number(value.toPrecision(10))).replace("-", "−");
 }
@@ -95,7 +97,8 @@ function table(curves) {
     const order = of.map((_, i) => i).sort((a, b) => of[a] - of[b]);
     return [of, ...rows].map((row) => order.map((i) => row[i]));
   });
-  return sorted.length === 1 ? sorted[0] : uPlot.join(sorted);
+  // 2: where a line is broken it stays so, up to its next value, whatever others have between
+  return sorted.length === 1 ? sorted[0] : uPlot.join(sorted, sorted.map((table) => table.map(() => 2)));
 }
 function dashed(dash) {
   return dash ? dash.split(" ").map(Number) : [];
@@ -135,7 +138,7 @@ function seriesOf(curve, index) {
   const stroke = grey ? "#a9a9a9" : colour;
   const base = { label: curve.name, stroke, width: 1.35, points: { show: false },
     dash: dashed(curve.dash ?? look.dashes[style]) };
-  if (curve.kind === THIN) return [{ ...base, width: 0.7 }];
+  if (curve.kind === THIN) return [{ ...base, width: 1 }];
   if (curve.kind === WIDE) return [{ ...base, width: 3.7, dash: [] }];
   if (curve.kind === AREA) return [{ ...base, width: 0.5, dash: [] }, { ...base, width: 0.5, dash: [] }];
   if (curve.kind === LINE) return [base];

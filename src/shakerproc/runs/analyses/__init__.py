@@ -19,6 +19,7 @@ from shakerproc.runs.analyses.profile import ProfileJudgement
 from shakerproc.runs.analyses.resonances import ResonanceAnalysis
 from shakerproc.runs.analyses.response_functions import ResponseFunctionAnalysis
 from shakerproc.runs.analyses.shock import ShockAnalysis
+from shakerproc.runs.analyses.splitting import SplittingAnalysis
 from shakerproc.runs.analyses.waterfall import WaterfallAnalysis
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.result import RunResult
@@ -38,6 +39,7 @@ _KINDS: Final = (
     DistributionAnalysis(),
     OrderAnalysis(),
     WaterfallAnalysis(),
+    SplittingAnalysis(),
     ShockAnalysis(),
     FatigueAnalysis(),
 )

@@ -1,0 +1,230 @@
+"""A long record in shocks and parts of vibration: when, how high, and the spectra of each."""
+
+from collections.abc import Iterator, Sequence
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
+from shakerproc.errors import SpectrumError
+from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.signals import accelerations, natural_frequencies
+from shakerproc.runs.analyses.splitting_panels import PartSpectrum, panels_of
+from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.result import RunResult
+from shakerproc.spectra.shock import shock_spectra
+from shakerproc.spectra.splitting.cells import Cells, cells_of
+from shakerproc.spectra.splitting.parts import CELL, Part, split
+from shakerproc.spectra.splitting.shocks import ShockRule
+from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.engine import cross_spectra
+from shakerproc.testlog.analyses import Shock, Splitting
+
+LEAST_CELL: Final = 8
+"""Samples of a cell at least."""
+
+MOST_SPECTRA: Final = 50
+"""Shocks whose spectra are computed, the highest ones, and parts of vibration, the longest."""
+
+
+@final
+class SplittingAnalysis(AbstractAnalysis):
+    """Shocks and stationary parts, each with its spectrum."""
+
+    kind: ClassVar[str] = "splitting"
+
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the parts of a run.
+
+        Raises
+        ------
+        SpectrumError
+            If the run is shorter than a stationary part, or nothing is an acceleration.
+        """
+        wanted = result.test.processing.splitting
+        if wanted is None:
+            return None
+        rows = accelerations(result, self.kind)
+        run = _Run(recording.select(rows), result, rows)
+        cells = run.cells(wanted)
+        rule = ShockRule(wanted.crest, wanted.least, wanted.longest)
+        parts = split(cells, rule, shortest=wanted.shortest, step=wanted.step)
+        spectra = [*_shocks(run, cells, parts, wanted), *_vibration(run, cells, parts)]
+        table = [_row(run, cells, parts, i) for i in range(len(parts))]
+        shocks = sum(part.kind == "shock" for part in parts)
+        return Analysis(
+            kind=self.kind,
+            title=f"Shocks and vibration: {shocks} of {len(parts)} parts are shocks",
+            columns=_columns(spectra, run.names),
+            summary=tuple(table),
+            panels=panels_of(cells, parts, spectra, run.names, run.start),
+            told=tuple(_told(parts, spectra)),
+        )
+
+
+@final
+class _Run:
+    """The accelerations of a run without their means.
+
+    Attributes
+    ----------
+    names : list of str
+        Names of the channels.
+    start : float
+        Beginning of the run in the recording [s].
+    """
+
+    def __init__(self, recording: Recording, result: RunResult, rows: Sequence[int]) -> None:
+        self.recording, self.result = recording, result
+        self.names = [result.channels[i].name for i in rows]
+        self.mean = result.statistics.mean[list(rows), np.newaxis]
+        self.start = result.crop.start / result.sample_rate
+
+    def cells(self, wanted: Splitting) -> Cells:
+        """Return the cells of the run.
+
+        Raises
+        ------
+        SpectrumError
+            If it is shorter than a stationary part.
+        """
+        rate, samples = self.result.sample_rate, self.result.crop.n_samples
+        length = max(LEAST_CELL, round(CELL * rate))
+        if samples < max(length, wanted.shortest * rate):
+            raise SpectrumError(
+                f"splitting: the run lasts {samples / rate:.4g} s, and a stationary part at "
+                f"least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less than the "
+                "run, or take splitting: out of processing"
+            )
+        return cells_of(self.blocks(0, samples), rate, length)
+
+    def blocks(self, start: int, stop: int) -> Iterator[FloatArray]:
+        """Yield samples of the run, counted from its beginning."""
+        begin = self.result.crop.start
+        for block in self.recording.blocks(begin + start, begin + stop):
+            yield block - self.mean
+
+    def samples_of(self, part: Part, length: int) -> tuple[int, int]:
+        """Return the first sample of a part and the one after the last."""
+        return part.first * length, min(part.stop * length, self.result.crop.n_samples)
+
+
+def _calm(parts: Sequence[Part], one: Part) -> list[tuple[int, int]]:
+    """Return the cells of a part of vibration without its shocks, from first to stop."""
+    cuts = [p for p in parts if p.kind == "shock" and p.stop > one.first and p.first < one.stop]
+    starts = [one.first, *(p.stop for p in cuts)]
+    stops = [*(p.first for p in cuts), one.stop]
+    return [(a, b) for a, b in zip(starts, stops, strict=True) if b > a]
+
+
+def _cells_in(parts: Sequence[Part], one: Part) -> list[tuple[int, int]]:
+    return [(one.first, one.stop)] if one.kind == "shock" else _calm(parts, one)
+
+
+def _row(run: _Run, cells: Cells, parts: Sequence[Part], i: int) -> dict[str, Cell]:
+    """Return when a part is, with peak and rms of each channel, of vibration without shocks."""
+    one, seconds = parts[i], cells.seconds
+    chosen = [np.arange(a, b) for a, b in _cells_in(parts, one)]
+    seen = np.concatenate([*chosen, np.zeros(0, dtype=np.int64)]).astype(np.int64)
+    shocks = sum(p.kind == "shock" and one.first <= p.first < one.stop for p in parts)
+    found: dict[str, Cell] = {
+        "part": float(i + 1),
+        "kind": one.kind,
+        "start_s": run.start + one.first * seconds,
+        "stop_s": run.start + one.stop * seconds,
+        "duration_s": (one.stop - one.first) * seconds,
+        "shocks": None if one.kind == "shock" else float(shocks),
+    }
+    for row, name in enumerate(run.names):
+        peak, square = cells.peak[row, seen], cells.mean_square[row, seen]
+        known = seen.size > 0
+        found[f"peak_{name}_g"] = float(peak.max()) / STANDARD_GRAVITY if known else None
+        rms = float(np.sqrt(square.mean())) if known else None
+        found[f"rms_{name}_g"] = None if rms is None else rms / STANDARD_GRAVITY
+    return found
+
+
+def _shocks(
+    run: _Run, cells: Cells, parts: Sequence[Part], wanted: Splitting
+) -> Iterator[PartSpectrum]:
+    """Yield the shock response spectra of the highest shocks, in order of time."""
+    asked = run.result.test.processing.shock or Shock(low=1.0 / wanted.longest, per_octave=6)
+    shocks = [i for i, part in enumerate(parts) if part.kind == "shock"]
+    if not shocks:
+        return
+    frequency = natural_frequencies(
+        run.result, (asked.low, asked.high), asked.per_octave, SplittingAnalysis.kind
+    )
+    highest = sorted(shocks, key=lambda i: -cells.peak[:, parts[i].first : parts[i].stop].max())
+    for i in sorted(highest[:MOST_SPECTRA]):
+        samples = run.blocks(*run.samples_of(parts[i], cells.length))
+        found = shock_spectra(samples, cells.sample_rate, frequency, asked.damping)
+        maximax = found.values["absolute_acceleration"]["maximax"]
+        yield PartSpectrum(i + 1, parts[i].kind, frequency, maximax)
+
+
+def _vibration(run: _Run, cells: Cells, parts: Sequence[Part]) -> Iterator[PartSpectrum]:
+    """Yield the densities of the longest parts of vibration, in order of time."""
+    vibration = [i for i, part in enumerate(parts) if part.kind != "shock"]
+    longest = sorted(vibration, key=lambda i: parts[i].first - parts[i].stop)
+    for i in sorted(longest[:MOST_SPECTRA]):
+        found = _density(run, cells, _calm(parts, parts[i]))
+        if found is not None:
+            yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, found)
+
+
+def _density(run: _Run, cells: Cells, pieces: Sequence[tuple[int, int]]) -> FloatArray | None:
+    """Return the density over pieces of a record; None where none holds a segment."""
+    spectra, length = run.result.spectra, cells.length
+    total, averages = np.zeros((len(run.names), spectra.frequency.size)), 0
+    for first, stop in pieces:
+        if (stop - first) * length < spectra.segment:
+            continue
+        found = cross_spectra(
+            run.blocks(first * length, stop * length), cells.sample_rate,
+            segment=spectra.segment, overlap=spectra.overlap, window=spectra.window,
+            n_fft=spectra.n_fft, detrend=spectra.detrend,
+        )  # fmt: skip
+        total += found.n_segments * psd(found)
+        averages += found.n_segments
+    return total / averages if averages else None
+
+
+def _columns(
+    spectra: Sequence[PartSpectrum], names: Sequence[str]
+) -> dict[str, FloatArray | list[str]]:
+    """Return a row for each part and frequency: densities of vibration, maximax of shocks."""
+    sizes = [one.frequency.size for one in spectra]
+    columns: dict[str, FloatArray | list[str]] = {
+        "part": np.repeat([float(one.number) for one in spectra], sizes),
+        "kind": [one.kind for one in spectra for _ in range(one.frequency.size)],
+        "frequency_hz": np.concatenate([np.zeros(0), *(one.frequency for one in spectra)]),
+    }
+    for row, name in enumerate(names):
+        for shock, header, unit in (
+            (False, f"psd_{name}_g2_per_hz", STANDARD_GRAVITY**2),
+            (True, f"shock_maximax_{name}_g", STANDARD_GRAVITY),
+        ):
+            values = [
+                one.values[row] / unit
+                if (one.kind == "shock") is shock
+                else np.full(one.frequency.size, np.nan)
+                for one in spectra
+            ]
+            columns[header] = np.concatenate([np.zeros(0), *values])
+    return columns
+
+
+def _told(parts: Sequence[Part], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
+    """Yield how to go on, and what has no spectrum."""
+    yield (
+        "To process a part alone, give a test of the log its times: crop: {from: ... s, "
+        "to: ... s}. Peak and rms of vibration are without the shocks in it."
+    )
+    left = len(parts) - len(spectra)
+    if left:
+        yield (
+            f"{left} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} highest "
+            f"shocks and the {MOST_SPECTRA} longest parts of vibration have one, and a part "
+            "has to hold one segment of welch without a shock."
+        )

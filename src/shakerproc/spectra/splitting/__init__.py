@@ -1,0 +1,1 @@
+"""A long record split into shocks and parts of steady vibration."""
