@@ -22,6 +22,7 @@ from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
+from shakerproc.workflows.arguments import text_of
 from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
 
 SCHEMA: Final = "shakerproc-report/1"
@@ -73,7 +74,7 @@ def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
     if words is None:
         return {} if log.header is None else log.header.units
     try:
-        return chosen_units(words.split(","))
+        return chosen_units(text_of("units", words, "units such as SI").split(","))
     except ValueError as error:
         raise ArgumentError("units", str(error)) from error
 
