@@ -269,7 +269,7 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
     assert rivals.laws(models, DIAGNOSIS) is None
     drawing = rivals.laws(models, told)
     assert "gap" in str(drawing.drawing)
-    z, force = rivals._cycle(rivals.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
+    z, force = rivals.forced_cycle(rivals.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
     expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
     assert_allclose(force, expected, atol=1e-9 * CONTACT)
 

@@ -41,7 +41,7 @@ def test_a_law_without_a_name_is_drawn(law, lines):
     drawn = drawing.free_law(law)
     assert "base and coupon" in drawn.title
     x = np.linspace(-0.1, 0.1, 5) if len(law.displacement) == 1 else np.linspace(-1e-4, 1e-4, 5)
-    curves = drawing._forces(law, x, along_velocity=len(law.displacement) == 1)
+    curves = drawing.forces_along(law, x, along_velocity=len(law.displacement) == 1)
     assert len(curves) == lines
     if law is BOTH:  # linear in both: the spline goes through it exactly
         for (_, force), v in zip(curves, (-0.1, 0.0, 0.1), strict=True):

@@ -62,7 +62,7 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
     for style, tried in enumerate(chosen):
         effect = effect_of(tried)
         if effect is not None:
-            z, force = _cycle(effect, BEYOND * reach, frequency)
+            z, force = forced_cycle(effect, BEYOND * reach, frequency)
             name = tried.kind.replace("_", " ")
             curves.append(svg.Curve(name, z * 1e3, force, style, wide=style == 0))
     limit = 1.05 * max(float(np.max(np.abs(c.y))) for c in curves) or 1.0
@@ -82,10 +82,10 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
     )
 
 
-def _cycle(
+def forced_cycle(
     effect: AbstractEffect, amplitude: float, frequency: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return displacement and force over the last of several cycles of a sine."""
+    """Return displacement [m] and force [N] over the last of several cycles of a sine."""
     angle = 2.0 * math.pi * (np.arange(_CYCLES * _SAMPLES) + 0.5) / _SAMPLES
     z = amplitude * np.sin(angle)
     speed = amplitude * 2.0 * math.pi * frequency * np.cos(angle)

@@ -201,7 +201,7 @@ def wish_of(
     count: int | None = None,
     order: int | None = None,
 ) -> Modal:
-    """Return how modes are looked for, what is given before what the log says.
+    """Return how modes are looked for in a band [Hz], what is given before the log.
 
     Raises
     ------

@@ -26,7 +26,7 @@ def demo(
     from shakerproc.testlog import read_testlog
 
     announce()
-    sample = _sample_log()
+    sample = sample_log()
     everyday: dict[str, Any] | None = None
     if sample is not None:
         output.data(
@@ -49,7 +49,7 @@ def demo(
     )
 
 
-def _sample_log() -> Path | None:
+def sample_log() -> Path | None:
     """Return the log of the sample data beside a checkout of the program."""
     import shakerproc
 
