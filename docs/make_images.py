@@ -44,12 +44,12 @@ def keep(source: Path, target: Path) -> None:
 
 
 def sample(folder: Path) -> None:
-    """Work the sample data through below a folder."""
+    """Process the sample data below a folder."""
     shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
 
 
 def tutorial(folder: Path) -> None:
-    """Work a new campaign through below a folder, as the tutorial does."""
+    """Process a new campaign below a folder, as the tutorial does."""
     model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
     extended = folder / "with-gap.yaml"
     shakerproc("init", folder / "campaign")

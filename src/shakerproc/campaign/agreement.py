@@ -1,4 +1,4 @@
-"""A table of runs held against a reference table: which numbers left their tolerance."""
+"""A table of runs compared with a reference table: which numbers left their tolerance."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Tests worked through where the folder of results is not seen: files come back as bytes."""
+"""Tests processed where the folder of results is not seen: files come back as bytes."""
 
 import base64
 import hashlib

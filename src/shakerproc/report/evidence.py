@@ -186,7 +186,7 @@ def _horizon(diagnosis: Diagnosis) -> str:
 
 
 def _signatures(diagnosis: Diagnosis) -> list[str]:
-    """Return what each effect that was found looks like, to be held against the figures."""
+    """Return what each effect that was found looks like, to be compared with the figures."""
     return [
         f"What a {effect.kind.replace('_', ' ')} looks like: {EFFECTS[effect.kind].signature}"
         for effect in diagnosis.effects

@@ -1,4 +1,4 @@
-"""One test of a log, worked through: recording, crop, spectra, peaks, flags."""
+"""One test of a log, processed: recording, crop, spectra, peaks, flags."""
 
 from shakerproc.runs.averaging import welch
 from shakerproc.runs.blows import averaged_blows

@@ -65,7 +65,7 @@ def process_recording(recording: Recording, test: Test) -> RunResult:
     recording : Recording
         Open, its channels with roles.
     test : Test
-        What the log says of it, and how to work it through.
+        What the log says of it, and how to process it.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Every test of a log worked through: what `shakerproc batch` does, and what it comes to."""
+"""Every test of a log processed: what `shakerproc batch` does, and what it comes to."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Campaign(Shown):
-    """Every test of a log worked through.
+    """Every test of a log processed.
 
     Attributes
     ----------
@@ -128,10 +128,10 @@ def batch(
     workers: int | None = None,
     **options: Unpack[Options],
 ) -> Campaign:
-    """Return every test of a log worked through, with trends over the tests.
+    """Return every test of a log processed, with trends over the tests.
 
     A test whose recording cannot be used is in the result as failed, with the reason; the
-    others are worked through all the same.
+    others are processed all the same.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def _check_no_report(**given: object) -> None:
 
 
 def _in_threads(log: TestLog, workers: int | None) -> tuple[RunSummary, ...]:
-    """Return every test of a log worked through in memory."""
+    """Return every test of a log processed in memory."""
     with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
         return tuple(pool.map(partial(_summary, log), log.tests))
 

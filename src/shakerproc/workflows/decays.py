@@ -178,7 +178,7 @@ def compare_free_decays(
     if before.sensors.keys() != model.sensors.keys():
         raise DiagnosisError(
             f"{before.title} and {model.title} have not the same sensors; curves of decays are "
-            "drawn over each other sensor by sensor"
+            "overlaid sensor by sensor"
         )
     check_same(*([test.measured for test in one.tests] for one in (old, found)))
     return DecayComparison(found, old)

@@ -1,4 +1,4 @@
-"""Every test of a log worked through, in processes or on a cluster, into a folder."""
+"""Every test of a log processed, in processes or on a cluster, into a folder."""
 
 from collections.abc import Callable, Collection
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""One recording worked through: what `shakerproc process` does, and what it comes to."""
+"""One recording processed: what `shakerproc process` does, and what it comes to."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -54,7 +54,7 @@ _USUAL: Final = ("psd_and_response", "psd")
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Run(Shown):
-    """One recording worked through.
+    """One recording processed.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def process(
     figures: bool = True,
     **options: Unpack[Options],
 ) -> Run:
-    """Return one recording worked through: crop, spectra, responses, peaks, flags.
+    """Return one recording processed: crop, spectra, responses, peaks, flags.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def process_file(
     out: Path | None = None,
     products: Products | None = None,
 ) -> Run:
-    """Return one recording worked through; where `out` is given, its results are put there.
+    """Return one recording processed; where `out` is given, its results are put there.
 
     Parameters
     ----------

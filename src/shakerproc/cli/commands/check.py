@@ -48,7 +48,7 @@ def check(
     ] = "omega_e",
     json: output.JsonOption = None,
 ) -> None:
-    """Hold a table of runs against a reference; fail where a number left its tolerance.
+    """Compare a table of runs with a reference; fail where a number left its tolerance.
 
     Exit status 1 if a value is off or a run is missing, with one line for each. Of peaks, the
     tallest of each response is compared. A reference may have fewer rows and columns. Without

@@ -34,7 +34,7 @@ LONGEST: Final = 16384
 """Samples of a piece, at least and at most."""
 
 REFERENCES: Final = 8
-"""Channels that the others are held against: the controls first."""
+"""Channels that the others are compared with: the controls first."""
 
 JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N"})
 """Units of what moves with the specimen; a temperature need not."""
