@@ -35,7 +35,7 @@ class Wish:
     Attributes
     ----------
     channel : str, optional
-        Whose omega_e; by default the response that moves most.
+        Whose peak frequency; by default that of the largest response.
     against, by : tuple of str
         Further trends: columns along the axis, and columns that make the series.
     figures : bool
