@@ -31,7 +31,7 @@ from shakerproc.studies.study import Measure, Run, Study
 
 @final
 class Grid(AbstractKind):
-    """Peak frequency of every combination; where it is chaotic, the spread of neighbouring runs."""
+    """Peak frequency of every combination; where chaotic, the spread of neighbouring runs."""
 
     needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
     averages: ClassVar[bool] = True
