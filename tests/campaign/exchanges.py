@@ -37,7 +37,7 @@ from shakerproc.executors import AbstractExecutor, Outcome
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows.work import work_through
+from shakerproc.workflows.worker import work_through
 
 PIECE, PAUSE = 1 << 13, 0.002
 MADE_FROM = "made_from.json"

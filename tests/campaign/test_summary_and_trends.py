@@ -16,8 +16,8 @@ from shakerproc.runs import (
     summary_of,
     write_summary,
 )
+from shakerproc.runs.summarising import thinned
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, SpectrumSummary
-from shakerproc.runs.summing_up import thinned
 from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import facts_of, read_testlog
 

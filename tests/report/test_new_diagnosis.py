@@ -11,10 +11,10 @@ from shakerproc.diagnosis.result import Errors, Estimate, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report import free_law as drawing
+from shakerproc.report.alternatives import effect_of
 from shakerproc.report.estimates import interval
 from shakerproc.report.evidence import diagnosis_section, error_ladder
 from shakerproc.report.methods import methods_of
-from shakerproc.report.rivals import effect_of
 
 ALONG = Outside(
     ("base", "coupon"), (-1e-4, 0.0, 1e-4), (0.0,), ((-2.0,), (0.0,), (2.0,)),

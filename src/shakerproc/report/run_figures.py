@@ -11,7 +11,7 @@ from shakerproc import files
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.report import style
 from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
-from shakerproc.runs.summing_up import shown_part
+from shakerproc.runs.summarising import shown_part
 from shakerproc.testlog import ThresholdCrop
 
 if TYPE_CHECKING:

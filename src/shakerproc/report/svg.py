@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.report import live
 from shakerproc.report.clipping import area_inside, line_inside, points_inside
 from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
-from shakerproc.runs.summing_up import thinned
+from shakerproc.runs.summarising import thinned
 
 __all__ = [
     "Axis",

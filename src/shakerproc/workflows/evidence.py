@@ -39,6 +39,9 @@ class Evidence:
     decays: "Decays | None" = None
 
 
+SCHEMA: Final = "shakerproc-report/1"
+"""What a report.json holds."""
+
 NONE: Final = Evidence()
 
 
@@ -51,7 +54,6 @@ def write_evidence(
     """
     from shakerproc import __version__, files
     from shakerproc.report.page import Report, write_report
-    from shakerproc.workflows.write_up import SCHEMA
 
     report = Report(
         title,

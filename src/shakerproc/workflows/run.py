@@ -40,7 +40,7 @@ from shakerproc.workflows.option_values import Options, unit_of
 from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
-from shakerproc.workflows.work import title_of, write_products
+from shakerproc.workflows.worker import title_of, write_products
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
@@ -23,9 +23,14 @@ from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of
-from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
-
-SCHEMA: Final = "shakerproc-report/1"
+from shakerproc.workflows.evidence import (
+    NONE,
+    SCHEMA,
+    Evidence,
+    document,
+    methods_of,
+    sections_of,
+)
 
 
 @dataclass(frozen=True, slots=True)

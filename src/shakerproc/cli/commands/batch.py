@@ -104,7 +104,7 @@ def batch(
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.run_log import work_through_log
     from shakerproc.report.trial import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines
@@ -173,7 +173,7 @@ def _with_evidence(
     recordings: str | None,
 ) -> dict[str, Any]:
     """Write the campaign up once more, with the model's comparison and diagnosis."""
-    from shakerproc.campaign.elsewhere import at_hand
+    from shakerproc.campaign.remote import at_hand
     from shakerproc.workflows.evidence import held_against
     from shakerproc.workflows.write_up import write_up
 

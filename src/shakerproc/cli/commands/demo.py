@@ -70,7 +70,7 @@ def _worked_through(
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.run_log import work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.write_up import Wish, write_up

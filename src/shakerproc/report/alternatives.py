@@ -23,7 +23,7 @@ _SAMPLES: Final = 400  # of a cycle
 _CYCLES: Final = 4  # until the memory of a law has settled
 
 
-def rivals(diagnosis: Diagnosis) -> list[Tried]:
+def alternatives(diagnosis: Diagnosis) -> list[Tried]:
     """Return the candidates that were found or do as well, each kind and place once."""
     kinds = {e.kind for e in diagnosis.effects} | set(diagnosis.indistinguishable)
     alike: dict[tuple[str, tuple[str, ...]], Tried] = {}
@@ -48,8 +48,8 @@ def effect_of(tried: Tried) -> AbstractEffect | None:
 
 
 def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
-    """Return the force of each rival over a cycle; None without rivals or a joint to judge."""
-    chosen = rivals(diagnosis)
+    """Return the force of each alternative over a cycle; None without any, or a joint."""
+    chosen = alternatives(diagnosis)
     test = models.before.tests[loudest(models.before)]
     joint = next(
         (j for j in test.joints if chosen and set(j.between) == set(chosen[0].between)), None
