@@ -246,7 +246,7 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
     if same:
         paragraphs.append(
             f"Cannot be told apart on these tests: {', '.join([*found, *same])}. Where the "
-            "alternatives have numbers of their own, see in the table above whether they differ."
+            "alternatives have numbers of their own, see above whether they differ."
         )
     elif found:
         paragraphs.append("No other candidate does as well on these tests.")
