@@ -164,19 +164,20 @@ def fit_modes(
     lower = np.concatenate([start[:n] - span, np.full(n, np.log(RATIOS[0]))])
     upper = np.concatenate([start[:n] + span, np.full(n, np.log(RATIOS[1]))])
     begin = np.clip(start, lower + 1e-9, upper - 1e-9)
-    with np.errstate(invalid="ignore", divide="ignore"):  # values without any slope: see below
-        found = scipy.optimize.least_squares(
-            problem.residual,
-            begin,
-            problem.jacobian,
-            bounds=(lower, upper),
-            x_scale=np.concatenate([ratio, np.ones(n)]),
-            max_nfev=MOST_STEPS,
-            xtol=CLOSE,
-            ftol=CLOSE,
-            gtol=None,
-        )
-    if not np.isfinite(found.x).all():  # such as of a channel that is a multiple of the control
+    try:
+        with np.errstate(invalid="raise", divide="raise"):
+            found = scipy.optimize.least_squares(
+                problem.residual,
+                begin,
+                problem.jacobian,
+                bounds=(lower, upper),
+                x_scale=np.concatenate([ratio, np.ones(n)]),
+                max_nfev=MOST_STEPS,
+                xtol=CLOSE,
+                ftol=CLOSE,
+                gtol=None,
+            )
+    except FloatingPointError:  # no slope at all: a channel that is a multiple of the control
         return problem.solved(begin, converged=False)
     return problem.solved(found.x, converged=found.status > 0 and not found.active_mask.any())
 
