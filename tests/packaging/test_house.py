@@ -8,6 +8,7 @@ from benchmarks.house import house
 SOURCE = Path(__file__).parents[2] / "src" / "shakerproc"
 LONG_LISTS = {
     "campaign/batch.py:run_batch",
+    "diagnosis/estimation/one_more.py:OneMore.__init__",
     "recordings/opening.py:open_recording",
     "report/svg.py:plot",
     "simulation/response.py:simulate",
