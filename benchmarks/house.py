@@ -4,11 +4,11 @@ python -m benchmarks.house [--source src/shakerproc] [--longest 5] [--undocument
 
 Code lines of a function are those that hold code: no docstring, comment or empty line.
 Complexity is that of McCabe. Compiled kernels (decorated for the compiler, or in a file of
-kernels) are counted on their own, and so are commands, whose parameters are their options. A
-quantity is a parameter that is annotated as a float or an array of them; a public function
-documents it where its docstring names it and gives a unit in brackets, `[Hz]`, `[-]` for none,
-or, in a docstring without an entry for it, gives a unit in its sentences. What overrides is
-documented where it is declared.
+kernels) are counted on their own, and so are commands, whose parameters are their options: of
+these the lines without the options are counted as well. A quantity is a parameter that is
+annotated as a float or an array of them; a public function documents it where its docstring
+names it and gives a unit in brackets, `[Hz]`, `[-]` for none, or, in a docstring without an
+entry for it, gives a unit in its sentences. What overrides is documented where it is declared.
 """
 
 import argparse
@@ -35,6 +35,7 @@ class Function:
 
     where: str
     lines: int
+    body: int
     parameters: int
     complexity: int
     kind: str
@@ -72,6 +73,13 @@ def declared(owner: str, name: str, classes: Declared) -> str:
         if told:
             return told
     return ""
+
+
+def house(source: Path) -> tuple[list[Path], list[Function]]:
+    """Return all files of a package, and their functions."""
+    paths = sorted(source.rglob("*.py"))
+    classes = classes_of(paths)
+    return paths, [one for path in paths for one in functions_of(path, source, classes)]
 
 
 def functions_of(path: Path, root: Path, classes: Declared) -> Iterator[Function]:
@@ -137,6 +145,7 @@ def counted(
     return Function(
         where,
         len(lines),
+        len(lines & set(range(node.body[0].lineno, (node.end_lineno or node.lineno) + 1))),
         len(given),
         complexity_of(node),
         kind_of(place, given, marks),
@@ -197,10 +206,8 @@ def main() -> None:
     parser.add_argument("--longest", type=int, default=5, help="how many to name")
     parser.add_argument("--undocumented", action="store_true", help="name those without units")
     options = parser.parse_args()
-    paths = sorted(options.source.rglob("*.py"))
+    paths, found = house(options.source)
     lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in paths}
-    classes = classes_of(paths)
-    found = [one for path in paths for one in functions_of(path, options.source, classes)]
     plain = [one for one in found if one.kind == "plain"]
     print(f"{len(paths)} files, {len(found)} functions")
     print(spread("lines of a file", list(lengths.values())))
@@ -209,6 +216,8 @@ def main() -> None:
         print(spread(f"{kind}: code lines", [one.lines for one in some]))
         print(spread(f"{kind}: parameters", [one.parameters for one in some]))
         print(spread(f"{kind}: complexity", [one.complexity for one in some]))
+    bodies = [one.body for one in found if one.kind == "command"]
+    print(spread("command: code lines without options", bodies))
     print(f"{'files above 300 lines':40s} {sum(n > 300 for n in lengths.values()):5d}")
     print(f"{'plain: above 60 code lines':40s} {sum(f.lines > 60 for f in plain):5d}")
     print(f"{'plain: more than 8 parameters':40s} {sum(f.parameters > 8 for f in plain):5d}")

@@ -13,12 +13,12 @@ ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 COLOURS = 128
 BATCH = {
-    "trends/figure_5_45_omega_e_against_clearance_random.png": "trend.png",
+    "trends/figure_5_45_peak_frequency_against_clearance_random.png": "trend.png",
     "runs/test_3/psd_and_response.png": "test_3_psd_and_response.png",
     "runs/test_12/sweep.png": "test_12_sweep.png",
 }
 TUTORIAL = {
-    "campaign/results/trends/omega_e_against_level_g2_per_hz.png": "tutorial_trend.png",
+    "campaign/results/trends/peak_frequency_against_level_g2_per_hz.png": "tutorial_trend.png",
     "comparison/response_ch3.png": "tutorial_response_before.png",
     "comparison/restoring_force_base_coupon.png": "restoring_force.png",
     "comparison_with_gap/response_ch3.png": "tutorial_response_after.png",
@@ -44,12 +44,12 @@ def keep(source: Path, target: Path) -> None:
 
 
 def sample(folder: Path) -> None:
-    """Work the sample data through below a folder."""
+    """Process the sample data below a folder."""
     shakerproc("batch", ROOT / "sample_data" / "testlog.yaml", "--out", folder / "batch")
 
 
 def tutorial(folder: Path) -> None:
-    """Work a new campaign through below a folder, as the tutorial does."""
+    """Process a new campaign below a folder, as the tutorial does."""
     model, log = folder / "campaign" / "model.yaml", folder / "campaign" / "testlog.yaml"
     extended = folder / "with-gap.yaml"
     shakerproc("init", folder / "campaign")

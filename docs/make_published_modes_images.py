@@ -1,4 +1,4 @@
-"""Work four published measurements through and draw docs/how-to/published_modes.md.
+"""Process four published measurements and draw docs/how-to/published_modes.md.
 
 python docs/make_published_modes_images.py FOLDER
 
@@ -61,7 +61,7 @@ def run(*arguments: str) -> None:
 
 
 def cued() -> None:
-    """Draw the authors' functions and those of the samples over each other."""
+    """Draw the authors' functions and those of the samples overlaid."""
     samples = np.load(DATA / "cued_gc4" / "time_data.npz")["y"].T
     stored = np.load(DATA / "cued_gc4" / "tf_data.npz")
     spectra = cross_spectra(
@@ -88,7 +88,7 @@ def cued() -> None:
 
 
 def bobcat() -> None:
-    """Draw the analyser's averaged function and that of the last blow over each other."""
+    """Draw the analyser's averaged function and that of the last blow overlaid."""
     content = io.loadmat(DATA / "bobcat_analyzer_vibrationtesting" / "case1.mat")
     spectra = cross_spectra(blow(), 1280.0, segment=4096, window="rectangular")
     figure, axis = plt.subplots(figsize=(8.0, 3.8), layout="constrained")
@@ -104,7 +104,7 @@ def bobcat() -> None:
 
 
 def main() -> None:
-    """Work every set through, and keep the pictures that the manual shows."""
+    """Process every set, and keep the pictures that the manual shows."""
     folder = Path(sys.argv[1]).resolve()
     convert(folder)
     for name in SETS:

@@ -61,7 +61,7 @@ def write_recording(path: Path, resonance, **how):
 
 
 def write_campaign(folder: Path, n_tests=4, *, title="A small campaign", more="", **how):
-    """Write a log of so many tests, omega_e falling with clearance; return its path."""
+    """Write a log of so many tests, whose peak frequency falls with clearance."""
     rows = []
     for i in range(n_tests):
         step = i % 3

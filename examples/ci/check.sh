@@ -1,5 +1,5 @@
 #!/bin/sh
-# Work a test log through, and fail where a run fails or omega_e leaves its tolerance.
+# Work a test log through, and fail where a run fails or the peak frequency leaves its tolerance.
 #
 #     sh check.sh TESTLOG REFERENCE [TOLERANCE] [OUT]
 set -u

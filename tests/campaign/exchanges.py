@@ -2,11 +2,11 @@
 
 In each round recordings are replaced, written over, shortened, removed, and put back with their
 old times, at random moments of a batch and of the batch that resumes it. After each batch every
-result that stands is held against what it was really made from:
+result that stands is compared with what it was really made from:
 
 * light rounds: the work reads the recording by itself, slowly, and writes down the SHA-256 of
   what it read; that has to be the one that the result is filed under, whatever it read;
-* real rounds: tables of small recordings are held against those that a batch without any
+* real rounds: tables of small recordings are compared with those that a batch without any
   disturbance makes of the same bytes.
 
 Prints how many results were looked at and fails if one is filed under other bytes.
@@ -37,7 +37,7 @@ from shakerproc.executors import AbstractExecutor, Outcome
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows.work import work_through
+from shakerproc.workflows.worker import work_through
 
 PIECE, PAUSE = 1 << 13, 0.002
 MADE_FROM = "made_from.json"

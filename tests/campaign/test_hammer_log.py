@@ -1,4 +1,4 @@
-"""A log with hammer tests, worked through: tables, report, one line for a bad one."""
+"""A log with hammer tests, processed: tables, report, one line for a bad one."""
 
 import csv
 import re

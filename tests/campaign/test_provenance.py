@@ -12,13 +12,13 @@ from tests.campaign.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc.campaign.jobs import Products
-from shakerproc.cli.everyday import tell_outdated
+from shakerproc.cli.run_log import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording, read_hashed
 from shakerproc.runs import open_test
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows import work
+from shakerproc.workflows import worker
 
 
 def hash_of(path):
@@ -113,21 +113,21 @@ def test_a_recording_that_changes_while_it_is_worked_through_leaves_no_result(
     path = tmp_path / "recordings" / "test_1.tdms"
     other = write_recording(tmp_path / "other.tdms", 200.0, seed=9, seconds=2.0)
     shutil.copy2(path, tmp_path / "kept.tdms")
-    process = work.process_recording
+    process = worker.process_recording
 
     def process_meanwhile(recording, test):
         result = process(recording, test)
         change(path, other)
         return result
 
-    monkeypatch.setattr(work, "process_recording", process_meanwhile)
+    monkeypatch.setattr(worker, "process_recording", process_meanwhile)
     products = Products(figures=False)
     with pytest.raises(RecordingError, match=r"test 1 .*changed while it was read"):
-        batch(log, out, work=work.work_through, products=products)
+        batch(log, out, work=worker.work_through, products=products)
     assert not list((out / "runs").rglob("*"))
     monkeypatch.undo()
     shutil.copy2(tmp_path / "kept.tdms", path)
-    (one,) = batch(log, out, work=work.work_through, products=products).runs
+    (one,) = batch(log, out, work=worker.work_through, products=products).runs
     assert one.sha256 == hash_of(path) == manifest_of(out)["runs"]["test_1"]["recording_sha256"]
 
 
@@ -179,10 +179,10 @@ def test_tests_of_an_older_manifest_are_computed_again_and_it_is_said(tmp_path, 
 def test_what_a_test_no_longer_makes_does_not_stay_beside_what_it_makes_now(tmp_path):
     log, out = write_campaign(tmp_path, 1, seconds=2.0), tmp_path / "out"
     with_table = Products(figures=False, exports=("parquet",))
-    batch(log, out, work=work.work_through, products=with_table)
+    batch(log, out, work=worker.work_through, products=with_table)
     assert (out / "runs" / "test_1" / "spectra.parquet").exists()
     (out / "runs" / "test_1" / "note.txt").write_text("mine", encoding="utf-8")
-    batch(log, out, work=work.work_through, products=Products(figures=False))
+    batch(log, out, work=worker.work_through, products=Products(figures=False))
     assert not (out / "runs" / "test_1" / "spectra.parquet").exists()
     assert (out / "runs" / "test_1" / "note.txt").exists()
 

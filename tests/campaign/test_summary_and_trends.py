@@ -88,8 +88,8 @@ def test_the_channel_of_the_trends_is_the_one_that_moves_most():
     assert trends.trend_channel(FALLING) == "ch3"
 
 
-def test_a_sine_has_no_omega_e():
-    assert trends.omega_e(run("1", 50.0, 0.0, kind="sine"), "ch3") is None
+def test_a_sine_has_no_main_peak():
+    assert trends.main_peak(run("1", 50.0, 0.0, kind="sine"), "ch3") is None
 
 
 def test_the_thesis_trends_are_there_by_name_and_sorted():
@@ -97,12 +97,14 @@ def test_the_thesis_trends_are_there_by_name_and_sorted():
         run(f"s{g}", 250.0 + g, 1e-4, kind="sine sweep", level_g=float(g)) for g in (5, 1, 10)
     ]
     requests = {r.name: r for r in trends.standard_trends([*FALLING, *sweeps])}
-    level = trends.trend(sweeps, requests["figure_5_46_omega_e_against_level_radial"], "ch3")
+    level = trends.trend(
+        sweeps, requests["figure_5_46_peak_frequency_against_level_radial"], "ch3"
+    )
     ((name, points),) = level.series.items()
     assert name == "0.10 mm, out of plane"
     assert [p.x for p in points] == [1.0, 5.0, 10.0]
     clearance = trends.trend(
-        FALLING, requests["figure_5_45_omega_e_against_clearance_random"], "ch3"
+        FALLING, requests["figure_5_45_peak_frequency_against_clearance_random"], "ch3"
     )
     assert [p.x for p in clearance.series["radial, out of plane"]] == pytest.approx([
         0,

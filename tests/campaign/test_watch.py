@@ -1,4 +1,4 @@
-"""`shakerproc watch`: each finished recording is worked through once, none is lost."""
+"""`shakerproc watch`: each finished recording is processed once, none is lost."""
 
 import os
 import shutil

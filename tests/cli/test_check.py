@@ -24,6 +24,8 @@ from shakerproc.errors import TableError
 ROOT = Path(__file__).parents[2]
 RECIPE = ROOT / "examples" / "ci"
 
+HEAD = "test,peak_frequency_hz\n"
+
 
 def run(*words):
     done = CliRunner().invoke(build_app(), list(map(str, words)))
@@ -94,7 +96,7 @@ def test_a_frequency_that_moved_is_named_with_what_was_wanted(results, tmp_path)
     shown = run("check", moved, "--against", results)
     lines = shown.stdout.splitlines()
     assert len(lines) == 1 + len(document["deviations"])
-    for words in ("test 2, ", "omega_e: found ", "wanted ", "+- 2 %, off by +3.00 %"):
+    for words in ("test 2, ", "peak_frequency: found ", "wanted ", "+- 2 %, off by +3.00 %"):
         assert words in lines[0]
     assert run("check", moved, "--against", results, "--tolerance", "4 %").exit_code == 0
 
@@ -103,8 +105,8 @@ def test_a_frequency_that_moved_is_named_with_what_was_wanted(results, tmp_path)
 @pytest.mark.parametrize("tolerance", ["2 %", "6 Hz"])
 def test_a_value_just_outside_is_not_printed_inside(tmp_path, factor, tolerance):
     kept, moved = tmp_path / "kept.csv", tmp_path / "moved.csv"
-    kept.write_text("test,omega_e_hz\n1,300.0\n")
-    moved.write_text(f"test,omega_e_hz\n1,{300.0 * factor!r}\n")
+    kept.write_text("test,peak_frequency_hz\n1,300.0\n")
+    moved.write_text(f"test,peak_frequency_hz\n1,{300.0 * factor!r}\n")
     done = run("check", moved, "--against", kept, "--tolerance", tolerance)
     assert done.exit_code == 1
     off = float(re.search(r"off by (\S+) ", done.stdout).group(1))
@@ -114,8 +116,8 @@ def test_a_value_just_outside_is_not_printed_inside(tmp_path, factor, tolerance)
 
 def test_a_value_without_end_is_off(tmp_path):
     kept, moved = tmp_path / "kept.csv", tmp_path / "moved.csv"
-    kept.write_text("test,omega_e_hz\n1,300.0\n")
-    moved.write_text("test,omega_e_hz\n1,inf\n")
+    kept.write_text("test,peak_frequency_hz\n1,300.0\n")
+    moved.write_text("test,peak_frequency_hz\n1,inf\n")
     done = run("check", moved, "--against", kept)
     assert done.exit_code == 1
     assert "found inf Hz, wanted 300 Hz" in done.stdout
@@ -147,7 +149,7 @@ def test_a_reference_may_be_written_by_hand(results, tmp_path):
         if (r["test"], r["channel"], r["quantity"], r["rank"]) == ("1", channel, "psd", "1")
     )
     frequency = float(row["frequency_hz"])
-    text = f"test,channel,omega_e_hz\n1,{channel},{frequency + 0.4}\n"
+    text = f"test,channel,peak_frequency_hz\n1,{channel},{frequency + 0.4}\n"
     wanted = table(tmp_path, "wanted.csv", text)
     assert run("check", results, "--against", wanted, "--tolerance", "0.5 Hz").exit_code == 0
     assert run("check", results, "--against", wanted, "--tolerance", "0.3 Hz").exit_code == 1
@@ -157,19 +159,19 @@ def test_a_reference_may_be_written_by_hand(results, tmp_path):
 @pytest.mark.parametrize(
     ("found", "wanted", "words"),
     [
-        ("test,omega_e_hz\n1,abc\n", "test,omega_e_hz\n1,2\n", 'f.csv:2: omega_e_hz: .*"abc"'),
-        ("test,omega_e_hz\n1,2\n1,3\n", "test,omega_e_hz\n1,2\n", "f.csv:3: a second"),
-        ("test,omega_e_hz\n1\n", "test,omega_e_hz\n1,2\n", "f.csv:2: 1 cells"),
-        ("run,omega_e_hz\n1,2\n", "test,omega_e_hz\n1,2\n", "no column test"),
-        ("test,q\n1,2\n", "test,omega_e_hz\n1,2\n", "no peak frequency"),
-        ("test,omega_e_hz\n1,2\n", "test,omega_e_hz\n1,\n", "nothing to hold against"),
-        ("", "test,omega_e_hz\n1,2\n", "no column test; it has none"),
+        (HEAD + "1,abc\n", HEAD + "1,2\n", 'f.csv:2: peak_frequency_hz: .*"abc"'),
+        (HEAD + "1,2\n1,3\n", HEAD + "1,2\n", "f.csv:3: a second"),
+        (HEAD + "1\n", HEAD + "1,2\n", "f.csv:2: 1 cells"),
+        (HEAD.replace("test", "run") + "1,2\n", HEAD + "1,2\n", "no column test"),
+        ("test,q\n1,2\n", HEAD + "1,2\n", "no peak frequency"),
+        (HEAD + "1,2\n", HEAD + "1,\n", "nothing to compare with"),
+        ("", HEAD + "1,2\n", "no column test; it has none"),
     ],
 )  # fmt: skip
 def test_a_table_that_cannot_be_used_is_said_with_its_line(tmp_path, found, wanted, words):
     paths = table(tmp_path, "f.csv", found), table(tmp_path, "w.csv", wanted)
     with pytest.raises(TableError, match=words):
-        agreement(*map(read_table, paths), {"omega_e": read_tolerance("2 %")})
+        agreement(*map(read_table, paths), {"peak_frequency": read_tolerance("2 %")})
 
 
 def test_a_column_that_is_not_there_is_guessed(results):
@@ -221,11 +223,11 @@ def test_the_recipe_for_ci_passes_and_fails_as_it_should(tmp_path):
 
     done = recipe(RECIPE / "reference.csv")
     assert done.returncode == 0, done.stderr
-    assert "all hold: 13 values of omega_e within 2 %" in done.stdout
+    assert "all hold: 13 values of peak_frequency within 2 %" in done.stdout
     wrong = (RECIPE / "reference.csv").read_text(encoding="utf-8").replace("271.5", "281.5")
     done = recipe(table(tmp_path, "wrong.csv", wrong))
     assert done.returncode == 1
-    assert "test 3, ch4: omega_e: found 271.518 Hz, wanted 281.5" in done.stdout
+    assert "test 3, ch4: peak_frequency: found 271.518 Hz, wanted 281.5" in done.stdout
     document = json.loads((tmp_path / "results" / "check.json").read_text(encoding="utf-8"))
     assert [one["test"] for one in document["deviations"]] == ["3"]
 
@@ -237,3 +239,15 @@ def test_the_jobs_call_the_script_with_files_that_exist(name):
     (call,) = re.findall(r"sh (\S+) (\S+) (\S+) \"2 %\"", text)
     for path in call:
         assert (ROOT / path).is_file()
+
+
+def test_a_former_name_is_taken_with_a_note(tmp_path):
+    kept, found = tmp_path / "kept.csv", tmp_path / "found.csv"
+    kept.write_text("test,omega_e_hz\n1,300.0\n")
+    found.write_text("test,peak_frequency_hz\n1,301.0\n")
+    words = ["check", str(found), "--against", str(kept), "--columns", "omega_e, omega_e_hz"]
+    done = CliRunner().invoke(build_app(), words)
+    assert done.exit_code == 0
+    assert "1 value of peak_frequency" in done.stdout
+    assert f"{kept}: omega_e_hz is called peak_frequency_hz now" in done.stderr
+    assert "--columns: omega_e is called peak_frequency now" in done.stderr

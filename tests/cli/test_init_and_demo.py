@@ -62,7 +62,7 @@ def test_init_writes_into_no_folder_that_holds_something(tmp_path):
     reason="the program is installed, and no checkout",
 )
 def test_the_sample_data_are_found_beside_the_checkout():
-    assert sys.modules["shakerproc.cli.commands.demo"]._sample_log() is not None
+    assert sys.modules["shakerproc.cli.commands.demo"].sample_log() is not None
 
 
 @pytest.mark.slow
@@ -70,7 +70,7 @@ def test_the_sample_data_are_found_beside_the_checkout():
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch, few_effects):
     monkeypatch.setattr(example, "TESTS", short(example.TESTS, 4.0))
     module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
-    monkeypatch.setattr(module, "_sample_log", lambda: None)
+    monkeypatch.setattr(module, "sample_log", lambda: None)
     target = tmp_path / "demo.json"
     options = ["demo", str(tmp_path / "out"), "--no-figures", "--json", str(target)]
     done = CliRunner().invoke(build_app(), options)

@@ -29,7 +29,7 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("options")
     log = write_campaign(folder, 1)
     (folder / "model.yaml").write_text(MODEL)
-    (folder / "table.csv").write_text("test,omega_e_hz\n1,300.0\n")
+    (folder / "table.csv").write_text("test,peak_frequency_hz\n1,300.0\n")
     recording = folder / "recordings" / "test_1.tdms"
     model, table, out = folder / "model.yaml", folder / "table.csv", folder / "out"
     return {

@@ -176,7 +176,7 @@ def test_the_table_of_what_passes_for_what_is_current(truth, other):
 
 @pytest.fixture(scope="module")
 def worked(tutorial):
-    """Where the tutorial and a batch of the sample data were worked through, with pictures."""
+    """Where the tutorial and a batch of the sample data were processed, with pictures."""
     folder, _ = tutorial
     make_images.sample(folder)
     make_images.pictures(folder, folder / "images")

@@ -19,7 +19,7 @@ from shakerproc.models.effects import (
     StiffnessDrift,
     Stop,
 )
-from shakerproc.models.surroundings import parallel_stiffness, reduced_mass, resolved
+from shakerproc.models.parallel_elements import parallel_stiffness, reduced_mass, resolved
 
 GROUND = ("base", "a")
 SHAKEN = Excitation("base acceleration")

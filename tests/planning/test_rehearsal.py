@@ -13,7 +13,7 @@ from shakerproc.data import STANDARD_GRAVITY as G
 from shakerproc.errors import LogError
 from shakerproc.model_files import read_model
 from shakerproc.planning import Staging, rehearse, respond
-from shakerproc.planning.rehearsal import _filtered
+from shakerproc.planning.rehearsal import low_passed
 from shakerproc.recordings import open_recording
 from shakerproc.runs import open_test
 from shakerproc.simulation.interpolation import finer
@@ -266,4 +266,4 @@ def test_a_recording_that_begins_in_motion_is_not_rung_at_its_ends():
     expected += 0.3 * np.arange(16000) / (4.0 * RATE)
     assert_allclose(fine[200:-200], expected[200:-200], atol=2e-3)
     assert_allclose(fine[:15996], expected[:15996], atol=0.05)
-    assert_allclose(_filtered(fine, 4), wave, atol=0.05)
+    assert_allclose(low_passed(fine, 4), wave, atol=0.05)

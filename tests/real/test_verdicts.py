@@ -1,4 +1,4 @@
-"""The whole loop on real and published sets, held against what is known of them otherwise.
+"""The whole loop on real and published sets, compared with what is known of them otherwise.
 
 The numbers come from the authors of the sets, from free runs fitted by least squares without
 any code of the diagnosis (docs/real_data.md), or from how a set was made.

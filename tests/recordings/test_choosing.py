@@ -18,7 +18,7 @@ from tests.recordings.tdms_bytes import (
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import UNKNOWN, ChannelNotFoundError, open_recording
-from shakerproc.recordings.opening import _start
+from shakerproc.recordings.opening import common_start
 from shakerproc.recordings.raw import RawChannel
 from shakerproc.recordings.si import parse_unit
 
@@ -292,8 +292,10 @@ def test_different_start_times_are_noted():
         moment = datetime(2024, 1, 1, microsecond=microsecond, tzinfo=UTC)
         return RawChannel(name, 0, 1, 1, start_time=moment), None
 
-    assert _start([at("a", 0), at("b", 14)], 1000.0)[1] == ""
-    assert "'b' starts 0.002 s after 'a'" in _start([at("a", 0), at("b", 2000)], 1000.0)[1]
+    assert common_start([at("a", 0), at("b", 14)], 1000.0)[1] == ""
+    assert (
+        "'b' starts 0.002 s after 'a'" in common_start([at("a", 0), at("b", 2000)], 1000.0)[1]
+    )
 
 
 def test_files_that_are_none(tmp_path):

@@ -11,10 +11,10 @@ from shakerproc.diagnosis.result import Errors, Estimate, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report import free_law as drawing
+from shakerproc.report.alternatives import effect_of
 from shakerproc.report.estimates import interval
 from shakerproc.report.evidence import diagnosis_section, error_ladder
 from shakerproc.report.methods import methods_of
-from shakerproc.report.rivals import effect_of
 
 ALONG = Outside(
     ("base", "coupon"), (-1e-4, 0.0, 1e-4), (0.0,), ((-2.0,), (0.0,), (2.0,)),
@@ -41,7 +41,7 @@ def test_a_law_without_a_name_is_drawn(law, lines):
     drawn = drawing.free_law(law)
     assert "base and coupon" in drawn.title
     x = np.linspace(-0.1, 0.1, 5) if len(law.displacement) == 1 else np.linspace(-1e-4, 1e-4, 5)
-    curves = drawing._forces(law, x, along_velocity=len(law.displacement) == 1)
+    curves = drawing.forces_along(law, x, along_velocity=len(law.displacement) == 1)
     assert len(curves) == lines
     if law is BOTH:  # linear in both: the spline goes through it exactly
         for (_, force), v in zip(curves, (-0.1, 0.0, 0.1), strict=True):

@@ -9,7 +9,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording
 from shakerproc.report.run_drawings import figures
 from shakerproc.runs import process_recording
-from shakerproc.runs.summing_up import summary_of
+from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test
 

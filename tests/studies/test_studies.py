@@ -16,7 +16,7 @@ from shakerproc.report.study import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Run, Study, Variation, read_study, run_study
 from shakerproc.studies.checks import VERDICTS, trend_of
-from shakerproc.studies.estimators import Spectrum, in_words, omega_e, spectrum
+from shakerproc.studies.estimators import Spectrum, in_words, peak_frequency, spectrum
 from shakerproc.studies.simulated import ensemble, excitation_of, signal_of, simulated, strobe
 from shakerproc.studies.study import Claim
 from shakerproc.verification.claims import claims_page, thesis_claims
@@ -46,9 +46,9 @@ def test_omega_e_against_the_gap_is_what_was_measured():
     """The figures of research/SIMULATION.md, from another program, to a bin of 1/30 Hz."""
     found = run_study(without_ensembles("figure_4_02"), workers=2)
     measured = [5.033, 4.966, 4.933, 4.866, 4.733, 4.566, 4.200, 3.533]
-    assert_allclose(found.columns["omega_e_hz"], measured, atol=0.02)
+    assert_allclose(found.columns["peak_frequency_hz"], measured, atol=0.02)
     assert_allclose(found.columns["force_over_ka"][1:], [10, 5, 2.5, 1, 0.5, 0.25, 0.1])
-    assert found.verdict.startswith("held: omega_e_hz falls with a, 5.033 to 3.533")
+    assert found.verdict.startswith("held: peak_frequency_hz falls with a, 5.033 to 3.533")
     assert "bins 0.03333 Hz; sweep up from 0 to 30 Hz in 30 s" in found.method
     assert "F / (k a) from 0.1 to 10" in found.method
 
@@ -57,15 +57,15 @@ def test_omega_e_against_the_gap_is_what_was_measured():
 def test_sweeping_down_is_lower_and_the_initial_condition_decides_figure_4_9():
     down = simulated(gap(20e-3), replace(SWEEP, down=True), growth=False)
     found = spectrum(down.acceleration, down.sample_rate, Measure())
-    assert omega_e(found, Measure()) == pytest.approx(2.90, abs=0.02)
+    assert peak_frequency(found, Measure()) == pytest.approx(2.90, abs=0.02)
     for name, measured, verdict in (
-        ("figure_4_09", (15.9, 13.05, 6.6), "did not hold: omega_e_hz falls with n"),
-        ("figure_4_09_listing", (15.9, 17.25, 21.05), "held: omega_e_hz rises with n"),
+        ("figure_4_09", (15.9, 13.05, 6.6), "did not hold: peak_frequency_hz falls with n"),
+        ("figure_4_09_listing", (15.9, 17.25, 21.05), "held: peak_frequency_hz rises with n"),
     ):
         study = without_ensembles(name)
         few = replace(study.vary[0], values=(1.0, 3.0, 21.0), texts=("1", "3", "21"))
         result = run_study(replace(study, vary=(few,)), workers=2)
-        assert_allclose(result.columns["omega_e_hz"], measured, atol=0.03)
+        assert_allclose(result.columns["peak_frequency_hz"], measured, atol=0.03)
         assert result.verdict.startswith(verdict)
 
 
@@ -81,7 +81,7 @@ def test_a_chaotic_run_has_a_mean_and_a_spread():
     result = run_study(replace(study, vary=vary, measure=measure))
     assert result.columns["chaotic"].all()
     assert np.all(result.columns["spread_hz"] >= 0.0)
-    assert_allclose(result.columns["mean_hz"], result.columns["omega_e_hz"], atol=2.0)
+    assert_allclose(result.columns["mean_hz"], result.columns["peak_frequency_hz"], atol=2.0)
     assert "1 of 1 runs are chaotic: ensemble only" in result.notes[0]
 
 
@@ -225,14 +225,16 @@ def test_estimators_find_the_line_of_a_sine():
     samples = np.sin(2.0 * np.pi * 7.3 * time) + 0.1 * np.sin(2.0 * np.pi * 3.1 * time)
     whole = spectrum(samples, 500.0, Measure())
     assert whole.bin_width == pytest.approx(0.1)
-    assert omega_e(whole, Measure()) == pytest.approx(7.3)
-    assert omega_e(whole, Measure(take="first")) == pytest.approx(3.1)
-    assert omega_e(whole, Measure(to_hz=5.0)) == pytest.approx(3.1)
+    assert peak_frequency(whole, Measure()) == pytest.approx(7.3)
+    assert peak_frequency(whole, Measure(take="first")) == pytest.approx(3.1)
+    assert peak_frequency(whole, Measure(to_hz=5.0)) == pytest.approx(3.1)
     welch = Measure(estimator="welch", segment=1000)
-    assert omega_e(spectrum(samples, 500.0, welch), welch) == pytest.approx(7.5, abs=0.51)
+    assert peak_frequency(spectrum(samples, 500.0, welch), welch) == pytest.approx(
+        7.5, abs=0.51
+    )
     assert "Welch density in segments of 1000, bins 0.5 Hz" in in_words(welch, 0.5)
     flat = Spectrum(whole.frequency, np.ones_like(whole.density), 0.1)
-    assert np.isnan(omega_e(flat, Measure()))
+    assert np.isnan(peak_frequency(flat, Measure()))
     with pytest.raises(ValueError, match="a run of 100 samples holds no segment of 1000"):
         spectrum(samples[:100], 500.0, welch)
 

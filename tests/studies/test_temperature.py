@@ -52,7 +52,7 @@ def test_the_table_holds_clearance_beside_omega_e(study):
     quick = replace(study, vary=(few,), measure=replace(study.measure, ensemble=0))
     result = run_study(quick, workers=2)
     assert np.all(np.diff(result.columns["clearance_m"]) > 0.0)
-    assert np.all(np.diff(result.columns["omega_e_hz"]) < -20.0)
+    assert np.all(np.diff(result.columns["peak_frequency_hz"]) < -20.0)
     assert result.verdict.startswith("held")
 
 

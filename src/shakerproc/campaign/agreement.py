@@ -1,4 +1,4 @@
-"""A table of runs held against a reference table: which numbers left their tolerance."""
+"""A table of runs compared with a reference table: which numbers left their tolerance."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,8 @@ from shakerproc.campaign.result_table import Table
 from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
 
-OMEGA_E: Final = "omega_e"
-"""Name that stands for omega_e in every table that holds it, whatever its column is called."""
+PEAK: Final = "peak_frequency"
+"""Name of it in every table that holds it, whatever its column is called."""
 
 Key: TypeAlias = tuple[str, ...]
 """What names a value: the test, its channel and the quantity, as far as a table has them."""
@@ -139,15 +139,15 @@ def read_tolerance(text: str) -> Tolerance:
 def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -> Agreement:
     """Return what a table has of a reference within tolerance, and what not.
 
-    In a table of peaks, the tallest peak of each response and quantity is looked at; omega_e
-    is that of the PSD, and a test with a single sine has none.
+    In a table of peaks, the tallest peak of each response and quantity is looked at; the peak
+    frequency is that of the PSD, and a test with a single sine has none.
 
     Parameters
     ----------
     table, reference : Table
         What was found and what is wanted; the reference may hold fewer rows and columns.
     wanted : mapping of str to Tolerance
-        Columns to compare; `OMEGA_E` stands for omega_e in any table that has it.
+        Columns to compare; `PEAK` stands for the peak frequency in any table that has it.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -
         expected = _values(reference, column, names)
         compared[column] = sum(value is not None for value in expected.values())
         if not compared[column]:
-            raise TableError(f"{reference.path}: no value of {column}: nothing to hold against")
+            raise TableError(f"{reference.path}: no value of {column}: nothing to compare with")
         for key, value in expected.items():
             if value is None:
                 continue
@@ -197,14 +197,14 @@ def _named(names: Sequence[str], key: Key) -> tuple[str, str, str]:
 
 def _unit_of(column: str) -> str:
     """Return the unit that a header says at its end; ``1`` for none."""
-    if column == OMEGA_E:
+    if column == PEAK:
         return "Hz"
     return next((unit for end, unit in _ENDINGS.items() if column.endswith(end)), "1")
 
 
 def _shared_names(table: Table, reference: Table, column: str) -> tuple[str, ...]:
     """Return the columns that name a value in both tables."""
-    names = _NAMES[:2] if column == OMEGA_E else _NAMES
+    names = _NAMES[:2] if column == PEAK else _NAMES
     return tuple(n for n in names if n in table.columns and n in reference.columns)
 
 
@@ -220,7 +220,7 @@ def _column_of(table: Table, column: str) -> str:
     TableError
         If it has none.
     """
-    if column != OMEGA_E:
+    if column != PEAK:
         if column in table.columns:
             return column
         meant = units.near_miss(column, table.columns)
@@ -228,11 +228,11 @@ def _column_of(table: Table, column: str) -> str:
         raise TableError(f"{table.path}:1: no column {column!r}{guess}")
     if _is_of_peaks(table):
         return "frequency_hz"
-    if "omega_e_hz" in table.columns:
-        return "omega_e_hz"
+    if "peak_frequency_hz" in table.columns:
+        return "peak_frequency_hz"
     raise TableError(
-        f"{table.path}:1: no peak frequency (omega_e_hz) in it; take peaks.csv or a table of "
-        f"trends/, or name other columns with --columns"
+        f"{table.path}:1: no peak frequency (peak_frequency_hz) in it; take peaks.csv or a "
+        f"table of trends/, or name other columns with --columns"
     )
 
 
@@ -265,7 +265,7 @@ def _is_meant(table: Table, row: Mapping[str, str], column: str) -> bool:
     if not _is_of_peaks(table):
         return True
     tallest = row["rank"] == "1" and row.get("role", "response") == "response"
-    if column != OMEGA_E:
+    if column != PEAK:
         return tallest
     is_tone = row.get("excitation") in SINGLE_FREQUENCY
     return tallest and row["quantity"] == "psd" and not is_tone

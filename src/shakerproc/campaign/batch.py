@@ -45,7 +45,7 @@ class Campaign:
     runs : tuple of RunSummary
         Every test of the log in order, discarded and failed ones included.
     computed, kept : int
-        Tests that were worked through now, and those whose results stood already.
+        Tests that were processed now, and those whose results stood already.
     """
 
     runs: tuple[RunSummary, ...]
@@ -67,7 +67,7 @@ def run_batch(
     on_outdated: Callable[[int], None] | None = None,
     on_end: Callable[[str], None] | None = None,
 ) -> Campaign:
-    """Work every test of a log through that is not discarded and whose results do not stand.
+    """Process every test of a log that is not discarded and whose results do not stand.
 
     The manifest is written after each test, so that whatever ends this, the next call goes on
     where it stopped. Hold the folder with `locked` around it.
@@ -91,7 +91,7 @@ def run_batch(
         Where the hashes of the recordings are from; by default from the files of the log.
     only : collection of ids, optional
         Tests to work through now; what is known of the others stays as it is, and those that
-        were never worked through are not in the result. By default all.
+        were never processed are not in the result. By default all.
     on_start : callable, optional
         Called with the number of tests to do and of those kept.
     on_outdated : callable, optional
@@ -148,7 +148,7 @@ def _part(log: TestLog, only: Collection[int | str]) -> TestLog:
 def _merged(
     log: TestLog, names: Mapping[int | str, str], known: Manifest, now: Manifest
 ) -> Mapping[str, Entry]:
-    """Return what is known of every test of a log, of which some are worked through now."""
+    """Return what is known of every test of a log, of which some are processed now."""
     both = {**known.runs, **now.runs}
     return {names[t.id]: both[names[t.id]] for t in log.active if names[t.id] in both}
 

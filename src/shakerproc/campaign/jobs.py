@@ -53,7 +53,7 @@ class Job:
     recording : str
         The file as the log names it.
     sha256 : str
-        Hash that the recording had when the batch began; to be worked through is that or none.
+        Hash that the recording had when the batch began; to be processed is that or none.
     products : Products
         What to write.
     """

@@ -78,7 +78,7 @@ def _place(analysis: ModalAnalysis, track: Track) -> float:
 
 def _request(column: str, by: tuple[str, ...]) -> TrendRequest:
     return TrendRequest(
-        f"omega_e_against_{column}",
+        f"peak_frequency_against_{column}",
         f"Peak frequency against {label_of(column).partition(' [')[0]}.",
         "Each point is a test.",
         column,
@@ -93,7 +93,7 @@ def _trend(
     plain = re.sub(r"^figure_\d+_\d+_", "", request.name)
     asked = replace(
         request,
-        name=plain.replace("omega_e", f"mode_{number}"),
+        name=plain.replace("peak_frequency", f"mode_{number}"),
         title=request.title.replace(
             "Peak frequency", f"Frequency of mode {number} ({frequency:.4g} Hz)"
         ),

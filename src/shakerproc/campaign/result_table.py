@@ -2,12 +2,13 @@
 
 import csv
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc.errors import TableError
+from shakerproc.runs.former_names import former_note, present_name
 
 
 @final
@@ -25,12 +26,15 @@ class Table:
         Cells by header.
     lines : tuple of int
         Line of the file in which each row stands.
+    notes : tuple of str
+        What to say of it: columns by former names.
     """
 
     path: Path
     columns: tuple[str, ...]
     rows: tuple[Mapping[str, str], ...]
     lines: tuple[int, ...]
+    notes: tuple[str, ...] = ()
 
 
 def read_table(path: Path) -> Table:
@@ -44,7 +48,7 @@ def read_table(path: Path) -> Table:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise TableError(f"{path}: expected a table, {' or '.join(_READERS)}")
-    table = reader(path)
+    table = _renamed(reader(path))
     if "test" not in table.columns:
         has = ", ".join(table.columns[:6]) or "none"
         raise TableError(
@@ -52,6 +56,20 @@ def read_table(path: Path) -> Table:
             f"statistics.csv and trends/, which have it."
         )
     return table
+
+
+def _renamed(table: Table) -> Table:
+    """Return a table with the present names of its columns."""
+    notes = tuple(filter(None, (former_note(name, str(table.path)) for name in table.columns)))
+    if not notes:
+        return table
+    rows = tuple(
+        MappingProxyType({present_name(name): cell for name, cell in row.items()})
+        for row in table.rows
+    )
+    return replace(
+        table, columns=tuple(map(present_name, table.columns)), rows=rows, notes=notes
+    )
 
 
 def _read_csv(path: Path) -> Table:

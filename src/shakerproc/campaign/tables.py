@@ -19,7 +19,7 @@ def _run_cells(run: RunSummary) -> dict[str, Value]:
 
 
 def peak_columns(runs: Sequence[RunSummary]) -> Columns:
-    """Return one row for each peak: of the density and of |H1|, rank 1 is omega_e."""
+    """Return one row for each peak: of density and |H1|; rank 1 is the peak frequency."""
     rows = [
         {**_run_cells(run), **_channel_cells(channel), **_peak_cells(run, quantity, rank, peak)}
         for run in runs
@@ -129,7 +129,7 @@ def trend_columns(trend: Trend, channel: str) -> Columns:
             trend.x_label: point.x,
             "test": point.test,
             "channel": channel,
-            "omega_e_hz": point.frequency_hz,
+            "peak_frequency_hz": point.frequency_hz,
             "bin_width_hz": point.bin_width_hz,
             "incomplete": point.incomplete,
             "present_s": point.present_s,

@@ -17,7 +17,7 @@ class Point:
     x : float or str
         Where it stands: a number, or a category.
     frequency_hz : float
-        omega_e, interpolated [Hz].
+        The peak frequency, interpolated [Hz].
     bin_width_hz : float
         Distance of the bins it was read from [Hz].
     present_s, promised_s : float or None
@@ -39,7 +39,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """omega_e against one quantity, in series.
+    """Peak frequency against one quantity, in series.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Trend:
     title, caption, x_label : str
         What it shows, and what to look for.
     channel : str
-        Whose omega_e it is.
+        Whose peak frequency it is.
     series : mapping
         Points by the name of the series, in order of x.
     quantity, bars : str

@@ -1,4 +1,4 @@
-"""omega_e across the runs of a log: against clearance, level, joint and the rest."""
+"""Peak frequency across the runs of a log: against clearance, level, joint and the rest."""
 
 import math
 import re
@@ -26,7 +26,7 @@ _UNITS: Final = {
 }
 
 
-def omega_e(run: RunSummary, channel: str) -> PeakSummary | None:
+def main_peak(run: RunSummary, channel: str) -> PeakSummary | None:
     """Return the tallest peak of a channel's PSD; None where there is none that means it."""
     if run.facts.get("excitation") in SINGLE_FREQUENCY:
         return None
@@ -88,7 +88,7 @@ def standard_trends(tests: Sequence[RunSummary | Seen]) -> list[TrendRequest]:
         ]
     return requests + [
         TrendRequest(
-            f"omega_e_against_{x}",
+            f"peak_frequency_against_{x}",
             f"Peak frequency against {_word(x)}.",
             "Each point is a test.",
             x,
@@ -107,7 +107,7 @@ def _file_name(figure: str, quantity: str) -> str:
     """Return the name of a trend's files, harmless whatever the log calls its joints."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", quantity)[:80]
     number = f"figure_{figure.replace('.', '_')}_" if figure else ""
-    return f"{number}omega_e_against_{plain}"
+    return f"{number}peak_frequency_against_{plain}"
 
 
 def _word(column: str) -> str:
@@ -175,7 +175,7 @@ def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
     """Return the tallest peak of a channel in every run."""
     found = []
     for run in runs:
-        peak = omega_e(run, channel)
+        peak = main_peak(run, channel)
         found.append(
             Seen(
                 run.test,

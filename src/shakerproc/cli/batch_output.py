@@ -53,7 +53,7 @@ def tell(
 
 
 def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
-    peak = trends.omega_e(run, channel)
+    peak = trends.main_peak(run, channel)
     seen = next((c for c in run.channels if c.name == channel), None)
     response = seen.response_peaks[0] if seen and seen.response_peaks else None
     return (

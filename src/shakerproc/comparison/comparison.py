@@ -82,7 +82,7 @@ class TestComparison:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """A model held against a campaign.
+    """A model compared with a campaign.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ def compare(
     Parameters
     ----------
     model : Model
-        The model; its sensors name the channels they are held against.
+        The model; its sensors name the channels they are compared with.
     log : TestLog
         The campaign.
     fit : bool

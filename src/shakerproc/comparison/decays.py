@@ -80,7 +80,7 @@ class TestDecays:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class DecayComparison:
-    """A model held against free decays.
+    """A model compared with free decays.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Element, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 
 BINS: Final = 24
 """Parts that the range of displacement or velocity is cut into."""

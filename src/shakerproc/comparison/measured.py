@@ -1,4 +1,4 @@
-"""What a model is held against: the input and every sensor of one test, as arrays in SI."""
+"""What a model is compared with: the input and every sensor of one test, as arrays in SI."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -152,7 +152,7 @@ class Measured:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Usable:
-    """The tests of a log that a model can be held against.
+    """The tests of a log that a model can be compared with.
 
     Attributes
     ----------
@@ -166,7 +166,7 @@ class Usable:
     left_out: tuple[str, ...]
 
     def with_those_of(self, other: "Usable") -> "Usable":
-        """Return only the tests that another model can be held against as well."""
+        """Return only the tests that another model can be compared with as well."""
         there = {test.name for test in other.tests}
         return Usable(
             tuple(test for test in self.tests if test.name in there),
@@ -258,7 +258,7 @@ def measure(
     test : Test
         One of its tests.
     model : Model
-        What is held against it.
+        What is compared with it.
     most_clipped : float
         Share of its samples at which a channel may stand at its limit [-].
     most : int

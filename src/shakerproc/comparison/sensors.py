@@ -64,8 +64,8 @@ def sensors_of(model: Model) -> dict[str, Sensor]:
     """
     if not model.sensors:
         raise ModelError(
-            f"{model.title}: no sensors, so no channel can be held against the model. Say what "
-            f"each measures, such as sensors: {{ch3: {{at: {next(iter(model.masses))}, "
+            f"{model.title}: no sensors, so no channel can be compared with the model. Say "
+            f"what each measures, such as sensors: {{ch3: {{at: {next(iter(model.masses))}, "
             f"measures: acceleration}}}}."
         )
     return dict(model.sensors)
@@ -91,7 +91,7 @@ def sensor_row(recording: Recording, name: str, sensor: Sensor) -> int:
 
 
 def check_driven(model: Model) -> None:
-    """Pass a model that an input drives, whose whole tests can be foretold.
+    """Pass a model that an input drives, whose whole tests can be predicted.
 
     Raises
     ------

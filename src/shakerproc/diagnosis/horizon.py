@@ -20,13 +20,13 @@ from shakerproc.errors import DiagnosisError
 
 PARTED: Final = 0.1
 """Share of the response by which noise of the input and the spread of the numbers may part two
-motions that are predicted: beyond, a test cannot be foretold, whatever the model [-]."""
+motions that are predicted: beyond, a test cannot be predicted, whatever the model [-]."""
 
 FEWEST_BLOCKS: Final = 3
 """Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
 FORETOLD: Final = 24
-"""Windows that tell how far a motion can be foretold: its mean square over them [-]."""
+"""Windows that tell how far a motion can be predicted: its mean square over them [-]."""
 
 LONGER: Final = 1.1
 """Free-run error over the least of shorter horizons up to which a longer one is taken: errors

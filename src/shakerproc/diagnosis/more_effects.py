@@ -125,7 +125,7 @@ def with_more(
 
 
 def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
-    """Return single effects of pairs that have no score yet: what a pair is held against."""
+    """Return single effects of pairs that have no score yet: what a pair is compared with."""
     done = [score.fit.hypothesis.names for score in scores]
     within = {name for names in done if len(names) > 1 for name in names}
     named = [(one, one.hypothesis.names) for one in singles]

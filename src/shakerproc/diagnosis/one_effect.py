@@ -35,7 +35,7 @@ from shakerproc.models.effects import Table
 @final
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """An effect fitted, and what it is held against.
+    """An effect fitted, and what it is compared with.
 
     Attributes
     ----------

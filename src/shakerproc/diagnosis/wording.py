@@ -75,7 +75,7 @@ def far_sentence(far: Mapping[str, tuple[float, Estimate]]) -> str:
 
 
 def unexercised_sentence(clearance: float, reach: float) -> str:
-    """Return the verdict that a clearance of the log was never closed."""
+    """Return the verdict that a clearance [m] of the log was never closed: its reach [m]."""
     return (
         f"The joint has a clearance of {clearance:.3g} m but moved {reach:.3g} m at most: it "
         f"never closed. {clearance / reach:.2g} times the level would close it."
@@ -83,7 +83,7 @@ def unexercised_sentence(clearance: float, reach: float) -> str:
 
 
 def further_note(kinds: Sequence[str], now: float, then: float) -> str:
-    """Return that another effect would lower the error somewhat, and can be added next."""
+    """Return that another effect would lower the error [-], and can be added next."""
     name = " and ".join(kind.replace("_", " ") for kind in kinds)
     return (
         f"{name} besides would lower the held-out free-run error from {now:.3g} to {then:.3g}; "
@@ -92,7 +92,7 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
 
 
 def remainder_note(left: float, floor: float) -> str:
-    """Return that the model with what was found leaves more than the noise."""
+    """Return that the model with what was found leaves [-] more than the noise [-]."""
     return (
         f"With it the model leaves {left:.3g} of the response where the noise "
         f"is {_noise(floor)}: the law is near, or something smaller is missing too."

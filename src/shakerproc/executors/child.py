@@ -4,25 +4,32 @@ import json
 import os
 import pickle
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable
-from multiprocessing import parent_process
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from shakerproc.errors import ShakerprocError
 
-_ONE_THREAD_EACH: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+def main() -> None:
+    """Serve the connection whose handle the command line says, within its limit of memory."""
+    handle, memory_limit = map(int, sys.argv[1:])
+    if sys.platform == "win32":
+        from multiprocessing.connection import PipeConnection
+
+        serve(PipeConnection(handle), memory_limit)
+    else:
+        serve(Connection(handle), memory_limit)
 
 
 def serve(connection: Connection, memory_limit: int) -> None:
     """Do what is ordered with each argument that comes, until the pipe closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends us
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for name in _ONE_THREAD_EACH:  # before numpy is imported
-        os.environ[name] = "1"
     work: Callable[[Any], object] = _nothing
     limited = False
     while True:
@@ -61,11 +68,10 @@ def _ordered(content: bytes) -> Callable[[Any], object]:
 
 
 def _end_with_parent() -> None:
-    """End at once when the parent is gone, even if it was killed."""
-    parent = parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+    """End at once when the parent is gone, even if it was killed: standard input ends then."""
+    while os.read(sys.stdin.fileno(), 1):
+        pass
+    os._exit(1)
 
 
 def _limit_memory(limit: int) -> None:

@@ -4,21 +4,32 @@ import contextlib
 import json
 import multiprocessing
 import multiprocessing.connection
+import os
 import pickle
 import signal
+import subprocess
 import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing.process import BaseProcess
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc import checks
-from shakerproc.executors import child
 from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
 
 _STARTUP_LIMIT: Final = 180.0  # [s]; imports from a slow network disk
+
+_SERVE: Final = "from shakerproc.executors.child import main; main()"
+
+_ONE_THREAD_EACH: Final = MappingProxyType(
+    dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+)
+
+_LOOKED: Final = 1.0
+"""How often a process is looked at that neither says anything nor reaches a limit [s]."""
 
 
 @final
@@ -140,14 +151,15 @@ class Child:
         self.deadline = 0.0
         self._limits = limits
         self._ready = False
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process: BaseProcess = context.Process(
-            target=child.serve, args=(theirs, int(limits.memory)), daemon=True
-        )
-        _start_without_interrupts(self.process)
+        self.connection, theirs = multiprocessing.Pipe()
+        self.process = _started(theirs.fileno(), int(limits.memory))
         theirs.close()
         self.order(orders)
+
+    @property
+    def alive(self) -> bool:
+        """Whether its process runs."""
+        return self.process.poll() is None
 
     def order(self, orders: bytes) -> None:
         """Tell it what to do with the arguments that come from now on."""
@@ -174,8 +186,8 @@ class Child:
             return None
         if message is not None:
             return self._finished(json.loads(message))
-        if not self.process.is_alive():
-            return self._failed("killed", _how_it_died(self.process.exitcode))
+        if not self.alive:
+            return self._failed("killed", _how_it_died(self.process.returncode))
         if self.task and time.monotonic() > self.deadline:
             limit = f"{self._limits.time:g} s" if self._ready else "start"
             return self._failed(
@@ -188,7 +200,8 @@ class Child:
         try:
             return self.connection.recv_bytes() if self.connection.poll() else None
         except (EOFError, ConnectionResetError, BrokenPipeError):
-            self.process.join(timeout=5.0)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(timeout=5.0)
             return None
 
     def _finished(self, report: Mapping[str, Any]) -> Outcome | None:
@@ -206,25 +219,45 @@ class Child:
         """End it and wait for its end."""
         self.ended = True
         self.process.kill()
-        self.process.join()
+        self.process.communicate()
         self.connection.close()
 
 
 def wait(pool: Sequence[Child]) -> None:
     """Wait until a process says something, dies, or has reached its deadline."""
-    watched = [p.connection for p in pool] + [p.process.sentinel for p in pool]
     deadline = min(p.deadline for p in pool if p.task)
-    multiprocessing.connection.wait(watched, max(0.0, deadline - time.monotonic()) + 0.01)
+    longest = max(0.0, deadline - time.monotonic()) + 0.01
+    multiprocessing.connection.wait([p.connection for p in pool], min(longest, _LOOKED))
 
 
-def _start_without_interrupts(process: BaseProcess) -> None:
-    """Start a process that a Ctrl-C in the terminal does not reach: its parent ends it."""
+def _started(handle: int, memory: int) -> "subprocess.Popen[bytes]":
+    """Start a process that serves a connection, and ends when its standard input does.
+
+    It is an interpreter of its own and not one of multiprocessing's, which would run the
+    caller's script once more in each of them.
+    """
+    path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
+    environment = {**os.environ, **_ONE_THREAD_EACH, "PYTHONPATH": path}
+    with _passed_on(handle) as how:
+        return subprocess.Popen(  # noqa: S603 - this interpreter, with two numbers
+            [sys.executable, "-P", "-c", _SERVE, str(handle), str(memory)],
+            stdin=subprocess.PIPE,
+            env=environment,
+            **how,
+        )
+
+
+@contextlib.contextmanager
+def _passed_on(handle: int) -> Iterator[dict[str, Any]]:
+    """Say how a process that is started inherits a handle, and no Ctrl-C of the terminal."""
     if sys.platform == "win32":
-        process.start()
+        os.set_handle_inheritable(handle, True)  # noqa: FBT003 - has no name
+        given = subprocess.STARTUPINFO(lpAttributeList={"handle_list": [handle]})
+        yield {"startupinfo": given}
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        process.start()
+        yield {"pass_fds": (handle,)}
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

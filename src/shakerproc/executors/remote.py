@@ -1,6 +1,5 @@
 """What runs on a machine of the cluster: one task in a child process, as on one machine."""
 
-import multiprocessing
 import threading
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -84,23 +83,13 @@ def _done(name: str, orders: bytes, argument: bytes, limits: Limits) -> Outcome:
 def _child(orders: bytes, limits: Limits) -> Child:
     """Return the process of this thread, told what to do; a new one where there is none."""
     kept = _KEPT.child
-    usable = kept is not None and not kept.ended and kept.process.is_alive()
+    usable = kept is not None and not kept.ended and kept.alive
     if kept is None or not usable or _KEPT.limits != limits:
         if kept is not None and not kept.ended:
             kept.kill()
-        _allow_children()
         _KEPT.child, _KEPT.orders, _KEPT.limits = Child(limits, orders), orders, limits
         return _KEPT.child
     if _KEPT.orders != orders:
         kept.order(orders)
         _KEPT.orders = orders
     return kept
-
-
-def _allow_children() -> None:
-    """Let a worker of dask have a child process, which ends by itself when the worker does.
-
-    Python forbids it to the daemonic processes that dask's nannies start, lest a child outlive
-    a parent that is killed; ours watches its parent.
-    """
-    multiprocessing.current_process()._config.pop("daemon", None)  # type: ignore[attr-defined]

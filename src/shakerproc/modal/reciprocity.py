@@ -14,7 +14,7 @@ COHERENT: Final = 0.9
 """Coherence below which a line takes no part [-]: noise and leakage are not reciprocal."""
 
 FEWEST: Final = 8
-"""Lines that two functions are held against each other by, at least [-]."""
+"""Lines that two functions are compared with each other by, at least [-]."""
 
 
 @final

@@ -13,7 +13,7 @@ from shakerproc.exchange.nastran_decks import Bush, TransientDeck
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.damper import Damper
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 
 POINTS: Final = 2001
 """Of the table of a curved law over its range."""

@@ -77,7 +77,7 @@ def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | No
     Returns
     -------
     (float, float)
-        What a change of the state is held against, and its limit [unit of the state]; infinite
+        What a change of the state is compared with, and its limit [unit of the state]; infinite
         for a loop that hardens.
     """
     if law in (Law.JENKINS, Law.IWAN):

@@ -10,7 +10,7 @@ from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
-from shakerproc.models.soundness import check_model
+from shakerproc.models.validation import check_model
 
 BASE: Final = "base"
 """Name of the shaker table in ``between`` and ``at``."""

@@ -13,7 +13,7 @@ from shakerproc.planning.inputs import AbstractInput, SineInput
 @final
 @dataclass(frozen=True, slots=True)
 class ShakerLimits:
-    """Limits of a shaker, each zero to peak; random motion is held against them by 3 sigma.
+    """Limits of a shaker, each zero to peak; random motion is compared with them by 3 sigma.
 
     Attributes
     ----------

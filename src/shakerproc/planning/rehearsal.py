@@ -234,7 +234,7 @@ def _recorded(
     except SimulationError as error:
         raise SimulationError(f"test {test.id}: {error}") from error
     rows = [
-        _with_noise(one, _filtered(_held(one, found, driven), driven.finer), staging, noisy)
+        _with_noise(one, low_passed(_held(one, found, driven), driven.finer), staging, noisy)
         for one in channels
     ]
     name = "Acceleration" if test.recording is None else test.recording.stem
@@ -331,8 +331,8 @@ def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray
     return row
 
 
-def _filtered(steps: FloatArray, finer: int) -> FloatArray:
-    """Return what a recorder makes of a quantity known at every step, low-passed."""
+def low_passed(steps: FloatArray, finer: int) -> FloatArray:
+    """Return what a recorder makes of a quantity [any unit] known at every step, low-passed."""
     n = steps.size // finer
     longer, line = _led_past_its_ends(steps[: n * finer], _MARGIN * finer)
     size = longer.size // finer

@@ -4,9 +4,9 @@ from shakerproc.recordings.choosing import ChannelNotFoundError
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measuring, unusable
+from shakerproc.recordings.health_checks import FAULTS, Flag
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.watchers import FAULTS, Flag
 from shakerproc.recordings.writers import (
     WRITERS,
     write_csv,

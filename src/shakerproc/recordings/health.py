@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers import MEASURING, WATCHERS, Flag
+from shakerproc.recordings.health_checks import HEALTH_CHECKS, MEASURING, Flag
 
 MOST_LOST: Final = 0.01
 """Share of the samples that a channel may miss and still be used [-].
@@ -24,7 +24,7 @@ They weigh nothing in the search; where they are the majority, too little is lef
 
 
 def health(
-    recording: Recording, *, block: int = 2**17, watchers: Sequence[str] = tuple(WATCHERS)
+    recording: Recording, *, block: int = 2**17, checks: Sequence[str] = tuple(HEALTH_CHECKS)
 ) -> tuple[Flag, ...]:
     """Return what a person should look at, in order of time.
 
@@ -36,18 +36,18 @@ def health(
         The recording.
     block : int
         Samples read at a time.
-    watchers : sequence of str
-        What is looked for, of `WATCHERS`; all of it by default.
+    checks : sequence of str
+        What is looked for, of `HEALTH_CHECKS`; all of it by default.
     """
-    looking = [WATCHERS[name](recording) for name in watchers]
+    looking = [HEALTH_CHECKS[name](recording) for name in checks]
     gaps = _Gaps(recording)
     for number, samples in enumerate(recording.blocks(size=block)):
         finite = gaps.add(number * block, samples)
-        for watcher in looking:
-            watcher.add(number * block, finite)
+        for check in looking:
+            check.add(number * block, finite)
     found = [*_incomplete(recording), *_skipped(recording), *_rate(recording), *gaps.flags()]
-    for watcher in looking:
-        found += watcher.flags()
+    for check in looking:
+        found += check.flags()
     return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
 
 
@@ -70,7 +70,7 @@ def unusable(
 
 def measuring(recording: Recording) -> tuple[Flag, ...]:
     """Return what `health` says of channels that did not measure, and only that, sooner."""
-    return health(recording, watchers=MEASURING)
+    return health(recording, checks=MEASURING)
 
 
 def _incomplete(recording: Recording) -> list[Flag]:

@@ -231,7 +231,7 @@ def _recording(  # noqa: PLR0917
     factors = np.ones(1 + max(channel.row for channel, _ in chosen))
     for (channel, _), scale in zip(chosen, scales, strict=True):
         factors[channel.row] = scale.factor
-    start, start_note = _start(chosen, rate)
+    start, start_note = common_start(chosen, rate)
     notes = [*raw.notes, rate_note, start_note, *(scale.note for scale in scales)]
     return Recording(
         run=run,
@@ -264,8 +264,8 @@ def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Chann
     )
 
 
-def _start(chosen: Sequence[Chosen], rate: float) -> tuple[datetime | None, str]:
-    """Return when the recording starts, and a note where the channels disagree."""
+def common_start(chosen: Sequence[Chosen], rate: float) -> tuple[datetime | None, str]:
+    """Return when a recording starts; a note where channels disagree at its rate [Hz]."""
     times = [(c.start_time, c.name) for c, _ in chosen if c.start_time is not None]
     if not times:
         return None, ""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN: Final = 4
-"""Tests that are drawn over each other, the levels spread out."""
+"""Tests that are overlaid, the levels spread out."""
 
 DOTS: Final = 3000
 """Samples of a restoring force that are drawn."""
@@ -78,7 +78,7 @@ def label(test: TestComparison) -> str:
 
 
 def response_functions(comparison: Comparison, sensor: int) -> "Figure":
-    """Return measured and predicted response functions over each other, and the coherence."""
+    """Return measured and predicted response functions overlaid, and the coherence."""
     figure, (upper, lower) = style.figure(7.0, 5.2, 2, sharex=True)
     tests = spread_out(comparison)
     for k, test in enumerate(tests):

@@ -33,7 +33,7 @@ CAPTION: Final = (
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Decays:
-    """A model held against free decays, and an older one if there is any.
+    """A model compared with free decays, and an older one if there is any.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ class Drawing:
     drawing : Markup
         The figure.
     kind : str
-        Of the curves of a run, so that those of several can be laid over each other.
+        Of the curves of a run, so that those of several can be overlaid.
     broad : bool
         Whether it takes the whole width.
     """

@@ -10,6 +10,7 @@ from shakerproc.comparison import Comparison, sentence
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_motion, evidence_spectra
+from shakerproc.report.alternatives import laws
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.estimates import (
     candidate_name,
@@ -20,7 +21,6 @@ from shakerproc.report.estimates import (
 from shakerproc.report.evidence_models import Models, level_of
 from shakerproc.report.free_law import free_law
 from shakerproc.report.ladder import Rung, ladder
-from shakerproc.report.rivals import laws
 from shakerproc.report.sections import Section, Table
 from shakerproc.runs.remarks import by_tests
 
@@ -186,7 +186,7 @@ def _horizon(diagnosis: Diagnosis) -> str:
 
 
 def _signatures(diagnosis: Diagnosis) -> list[str]:
-    """Return what each effect that was found looks like, to be held against the figures."""
+    """Return what each effect that was found looks like, to be compared with the figures."""
     return [
         f"What a {effect.kind.replace('_', ' ')} looks like: {EFFECTS[effect.kind].signature}"
         for effect in diagnosis.effects
@@ -246,7 +246,7 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
     if same:
         paragraphs.append(
             f"Cannot be told apart on these tests: {', '.join([*found, *same])}. Where the "
-            "rivals have numbers of their own, look in the table above whether these differ."
+            "alternatives have numbers of their own, see above whether they differ."
         )
     elif found:
         paragraphs.append("No other candidate does as well on these tests.")

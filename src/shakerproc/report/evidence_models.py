@@ -18,7 +18,7 @@ SHOWN: Final = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Models:
-    """A model held against a campaign, and if there is one, its successor.
+    """A model compared with a campaign, and if there is one, its successor.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ def free_law(outside: Outside) -> Drawing:
     curves = [
         svg.Curve(text, x * factor, force, style, wide=style == 0)
         for style, (text, force) in enumerate(
-            _forces(outside, x, along_velocity=along_velocity)
+            forces_along(outside, x, along_velocity=along_velocity)
         )
     ]
     limit = 1.05 * max(float(np.max(np.abs(curve.y))) for curve in curves) or 1.0
@@ -44,10 +44,10 @@ def free_law(outside: Outside) -> Drawing:
     )
 
 
-def _forces(
+def forces_along(
     outside: Outside, x: FloatArray, *, along_velocity: bool
 ) -> list[tuple[str, FloatArray]]:
-    """Return the curves of a law with their names, its band where it has one axis."""
+    """Return the curves [N] of a law over x [m] or [m/s] with names, its band on one axis."""
     known = Table(outside.displacement, outside.velocity, outside.force)
     if along_velocity:
         still = np.full_like(x, outside.displacement[0])

@@ -63,7 +63,7 @@ _REFERENCES = (
 _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
     "profile": (
         "A profile is straight between its breakpoints where level and frequency are "
-        "logarithmic. The mean control is held against every alarm and abort line; an abort "
+        "logarithmic. The mean control is compared with every alarm and abort line; an abort "
         "line is kept where no value lies beyond it by more than chance, an alarm line where "
         "5 % do at most.",
         "IEC 60068-2-64, Vibration, broadband random.",
@@ -197,7 +197,7 @@ def methods_of(
     runs : sequence of RunSummary
         Runs that were processed.
     compared, diagnosed : bool
-        Whether a model was held against the tests, and whether an effect was sought.
+        Whether a model was compared with the tests, and whether an effect was sought.
     analyses : sequence of str
         Kinds of further analyses besides those of the runs.
     kinds : sequence of str

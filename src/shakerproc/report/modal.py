@@ -202,7 +202,7 @@ def _own_mac(one: TestModes) -> list[Drawing]:
 
 
 def _reciprocity(analysis: ModalAnalysis) -> Section:
-    """Return functions between the same two places over each other."""
+    """Return functions between the same two places overlaid."""
     rows = [
         (*pair.names, f"{pair.correlation:.3f}", f"{pair.ratio:.3g}", pair.problem or "agree")
         for pair in analysis.reciprocals

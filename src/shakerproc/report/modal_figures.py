@@ -228,7 +228,7 @@ def draw_mac(axis: "Axes", values: np.ndarray) -> None:
 
 
 def reciprocity_figure(pair: Reciprocal) -> "Figure":
-    """Return two functions between the same places over each other, size and phase."""
+    """Return two functions between the same places overlaid, size and phase."""
     figure, (upper, lower) = style.figure(7.4, 4.6, 2, sharex=True)
     ratio, factor = shown_ratio(*pair.units)
     for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):

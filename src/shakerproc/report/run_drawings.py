@@ -102,7 +102,7 @@ def _psd(run: RunSummary, chosen: Mapping[str, int], unit: str) -> Drawing | Non
     if not curves:
         return None
     lines, axis = lines_of(curves, chosen), frequency_axis(curves)
-    best = max(filter(None, _all_omega_e(run, unit)), key=lambda p: p.height, default=None)
+    best = max(filter(None, _all_main_peaks(run, unit)), key=lambda p: p.height, default=None)
     marks = [svg.Mark(best.frequency_hz, f"{best.frequency_hz:.1f} Hz")] if best else []
     caption = ""
     if best:
@@ -127,9 +127,9 @@ def _psd(run: RunSummary, chosen: Mapping[str, int], unit: str) -> Drawing | Non
     )
 
 
-def _all_omega_e(run: RunSummary, unit: str) -> list[PeakSummary | None]:
+def _all_main_peaks(run: RunSummary, unit: str) -> list[PeakSummary | None]:
     return [
-        trends.omega_e(run, c.name)
+        trends.main_peak(run, c.name)
         for c in run.channels
         if c.role != "control" and c.unit == unit
     ]

@@ -11,7 +11,7 @@ from shakerproc import files
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.report import style
 from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
-from shakerproc.runs.summing_up import shown_part
+from shakerproc.runs.summarising import shown_part
 from shakerproc.testlog import ThresholdCrop
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def _events(axes: Sequence["Axes"], result: RunResult) -> None:
 
 
 def _threshold(axes: Sequence["Axes"], result: RunResult) -> None:
-    """Draw the threshold on the channel that it is held against, and a doubtful start."""
+    """Draw the threshold on the channel that it is compared with, and a doubtful start."""
     crop, row = result.test.processing.crop, result.crop_channel
     if not isinstance(crop, ThresholdCrop) or row is None:
         return

@@ -169,7 +169,7 @@ def number(value: float | None, form: str = ".4g") -> str:
 
 def _channel_row(channel: ChannelSummary, run: RunSummary) -> list[str]:
     is_control = channel.role == "control"
-    peak = None if is_control else trends.omega_e(run, channel.name)
+    peak = None if is_control else trends.main_peak(run, channel.name)
     largest = max(
         (abs(v) for v in (channel.minimum, channel.maximum) if v is not None), default=None
     )

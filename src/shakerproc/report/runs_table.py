@@ -62,7 +62,7 @@ def table(
 
 
 def _row(run: RunSummary, view: RunView, channel: str, units: ShownUnits) -> list[Cell]:
-    peak = trends.omega_e(run, channel)
+    peak = trends.main_peak(run, channel)
     measured = next((c for c in run.channels if c.name == channel), None)
     response = measured.response_peaks[0] if measured and measured.response_peaks else peak
     level = run.facts.get("level_g") or run.facts.get("level_g2_per_hz")

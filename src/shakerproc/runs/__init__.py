@@ -1,4 +1,4 @@
-"""One test of a log, worked through: recording, crop, spectra, peaks, flags."""
+"""One test of a log, processed: recording, crop, spectra, peaks, flags."""
 
 from shakerproc.runs.averaging import welch
 from shakerproc.runs.blows import averaged_blows
@@ -7,8 +7,8 @@ from shakerproc.runs.opening import open_path, open_test
 from shakerproc.runs.processing import process_recording, process_test
 from shakerproc.runs.result import Flag, ResonancePeak, Responses, RunResult
 from shakerproc.runs.roles import UnitOption, usual_roles
+from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.summary import RunSummary, read_summary, write_summary
-from shakerproc.runs.summing_up import summary_of
 
 __all__ = [
     "Flag",

@@ -44,7 +44,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
 
 
 def crop_channel(recording: Recording, test: Test) -> int | None:
-    """Return the row that a threshold is held against, None where there is none.
+    """Return the row that a threshold is compared with, None where there is none.
 
     Of the channels without the tachometers.
     """

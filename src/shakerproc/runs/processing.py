@@ -23,7 +23,7 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import is_called, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra.tones.lines import told
+from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.testlog import Test, TestLog
 
 IN_MEMORY: Final = 3.2e7
@@ -65,7 +65,7 @@ def process_recording(recording: Recording, test: Test) -> RunResult:
     recording : Recording
         Open, its channels with roles.
     test : Test
-        What the log says of it, and how to work it through.
+        What the log says of it, and how to process it.
 
     Returns
     -------
@@ -118,11 +118,7 @@ def _process(whole: Recording, test: Test) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(
-            *recording.notes,
-            *_why_not(test, channels, controls),
-            *([told(lines)] if lines else []),
-        ),
+        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -165,11 +161,13 @@ def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]
     ]
 
 
-def _why_not(test: Test, channels: Sequence[Channel], controls: Sequence[int]) -> list[str]:
-    """Return why the level is not checked and why there is no response function, if so."""
+def _why_not(
+    test: Test, channels: Sequence[Channel], controls: Sequence[int], lines: Sequence[Line]
+) -> list[str]:
+    """Return why the level is not checked, why no response function is there, and tones."""
     why = "" if test.rings else _why_no_response(channels, controls)
-    told = (levels.unseen(test, channels), why)
-    return [sentence for sentence in told if sentence]
+    said = (levels.unseen(test, channels), why, told(lines))
+    return [sentence for sentence in said if sentence]
 
 
 def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> str:

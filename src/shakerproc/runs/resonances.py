@@ -34,6 +34,7 @@ class Search:
 
     @property
     def one_frequency(self) -> bool:
+        """Whether the table moves at one frequency at a time, and bands mean nothing."""
         return self.test.excitation in SINGLE_FREQUENCY
 
     def valid(self, control: FloatArray) -> BoolArray:

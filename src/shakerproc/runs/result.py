@@ -146,14 +146,14 @@ class NotchResult:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RunResult:
-    """One recording worked through.
+    """One recording processed.
 
     Attributes
     ----------
     run : str
         Name of the run.
     test : Test
-        What the log says of it, and how it was worked through.
+        What the log says of it, and how it was processed.
     channels : tuple of Channel
         Rows of every array.
     controls, responses : tuple of int
@@ -171,9 +171,9 @@ class RunResult:
     unused : tuple of UnusedChannel
         Channels of the file that nothing is made of.
     crop : Crop
-        The part that was worked through.
+        The part that was processed.
     crop_channel : int, optional
-        Row of the channel that the threshold was held against.
+        Row of the channel that the threshold was compared with.
     band : (float, float)
         Excited band [Hz].
     spectra : CrossSpectra

@@ -10,7 +10,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models.laws import Law, Row, largest_state
 from shakerproc.models.model import BASE, Model
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
 _WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})

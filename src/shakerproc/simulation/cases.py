@@ -189,7 +189,7 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
 def least_sizes(machine: Machine, given: Input, largest: float) -> FloatArray:
     """Return what the input alone makes of displacements and velocities in one sample.
 
-    Errors are never held against less: a joint that has just broken away moves by nothing.
+    Errors are never compared with less: a joint that has just broken away moves by nothing.
 
     Parameters
     ----------

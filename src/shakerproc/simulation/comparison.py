@@ -16,7 +16,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.model import Model
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 
 _ITERATIONS = 50
 

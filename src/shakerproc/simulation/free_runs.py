@@ -76,7 +76,7 @@ def motions_of(model: Model) -> tuple[str, ...]:
 def largest_states(model: Model) -> FloatArray:
     """Return the size of each state of the laws and its limit, (n_states, 2) array.
 
-    What a change of it is held against, and what it cannot exceed; in the unit of the state,
+    What a change of it is compared with, and what it cannot exceed; in the unit of the state,
     in the order of `motions_of`.
     """
     return assemble(model).largest_states

@@ -81,7 +81,7 @@ class Simulation:
 
     @property
     def sensitive(self) -> bool:
-        """Whether the motion cannot be foretold in time from a measured input."""
+        """Whether the motion cannot be predicted in time from a measured input."""
         return self.growth is not None and self.growth > SENSITIVE_GROWTH
 
     @property

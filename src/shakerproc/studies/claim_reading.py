@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.documents import Document
+from shakerproc.runs.former_names import former_note, present_name
 from shakerproc.studies.checks import Check, Relation, Trend
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.schema import CheckSection, ClaimSection, StudySection
@@ -12,7 +13,7 @@ from shakerproc.units import near_miss, to_si
 
 BOUNDS: Final[tuple[Relation, ...]] = ("equals", "above", "below")
 TRENDS: Final[tuple[Trend, ...]] = ("falls", "rises", "changes")
-DEFAULT: Final = "omega_e_hz"
+DEFAULT: Final = "peak_frequency_hz"
 """Quantity of a claim that names none."""
 
 
@@ -37,7 +38,9 @@ def read_claim(document: Document[StudySection]) -> Claim | None:
         raise document.error(
             ("claim", "quantity"), "claim: quantity: belongs to falls with or rises with"
         )
-    return Claim(section.statement, tuple(checks), section.comment)
+    said = (section.quantity, *(one.quantity for one in section.checks))
+    notes = dict.fromkeys(former_note(name or "", str(document.path)) for name in said)
+    return Claim(section.statement, tuple(checks), section.comment, tuple(filter(None, notes)))
 
 
 def _own_trend(section: ClaimSection) -> CheckSection:
@@ -61,7 +64,7 @@ def _check(
     """
     place = ": ".join(str(part) for part in where if isinstance(part, str))
     known = KINDS[document.value.kind].quantities
-    quantity = said.quantity or DEFAULT
+    quantity = present_name(said.quantity or DEFAULT)
     if quantity not in known:
         meant = near_miss(quantity, tuple(known))
         hint = f'did you mean "{meant}"?' if meant else f"there are {', '.join(known)}"

@@ -1,4 +1,4 @@
-"""omega_e: the peak of a spectrum, always with the way it was found."""
+"""Peak frequency: the tallest peak of a spectrum, always with the way it was found."""
 
 from dataclasses import dataclass
 from typing import final
@@ -62,7 +62,7 @@ def spectrum(samples: FloatArray, sample_rate: float, measure: Measure) -> Spect
     return Spectrum(found.frequency, psd(found)[0], found.bin_width)
 
 
-def omega_e(found: Spectrum, measure: Measure) -> float:
+def peak_frequency(found: Spectrum, measure: Measure) -> float:
     """Return the frequency of the tallest, or first, peak [Hz]; NaN where there is none.
 
     The first peak is the lowest local maximum of at least a thousandth of the tallest.
@@ -81,9 +81,9 @@ def omega_e(found: Spectrum, measure: Measure) -> float:
 
 
 def in_words(measure: Measure, bin_width: float) -> str:
-    """Return how omega_e was found, for people. `bin_width` is in [Hz]."""
+    """Return how the peak frequency was found, for people. `bin_width` is in [Hz]."""
     how = "periodogram of the whole run"
     if measure.estimator == "welch":
         how = f"Welch density in segments of {measure.segment}"
     which = "tallest peak" if measure.take == "tallest" else "first peak"
-    return f"omega_e: {which} of the {measure.of} {how}, bins {bin_width:.4g} Hz"
+    return f"peak frequency: {which} of the {measure.of} {how}, bins {bin_width:.4g} Hz"

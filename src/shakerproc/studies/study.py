@@ -154,11 +154,14 @@ class Claim:
         What must come true for it to hold; without any it is not checked.
     comment : str
         A caption.
+    notes : tuple of str
+        What to say of how it is written: quantities by former names.
     """
 
     statement: str
     checks: tuple[Check, ...] = ()
     comment: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @final

@@ -1,9 +1,15 @@
 """What a caller handed over, checked: a wrong type is told what was expected."""
 
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from math import isfinite
+from numbers import Integral, Real
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from shakerproc.errors import ArgumentError
 from shakerproc.model_files import ModelFile
@@ -42,7 +48,7 @@ def file_of(name: str, given: Any, what: str) -> Path:
     return path
 
 
-def log_of(given: Any) -> TestLog:
+def log_of(given: Any, name: str = "log") -> TestLog:
     """Return a test log.
 
     Raises
@@ -53,7 +59,7 @@ def log_of(given: Any) -> TestLog:
     if isinstance(given, TestLog):
         return given
     raise ArgumentError(
-        "log", f"expected a test log, as read_log(path) returns it, got {told(given)}"
+        name, f"expected a test log, as read_log(path) returns it, got {told(given)}"
     )
 
 
@@ -73,7 +79,7 @@ class GivenModel:
     file: ModelFile | None = None
 
 
-def model_of(given: Any) -> GivenModel:
+def model_of(given: Any, name: str = "model") -> GivenModel:
     """Return a model: as read from a file, as a result holds it, or as made in Python.
 
     Raises
@@ -86,8 +92,117 @@ def model_of(given: Any) -> GivenModel:
     if isinstance(given, Model):
         return GivenModel(given)
     raise ArgumentError(
-        "model", f"expected a model, as read_model(path) returns it, got {told(given)}"
+        name, f"expected a model, as read_model(path) returns it, got {told(given)}"
     )
+
+
+def text_of(name: str, given: Any, what: str = "a text") -> str:
+    """Return a text.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(given, str):
+        return given
+    raise ArgumentError(name, f"expected {what}, got {told(given)}")
+
+
+def switch_of(name: str, given: Any) -> bool:
+    """Return what is either True or False.
+
+    Raises
+    ------
+    ArgumentError
+        If it is neither.
+    """
+    if isinstance(given, (bool, np.bool_)):
+        return bool(given)
+    raise ArgumentError(name, f"expected True or False, got {told(given)}")
+
+
+def whole_of(name: str, given: Any, least: int, most: int | None = None) -> int:
+    """Return a whole number within limits.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none, or outside.
+    """
+    whole = isinstance(given, Integral) and not isinstance(given, bool)
+    if whole and least <= given and (most is None or given <= most):
+        return int(given)
+    span = f"from {least}" if most is None else f"from {least} to {most}"
+    raise ArgumentError(name, f"expected a whole number {span}, got {told(given)}")
+
+
+def number_of(name: str, given: Any) -> float:
+    """Return a finite number of at least 0.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    number = _real(name, given)
+    if number >= 0.0 and isfinite(number):
+        return number
+    raise ArgumentError(name, f"must be a number of at least 0, not {number:g}")
+
+
+def positive_of(name: str, given: Any) -> float:
+    """Return a finite number above 0.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    number = _real(name, given)
+    if number > 0.0 and isfinite(number):
+        return number
+    raise ArgumentError(name, f"must be a number above 0, not {number:g}")
+
+
+def _real(name: str, given: Any) -> float:
+    if not isinstance(given, bool) and isinstance(given, Real):
+        with suppress(OverflowError):
+            return float(given)
+    raise ArgumentError(name, f"expected a number, got {told(given)}")
+
+
+def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
+    """Return what stands in a list; a text is none.
+
+    Raises
+    ------
+    ArgumentError
+        If it is no list.
+    """
+    if isinstance(given, Iterable) and not isinstance(given, (str, bytes, Mapping)):
+        return tuple(given)
+    raise ArgumentError(name, f"expected a list of {what}, got {told(given)}")
+
+
+def choice_of(
+    name: str, given: Any, known: Collection[str], what: str, *, usual: bool = True
+) -> str:
+    """Return one of the names that there are; the first for an empty text, if that is usual.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none of them.
+    """
+    wanted = text_of(name, given, f"the name of {what}")
+    if usual and not wanted and known:
+        return next(iter(known))
+    if wanted in known:
+        return wanted
+    none = what.removeprefix("an ").removeprefix("a ")
+    there = ", ".join(known) or "none"
+    raise ArgumentError(name, f"no {none} {given!r}; there are {there}")
 
 
 def told(given: object) -> str:

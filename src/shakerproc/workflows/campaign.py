@@ -1,4 +1,4 @@
-"""Every test of a log worked through: what `shakerproc batch` does, and what it comes to."""
+"""Every test of a log processed: what `shakerproc batch` does, and what it comes to."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +18,16 @@ from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.report.trial import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
-from shakerproc.workflows.arguments import AnyPath, log_of, path_of
+from shakerproc.workflows.arguments import (
+    AnyPath,
+    choice_of,
+    list_of,
+    log_of,
+    path_of,
+    switch_of,
+    text_of,
+    whole_of,
+)
 from shakerproc.workflows.folders import own_folder
 from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
@@ -36,7 +45,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Campaign(Shown):
-    """Every test of a log worked through.
+    """Every test of a log processed.
 
     Attributes
     ----------
@@ -97,9 +106,8 @@ class Campaign(Shown):
         known = self.trends
         if not known:
             raise ArgumentError("trend", "no quantity of the log takes two values in its tests")
-        if trend and trend not in known:
-            raise ArgumentError("trend", f"no trend {trend!r}; there are {', '.join(known)}")
-        return trend_figure(known[trend or next(iter(known))], tuple(known.values()))
+        chosen = choice_of("trend", trend, known, "a trend")
+        return trend_figure(known[chosen], tuple(known.values()))
 
     def _repr_html_(self) -> str:
         failed = [f"test {r.test} failed: {r.error}" for r in self.runs if r.status == "failed"]
@@ -120,10 +128,10 @@ def batch(
     workers: int | None = None,
     **options: Unpack[Options],
 ) -> Campaign:
-    """Return every test of a log worked through, with trends over the tests.
+    """Return every test of a log processed, with trends over the tests.
 
     A test whose recording cannot be used is in the result as failed, with the reason; the
-    others are worked through all the same.
+    others are processed all the same.
 
     Parameters
     ----------
@@ -161,32 +169,63 @@ def batch(
     """
     known = log_of(log)
     known.recorded()
-    for name, given in (("trend", trend), ("by", by)):
-        if isinstance(given, str):
-            raise ArgumentError(name, f"expected a list of columns, got {given!r}")
-    if by and not trend:
-        raise ArgumentError("by", "goes with --trend")
-    if workers is not None and workers < 1:
-        raise ArgumentError("workers", f"expected a whole number from 1, got {workers!r}")
+    wish = _wish_of(channel, trend, by, figures=figures)
+    n_workers = None if workers is None else whole_of("workers", workers, 1)
     known = replace(known, tests=tuple(described(test, options) for test in known.tests))
-    command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
-    wish = Wish(channel, tuple(trend), tuple(by), figures=figures, command=command)
     if out is None:
-        return Campaign(known.title, _in_threads(known, workers), wish)
-    wish = replace(wish, header=tried_header(known), units=units_of(known, units))
+        _check_no_report(units=units, against=against)
+        found = Campaign(known.title, _in_threads(known, n_workers), wish)
+        trends_of(found.runs, wish)  # a column or channel that is not there is told at once
+        return found
+    command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
+    header, chosen = tried_header(known), units_of(known, units)
+    wish = replace(wish, command=command, header=header, units=chosen)
     if against is not None:
         earlier = read_earlier(path_of("against", against, "a folder"))
         wish = replace(wish, earlier=earlier)
     root = path_of("out", out, "a folder")
     own_folder(root, "batch")
     with locked(root):
-        done = run_log(known, root, Products(figures), Machines(workers))
+        done = run_log(known, root, Products(wish.figures), Machines(n_workers))
         write_up(known.title, done, root, wish)
     return Campaign(known.title, done.runs, wish, root)
 
 
+def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> Wish:
+    """Return what is wanted of the trends.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument cannot be used.
+    """
+    along, series = _columns_of("trend", trend), _columns_of("by", by)
+    if series and not along:
+        raise ArgumentError("by", "goes with --trend")
+    named = None if channel is None else text_of("channel", channel, "the name of a channel")
+    return Wish(named, along, series, figures=switch_of("figures", figures))
+
+
+def _columns_of(name: str, given: object) -> tuple[str, ...]:
+    columns = list_of(name, given, "columns")
+    return tuple(text_of(name, one, "the name of a column") for one in columns)
+
+
+def _check_no_report(**given: object) -> None:
+    """Pass a campaign without a folder, of whose report nothing is said.
+
+    Raises
+    ------
+    ArgumentError
+        If something is.
+    """
+    for name, value in given.items():
+        if value is not None:
+            raise ArgumentError(name, "is of the report, which needs a folder: give out=")
+
+
 def _in_threads(log: TestLog, workers: int | None) -> tuple[RunSummary, ...]:
-    """Return every test of a log worked through in memory."""
+    """Return every test of a log processed in memory."""
     with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
         return tuple(pool.map(partial(_summary, log), log.tests))
 

@@ -14,10 +14,9 @@ from shakerproc.comparison import (
     usable_tests,
 )
 from shakerproc.comparison import Comparison as Compared
-from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, model_of
+from shakerproc.workflows.arguments import choice_of, log_of, model_of, switch_of
 from shakerproc.workflows.decays import DecayComparison, compare_free_decays
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
@@ -111,10 +110,8 @@ class Comparison(Shown):
         from shakerproc.report.compare import figures_of
 
         known = figures_of(self.found)
-        if figure and figure not in known:
-            raise ArgumentError("figure", f"no figure {figure!r}; there are {', '.join(known)}")
         with style.look():
-            return known[figure or next(iter(known))]()
+            return known[choice_of("figure", figure, known, "a figure")]()
 
     def _repr_html_(self) -> str:
         errors = self.to_pandas()[["test", "level", "held_out", "sensor", "error", "noise"]]
@@ -153,8 +150,9 @@ def compare(
     ShakerprocError
         If a recording cannot be used, or the model's motion runs away.
     """
-    older = None if before is None else model_of(before).model
-    return compare_any(model_of(model).model, log_of(log), before=older, fit=fit)
+    older = None if before is None else model_of(before, "before").model
+    fitted = switch_of("fit", fit)
+    return compare_any(model_of(model).model, log_of(log), before=older, fit=fitted)
 
 
 def compare_any(

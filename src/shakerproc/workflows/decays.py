@@ -18,6 +18,7 @@ from shakerproc.comparison.decays import compare_decays
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
+from shakerproc.workflows.arguments import choice_of
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame, html
 
@@ -110,11 +111,9 @@ class DecayComparison(Shown):
         from shakerproc.report.decays import panels_of
 
         known = panels_of(self.drawn)
-        chosen = figure or next(iter(known), "")
-        if chosen not in known:
-            told = ", ".join(known) or "none, as no mode has a curve"
-            raise ArgumentError("figure", f"no figure {chosen!r}; there are {told}")
-        test, panel = known[chosen]
+        if not known:
+            raise ArgumentError("figure", "no mode has a curve")
+        test, panel = known[choice_of("figure", figure, known, "a figure")]
         with style.look():
             return draw_panel(panel, f"test {test}", {})
 
@@ -179,7 +178,7 @@ def compare_free_decays(
     if before.sensors.keys() != model.sensors.keys():
         raise DiagnosisError(
             f"{before.title} and {model.title} have not the same sensors; curves of decays are "
-            "drawn over each other sensor by sensor"
+            "overlaid sensor by sensor"
         )
     check_same(*([test.measured for test in one.tests] for one in (old, found)))
     return DecayComparison(found, old)

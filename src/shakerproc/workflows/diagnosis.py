@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, final
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.result import Diagnosis as Found
-from shakerproc.errors import ArgumentError
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, model_of
+from shakerproc.workflows.arguments import log_of, model_of, whole_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -114,6 +113,5 @@ def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> Diagnosis:
         If a recording cannot be used.
     """
     known, tests = model_of(model).model, log_of(log)
-    if isinstance(seed, bool) or not isinstance(seed, int):
-        raise ArgumentError("seed", f"expected a whole number, got {seed!r}")
-    return Diagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=seed))
+    number = whole_of("seed", seed, 0)
+    return Diagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=number))

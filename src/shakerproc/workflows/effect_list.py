@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
-from shakerproc.errors import ArgumentError
 from shakerproc.models import FAULTS
+from shakerproc.workflows.arguments import choice_of
 from shakerproc.workflows.effect_documents import document_of, known_kinds
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
@@ -64,10 +64,8 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
         from shakerproc.report import style
         from shakerproc.report.effects import picture
 
-        if kind not in self.documents:
-            raise ArgumentError("kind", f"no effect {kind!r}; there are {', '.join(self)}")
         with style.look():
-            return picture(kind)
+            return picture(choice_of("kind", kind, self.documents, "an effect", usual=False))
 
     def _repr_html_(self) -> str:
         table = self.to_pandas()

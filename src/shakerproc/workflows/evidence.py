@@ -24,13 +24,13 @@ class Evidence:
     Attributes
     ----------
     models : Models, optional
-        A model held against the tests, and its successor.
+        A model compared with the tests, and its successor.
     diagnosis : Diagnosis, optional
         Which effect is missing.
     inputs : sequence of (str, str, str)
         Files that went in: what they are, their names and their SHA-256.
     decays : Decays, optional
-        A model held against free decays, and the one before it.
+        A model compared with free decays, and the one before it.
     """
 
     models: "Models | None" = None
@@ -38,6 +38,9 @@ class Evidence:
     inputs: Sequence[tuple[str, str, str]] = ()
     decays: "Decays | None" = None
 
+
+SCHEMA: Final = "shakerproc-report/1"
+"""What a report.json holds."""
 
 NONE: Final = Evidence()
 
@@ -51,7 +54,6 @@ def write_evidence(
     """
     from shakerproc import __version__, files
     from shakerproc.report.page import Report, write_report
-    from shakerproc.workflows.write_up import SCHEMA
 
     report = Report(
         title,
@@ -161,7 +163,7 @@ def judged(
 ) -> "Models | None":
     """Return a model and the one that a diagnosis leads to, run free against the same tests.
 
-    None where nothing drives them: a whole test cannot be foretold then.
+    None where nothing drives them: a whole test cannot be predicted then.
     """
     from shakerproc.comparison import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model

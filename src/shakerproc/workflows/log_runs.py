@@ -1,14 +1,14 @@
-"""Every test of a log worked through, in processes or on a cluster, into a folder."""
+"""Every test of a log processed, in processes or on a cluster, into a folder."""
 
 from collections.abc import Callable, Collection
 from pathlib import Path
 
 from shakerproc.campaign.batch import Campaign, run_batch
-from shakerproc.campaign.elsewhere import ElsewhereExecutor, HashesElsewhere
 from shakerproc.campaign.jobs import Products
+from shakerproc.campaign.remote import RemoteExecutor, RemoteHashes
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.work import prepare, work_through
+from shakerproc.workflows.worker import prepare, work_through
 
 
 def run_log(
@@ -27,9 +27,9 @@ def run_log(
     executor = machines.executor(prepare if products.figures else None)
     hashes = None
     if machines.recordings is not None:
-        hashes = HashesElsewhere(machines.executor(), machines.recordings)
+        hashes = RemoteHashes(machines.executor(), machines.recordings)
     if machines.scheduler is not None or machines.recordings is not None:
-        executor = ElsewhereExecutor(executor, machines.source(log))
+        executor = RemoteExecutor(executor, machines.source(log))
     return run_batch(
         log,
         root,

@@ -17,7 +17,7 @@ MUCH: Final = 1e12
 
 @dataclass(frozen=True, slots=True)
 class Machines:
-    """Where the tests of a log are worked through.
+    """Where the tests of a log are processed.
 
     Attributes
     ----------

@@ -2,14 +2,22 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc.campaign.mode_trends import told_of_modes
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis
 from shakerproc.modal.from_log import analyse_log
 from shakerproc.testlog import Modal, Test, TestLog
-from shakerproc.workflows.arguments import log_of
+from shakerproc.workflows.arguments import (
+    choice_of,
+    list_of,
+    log_of,
+    number_of,
+    positive_of,
+    switch_of,
+    whole_of,
+)
 from shakerproc.workflows.modal_tables import (
     document_of,
     mode_columns,
@@ -22,6 +30,10 @@ from shakerproc.workflows.shown import Shown, frame, html
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+
+MOST_MODES: Final = 200
+"""More modes than this are not asked for."""
 
 
 @final
@@ -88,11 +100,7 @@ class Modes(Shown):
 
         with style.look():
             known = figures_of(self.found)
-            wanted = figure or next(iter(known), "")
-            if wanted not in known:
-                there = ", ".join(known) or "none"
-                raise ArgumentError("figure", f"no figure {figure!r}; there are {there}")
-            return known[wanted]()
+            return known[choice_of("figure", figure, known, "a figure")]()
 
     def _repr_html_(self) -> str:
         told = [*told_of_modes(self.found), *self.found.notes]
@@ -146,11 +154,32 @@ def modes(
         If there is no such test.
     """
     read = log_of(log)
-    other = None if against is None else log_of(against)
-    chosen = [read.find(str(one)) for one in tests] if tests else read.active
-    wish = wish_of(read.modal, band=band, count=count)
-    wish = replace(wish, together=together or wish.together, keep=tuple(keep) or wish.keep)
+    other = None if against is None else log_of(against, "against")
+    ids = list_of("tests", tests, "ids of tests")
+    chosen = [read.find(str(one)) for one in ids] if ids else read.active
+    near = tuple(positive_of("keep", one) for one in list_of("keep", keep, "frequencies"))
+    wish = wish_of(
+        read.modal,
+        band=None if band is None else _band_of(band),
+        count=None if count is None else whole_of("count", count, 1, MOST_MODES),
+    )
+    all_in_one = switch_of("together", together) or wish.together
+    wish = replace(wish, together=all_in_one, keep=near or wish.keep)
     return modes_of(read, chosen, wish, other)
+
+
+def _band_of(given: Any) -> tuple[float, float]:
+    """Return a band [Hz].
+
+    Raises
+    ------
+    ArgumentError
+        If it is no pair of numbers.
+    """
+    ends = list_of("band", given, "two frequencies")
+    if len(ends) != 2:
+        raise ArgumentError("band", f"expected two frequencies, got {len(ends)}")
+    return number_of("band", ends[0]), number_of("band", ends[1])
 
 
 def modes_of(
@@ -172,7 +201,7 @@ def wish_of(
     count: int | None = None,
     order: int | None = None,
 ) -> Modal:
-    """Return how modes are looked for, what is given before what the log says.
+    """Return how modes are looked for in a band [Hz], what is given before the log.
 
     Raises
     ------

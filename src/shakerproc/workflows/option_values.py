@@ -1,7 +1,6 @@
 """Values of options, checked: what is wrong is told as of the option."""
 
 from collections.abc import Mapping
-from math import inf, isfinite
 from types import MappingProxyType
 from typing import Any, Final, TypedDict
 
@@ -10,6 +9,14 @@ from shakerproc.recordings.si import parse_unit
 from shakerproc.runs import UnitOption
 from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.units import near_miss
+from shakerproc.workflows.arguments import (
+    number_of,
+    positive_of,
+    switch_of,
+    text_of,
+    told,
+    whole_of,
+)
 
 
 class Options(TypedDict, total=False):
@@ -102,32 +109,16 @@ def check_options(given: Mapping[str, Any]) -> None:
             known = ", ".join(Options.__annotations__)
             hint = f"did you mean {meant}?" if meant else f"there are {known}"
             raise ArgumentError(name, f"no such option; {hint}")
-        if name in _TEXT and not isinstance(value, str):
-            raise ArgumentError(name, f"expected a text, got {value!r}")
-        if name in _SWITCHES and not isinstance(value, bool):
-            raise ArgumentError(name, f"expected True or False, got {value!r}")
-        if name in _COUNTS:
-            _check_count(name, value)
-        if name in {*_POSITIVE, *_NOT_NEGATIVE}:
-            _check_number(name, value)
-
-
-def _check_count(name: str, value: object) -> None:
-    least = _COUNTS[name]
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not whole or not least <= value <= LONGEST_SEGMENT:  # type: ignore[operator]
-        raise ArgumentError(
-            name, f"expected a whole number from {least} to {LONGEST_SEGMENT}, got {value!r}"
-        )
-
-
-def _check_number(name: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ArgumentError(name, f"expected a number, got {value!r}")
-    if name in _POSITIVE and not 0.0 < value < inf:
-        raise ArgumentError(name, f"must be a number above 0, not {value:g}")
-    if not (value >= 0.0 and isfinite(value)):
-        raise ArgumentError(name, f"must be a number of at least 0, not {value:g}")
+        if name in _TEXT:
+            text_of(name, value)
+        elif name in _SWITCHES:
+            switch_of(name, value)
+        elif name in _COUNTS:
+            whole_of(name, value, _COUNTS[name], LONGEST_SEGMENT)
+        elif name in _POSITIVE:
+            positive_of(name, value)
+        elif name in _NOT_NEGATIVE:
+            number_of(name, value)
 
 
 def bad_rows_of(text: str | None) -> str:
@@ -151,11 +142,13 @@ def measurement_of(said: int | str | None) -> int | str | None:
     ArgumentError
         If it is no number from 1, nor all.
     """
-    if said is None or said == "all":
+    if said is None or (isinstance(said, str) and said == "all"):
         return said
     text = str(said)
     if not text.isdecimal() or not 1 <= int(text) <= 10_000:
-        raise ArgumentError("measurement", f"expected a number from 1, or all, got {said!r}")
+        raise ArgumentError(
+            "measurement", f"expected a number from 1, or all, got {told(said)}"
+        )
     return int(text)
 
 
@@ -176,10 +169,9 @@ def unit_of(unit: str | None, *, override: bool) -> UnitOption | None:
         if override:
             raise ArgumentError("override_unit", "goes with --unit")
         return None
-    if parse_unit(unit) is None:
-        raise ArgumentError(
-            "unit", f"expected the unit of a channel such as g, m/s^2 or N, got {unit!r}"
-        )
+    wanted = "the unit of a channel such as g, m/s^2 or N"
+    if parse_unit(text_of("unit", unit, wanted)) is None:
+        raise ArgumentError("unit", f"expected {wanted}, got {unit!r}")
     return UnitOption(unit, override)
 
 

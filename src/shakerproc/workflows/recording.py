@@ -9,7 +9,7 @@ from shakerproc.data import Channel
 from shakerproc.errors import ArgumentError
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.workflows.arguments import AnyPath, file_of
+from shakerproc.workflows.arguments import AnyPath, file_of, number_of, positive_of, text_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -75,12 +75,12 @@ class OpenedRecording(Shown):
         RecordingError
             If the file cannot be read any more.
         """
-        start = max(0, round(start_s * self.sample_rate))
-        stop = self.n_samples if stop_s is None else round(stop_s * self.sample_rate)
-        stop = min(stop, self.n_samples)
+        start = round(number_of("start_s", start_s) * self.sample_rate)
+        end = self.duration if stop_s is None else number_of("stop_s", stop_s)
+        stop = min(round(end * self.sample_rate), self.n_samples)
         if not start < stop:
             raise ArgumentError(
-                "start_s", f"nothing between {start_s:g} s and the end of {self.duration:g} s"
+                "start_s", f"nothing between {start_s:g} s and {min(end, self.duration):g} s"
             )
         with self._opened() as recording:
             samples = recording.samples(start, stop)
@@ -134,7 +134,9 @@ def open_recording(
         If the file cannot be used.
     """
     given = file_of("path", path, "a recording")
-    with recordings.open_recording(given, group=group, sample_rate=sample_rate_hz) as opened:
+    group = None if group is None else text_of("group", group, "the name of a group")
+    rate = None if sample_rate_hz is None else positive_of("sample_rate_hz", sample_rate_hz)
+    with recordings.open_recording(given, group=group, sample_rate=rate) as opened:
         return OpenedRecording(
             given,
             opened.channels,
@@ -142,5 +144,5 @@ def open_recording(
             opened.n_samples,
             opened.notes,
             group,
-            sample_rate_hz,
+            rate,
         )

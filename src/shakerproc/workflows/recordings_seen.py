@@ -20,8 +20,8 @@ class Seen:
     names, units : tuple of str
         Of its channels; a unit is empty where the file says none.
     rms : tuple of float
-        Of its channels, in the unit that they are served in; empty where it cannot be used as
-        it is.
+        Of its channels, in the unit that they are converted to; empty where it cannot be used
+        as it is.
     lengths : tuple of int
         Samples of its channels.
     """

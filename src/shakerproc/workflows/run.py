@@ -1,10 +1,10 @@
-"""One recording worked through: what `shakerproc process` does, and what it comes to."""
+"""One recording processed: what `shakerproc process` does, and what it comes to."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack, final
+from typing import TYPE_CHECKING, Final, Unpack, final
 
 from shakerproc import files
 from shakerproc.campaign import tables
@@ -25,23 +25,36 @@ from shakerproc.runs import (
 )
 from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test, facts_of
-from shakerproc.workflows.arguments import AnyPath, file_of, path_of, told
+from shakerproc.workflows.arguments import (
+    AnyPath,
+    choice_of,
+    file_of,
+    list_of,
+    path_of,
+    switch_of,
+    text_of,
+    told,
+)
 from shakerproc.workflows.folders import own_folder
 from shakerproc.workflows.option_values import Options, unit_of
 from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
-from shakerproc.workflows.work import title_of, write_products
+from shakerproc.workflows.worker import title_of, write_products
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
 
+_USUAL: Final = ("psd_and_response", "psd")
+"""Figures of a run where none is asked for: the first that it has."""
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Run(Shown):
-    """One recording worked through.
+    """One recording processed.
 
     Attributes
     ----------
@@ -103,12 +116,10 @@ class Run(Shown):
         from shakerproc.report import style
         from shakerproc.report.run_figures import FIGURES
 
-        if figure and figure not in FIGURES:
-            raise ArgumentError(
-                "figure", f"no figure {figure!r}; there are {', '.join(FIGURES)}"
-            )
+        asked = text_of("figure", figure, "the name of a figure")
+        chosen = (choice_of("figure", asked, FIGURES, "a figure"),) if asked else _USUAL
         title = title_of(self.result.test, self.result.run)
-        for name in (figure,) if figure else ("psd_and_response", "psd"):
+        for name in chosen:
             with style.look():
                 drawn = FIGURES[name](self.result, title)
             if drawn is not None:
@@ -133,7 +144,7 @@ def process(
     figures: bool = True,
     **options: Unpack[Options],
 ) -> Run:
-    """Return one recording worked through: crop, spectra, responses, peaks, flags.
+    """Return one recording processed: crop, spectra, responses, peaks, flags.
 
     Parameters
     ----------
@@ -169,15 +180,14 @@ def process(
     path, test = _what(recording)
     if controls is not None and test.recording is not None:
         raise ArgumentError("controls", "the log says which channels are controls")
-    if isinstance(controls, str):
-        raise ArgumentError("controls", f"expected a list of channels, got {controls!r}")
+    named = None if controls is None else list_of("controls", controls, "channels")
     return process_file(
         path,
         described(test, options),
-        controls=None if controls is None else tuple(map(str, controls)),
-        unit=unit_of(unit, override=override_unit),
+        controls=None if named is None else tuple(map(str, named)),
+        unit=unit_of(unit, override=switch_of("override_unit", override_unit)),
         out=None if out is None else path_of("out", out, "a folder"),
-        products=Products(figures),
+        products=Products(switch_of("figures", figures)),
     )
 
 
@@ -217,7 +227,7 @@ def process_file(
     out: Path | None = None,
     products: Products | None = None,
 ) -> Run:
-    """Return one recording worked through; where `out` is given, its results are put there.
+    """Return one recording processed; where `out` is given, its results are put there.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import Simulation as Simulated
 from shakerproc.simulation import simulate as simulated
-from shakerproc.workflows.arguments import model_of, told
+from shakerproc.workflows.arguments import model_of, positive_of, switch_of, told
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -113,29 +113,23 @@ def simulate(
     """
     shaken = model_of(model).model
     given = excitation if callable(excitation) else _samples(excitation)
-    rate = _positive("sample_rate", sample_rate)
+    rate = positive_of("sample_rate", sample_rate)
     if callable(excitation) != (duration is not None):
         raise ArgumentError("duration", "goes with a function of time, and only with one")
-    length = None if duration is None else _positive("duration", duration)
+    length = None if duration is None else positive_of("duration", duration)
+    again = switch_of("growth", growth)
     try:
-        found = simulated(shaken, given, rate, duration=length, growth=growth)
+        found = simulated(shaken, given, rate, duration=length, growth=again)
     except ValueError as error:
         raise ArgumentError("excitation", str(error)) from error
     return Simulation(shaken, found)
-
-
-def _positive(name: str, given: Any) -> float:
-    number = isinstance(given, (int, float, np.integer, np.floating))
-    if isinstance(given, bool) or not number or not 0.0 < given < np.inf:
-        raise ArgumentError(name, f"expected a number above 0, got {told(given)}")
-    return float(given)
 
 
 def _samples(given: Any) -> FloatArray:
     wanted = "expected an array of samples, or a function of time"
     try:
         samples = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ArgumentError("excitation", f"{wanted}, got {told(given)}") from error
     if samples.ndim != 1 or samples.size == 0:
         raise ArgumentError("excitation", f"{wanted}, got one of shape {samples.shape}")

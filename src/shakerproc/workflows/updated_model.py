@@ -22,9 +22,11 @@ from shakerproc.units import near_miss, to_si
 from shakerproc.workflows.arguments import (
     AnyPath,
     GivenModel,
+    list_of,
     log_of,
     model_of,
     path_of,
+    switch_of,
     told,
 )
 from shakerproc.workflows.folders import checked_folder
@@ -149,7 +151,7 @@ class UpdatedModel(Shown):
             self._provenance(),
             changes=_changes(known, new),
             masses={n: m for n, m in new.masses.items() if m != known.masses[n]},
-            modes=self.added.modes if modes else (),
+            modes=self.added.modes if switch_of("modes", modes) else (),
             title=self.title,
         )
         return out
@@ -217,10 +219,15 @@ def add(
     known, tests = model_of(model), log_of(log)
     check_kind(effect)
     places = None if between is None else places_of(between, known.model)
+    forced = switch_of("force", force)
     found = fitted_effect(
-        effect, known, tests, between=places, start=start_of(effect, start or {})
+        effect,
+        known,
+        tests,
+        between=places,
+        start=start_of(effect, {} if start is None else start),
     )
-    if not force:
+    if not forced:
         check_gain(effect, found.added)
     return found
 
@@ -294,6 +301,10 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
     ArgumentError
         If one is no number of the effect, or not written with its unit.
     """
+    if not isinstance(given, Mapping):
+        raise ArgumentError(
+            "start", f'expected numbers such as {{"clearance": "0.1 mm"}}, got {told(given)}'
+        )
     known = EFFECTS[effect].estimated()
     found: dict[str, float | str] = {}
     for name, value in given.items():
@@ -321,7 +332,7 @@ def places_of(between: Sequence[str], model: Model) -> list[str]:
         If they are not two of its places.
     """
     there = [BASE, *model.masses]
-    places = [between] if isinstance(between, str) else [str(place) for place in between]
+    places = [str(place) for place in list_of("between", between, "two places")]
     unknown = [place for place in places if place not in there]
     if unknown:
         raise ArgumentError(

@@ -51,7 +51,7 @@ class Pace:
 
 @final
 class Watch:
-    """A folder whose recordings are worked through as they are finished.
+    """A folder whose recordings are processed as they are finished.
 
     What is done is in the manifest of the results, as of a batch, so a watch that was killed
     goes on where it stopped. Hold the folder of the results with `locked` around it.
@@ -142,7 +142,7 @@ class Watch:
     def _round(
         self, log: TestLog, due: Collection[int | str], refresh: float | None
     ) -> dict[str, Any]:
-        """Work tests through, write tables and page; with a refresh, a page that is watched."""
+        """Process tests, write tables and page; with a refresh, a page that is watched."""
         before = _read_from(self.root, log)
         ended: list[str] = []
         campaign = run_log(

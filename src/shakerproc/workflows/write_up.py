@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
@@ -23,9 +23,15 @@ from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
-from shakerproc.workflows.evidence import NONE, Evidence, document, methods_of, sections_of
-
-SCHEMA: Final = "shakerproc-report/1"
+from shakerproc.workflows.arguments import text_of
+from shakerproc.workflows.evidence import (
+    NONE,
+    SCHEMA,
+    Evidence,
+    document,
+    methods_of,
+    sections_of,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +41,7 @@ class Wish:
     Attributes
     ----------
     channel : str, optional
-        Whose omega_e; by default the response that moves most.
+        Whose peak frequency; by default that of the largest response.
     against, by : tuple of str
         Further trends: columns along the axis, and columns that make the series.
     figures : bool
@@ -74,7 +80,7 @@ def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
     if words is None:
         return {} if log.header is None else log.header.units
     try:
-        return chosen_units(words.split(","))
+        return chosen_units(text_of("units", words, "units such as SI").split(","))
     except ValueError as error:
         raise ArgumentError("units", str(error)) from error
 

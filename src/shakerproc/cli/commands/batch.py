@@ -3,15 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
+    from shakerproc.campaign.batch import Campaign
     from shakerproc.report.sections import Section
     from shakerproc.testlog import TestLog
+    from shakerproc.workflows.write_up import Wish
 
 LONGEST_S = 7 * 86400.0
 """A week."""
@@ -59,7 +61,7 @@ def batch(
     ] = "",
     channel: Annotated[
         str | None,
-        typer.Option(help="Channel of the trends.", show_default="what moves most"),
+        typer.Option(help="Channel of the trends.", show_default="the largest response"),
     ] = None,
     segment: options.SegmentOption = None,
     overlap: options.OverlapOption = None,
@@ -82,7 +84,7 @@ def batch(
     model: Annotated[
         Path | None,
         typer.Option(
-            help="Hold this model against the tests and diagnose it, as part of the report.",
+            help="Compare this model with the tests and diagnose it, as part of the report.",
             metavar="MODEL",
             exists=True,
             dir_okay=False,
@@ -98,16 +100,14 @@ def batch(
     ] = False,
     json: output.JsonOption = None,
 ) -> None:
-    """Work every test of a log through: tables, trends, figures and a report; resumable."""
+    """Process every test of a log: tables, trends, figures and a report; resumable."""
     from shakerproc.campaign.earlier import read_earlier
-    from shakerproc.campaign.elsewhere import at_hand
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.run_log import work_through_log
     from shakerproc.report.trial import tried_header
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.evidence import NONE, held_against
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
     from shakerproc.workflows.write_up import Wish, units_of, write_up
@@ -153,24 +153,8 @@ def batch(
         document = write_up(log.title, campaign, root, wish)
         if modal or model is not None:
             further = _modes(log, root, json, figures=figures) if modal else []
-            evidence = NONE
-            if model is not None:
-                with (
-                    output.progress("model", 8 + 2 * len(log.tests)) as advance,
-                    at_hand(log, recordings) as seen,
-                ):
-                    evidence = held_against(
-                        model, seen, testlog, campaign.runs, tell=advance, warn=output.warning
-                    )
-            verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
-            document = write_up(
-                log.title,
-                campaign,
-                root,
-                wish,
-                evidence=evidence,
-                verdict=verdict,
-                further=further,
+            document = _with_more(
+                model, log, campaign, root, wish, recordings=recordings, further=further
             )
     output.write_json(document, json)
     tell(campaign, document, root, json)
@@ -185,6 +169,36 @@ def _modes(log: "TestLog", root: Path, json: str | None, *, figures: bool) -> "l
     from shakerproc.report.modal import section_of_modes
 
     return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
+
+
+def _with_more(
+    model: Path | None,
+    log: "TestLog",
+    campaign: "Campaign",
+    root: Path,
+    wish: "Wish",
+    *,
+    recordings: str | None,
+    further: "Sequence[Section]",
+) -> dict[str, Any]:
+    """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
+    from shakerproc.campaign.remote import at_hand
+    from shakerproc.workflows.evidence import NONE, held_against
+    from shakerproc.workflows.write_up import write_up
+
+    evidence = NONE
+    if model is not None:
+        with (
+            output.progress("model", 8 + 2 * len(log.tests)) as advance,
+            at_hand(log, recordings) as seen,
+        ):
+            evidence = held_against(
+                model, seen, log.path, campaign.runs, tell=advance, warn=output.warning
+            )
+    verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
+    return write_up(
+        log.title, campaign, root, wish, evidence=evidence, verdict=verdict, further=further
+    )
 
 
 def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> None:

@@ -43,12 +43,12 @@ def check(
         typer.Option(
             metavar="COLUMNS",
             help="What to compare, with commas, each with its own tolerance if need be: "
-            '"omega_e, quality=20 %".',
+            '"peak_frequency, quality=20 %".',
         ),
-    ] = "omega_e",
+    ] = "peak_frequency",
     json: output.JsonOption = None,
 ) -> None:
-    """Hold a table of runs against a reference; fail where a number left its tolerance.
+    """Compare a table of runs with a reference; fail where a number left its tolerance.
 
     Exit status 1 if a value is off or a run is missing, with one line for each. Of peaks, the
     tallest of each response is compared. A reference may have fewer rows and columns. Without
@@ -87,6 +87,8 @@ def check(
     for test, why in reasons.items():
         text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
         output.data(text, json_target=json)
+    for note in dict.fromkeys((*found.notes, *reference.notes)):
+        output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
     told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
@@ -147,18 +149,24 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
         If there is no column, or a tolerance cannot be read.
     """
     from shakerproc.campaign.agreement import read_tolerance
+    from shakerproc.runs.former_names import former_note, present_name
 
     wanted = {}
     for part in columns.split(","):
         name, _, own = (word.strip() for word in part.partition("="))
         if name:
             hint = "--columns" if own else "--tolerance"
+            note = former_note(name, "--columns")
+            if note:
+                output.message(f"note: {note}")
             try:
-                wanted[name] = read_tolerance(own or tolerance)
+                wanted[present_name(name)] = read_tolerance(own or tolerance)
             except ValueError as error:
                 raise typer.BadParameter(str(error), param_hint=hint) from error
     if not wanted:
-        raise typer.BadParameter("name a column, such as omega_e", param_hint="--columns")
+        raise typer.BadParameter(
+            "name a column, such as peak_frequency", param_hint="--columns"
+        )
     return wanted
 
 

@@ -58,11 +58,11 @@ def compare(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Hold a model against every test of a log: where, and by how much, it fails.
+    """Compare a model with every test of a log: where, and by how much, it fails.
 
     The model is driven by the measured control signal (the mean of the controls, or the
-    measured force) and its sensors are held against the channels of the same name. Where
-    nothing drives it, frequency and damping over amplitude are held against free decays.
+    measured force) and its sensors are compared with the channels of the same name. Where
+    nothing drives it, frequency and damping over amplitude are compared with free decays.
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.comparison import document_of, sentence

@@ -26,7 +26,7 @@ def demo(
     from shakerproc.testlog import read_testlog
 
     announce()
-    sample = _sample_log()
+    sample = sample_log()
     everyday: dict[str, Any] | None = None
     if sample is not None:
         output.data(
@@ -49,7 +49,7 @@ def demo(
     )
 
 
-def _sample_log() -> Path | None:
+def sample_log() -> Path | None:
     """Return the log of the sample data beside a checkout of the program."""
     import shakerproc
 
@@ -70,7 +70,7 @@ def _worked_through(
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.everyday import work_through_log
+    from shakerproc.cli.run_log import work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.write_up import Wish, write_up

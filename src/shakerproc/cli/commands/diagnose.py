@@ -27,7 +27,7 @@ def diagnose(
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
-    from shakerproc.campaign.elsewhere import at_hand
+    from shakerproc.campaign.remote import at_hand
     from shakerproc.cli.compiling import announce
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
@@ -35,7 +35,7 @@ def diagnose(
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import evidence
-    from shakerproc.workflows.judging import judged
+    from shakerproc.workflows.diagnose_remote import judged
     from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     options.check_order(model, testlog)

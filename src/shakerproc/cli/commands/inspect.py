@@ -143,7 +143,7 @@ def _channels(recording: "Recording", levels: list[Level], json: str | None) -> 
             level = levels[number]
             row += [level.minimum, level.maximum, level.rms]
         rows.append(row)
-    columns = ["number", "channel", "unit in the file", "served in"]
+    columns = ["number", "channel", "unit in the file", "converted to"]
     columns += ["minimum", "maximum", "rms"] if levels else []
     output.print_table(columns, rows, json_target=json)
 

@@ -285,9 +285,9 @@ def _print_analyses(summary: "RunSummary", json: str | None) -> None:
 
 
 def _channel_row(summary: "RunSummary", channel: "ChannelSummary") -> tuple[object, ...]:
-    from shakerproc.campaign.trends import omega_e
+    from shakerproc.campaign.trends import main_peak
 
-    peak = None if channel.role == "control" else omega_e(summary, channel.name)
+    peak = None if channel.role == "control" else main_peak(summary, channel.name)
     return (
         channel.name,
         channel.role,

@@ -35,10 +35,10 @@ def study(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Run parameter studies: tables and figures of omega_e, bifurcations, maps, curves.
+    """Run parameter studies: tables, figures of the peak frequency, bifurcations, maps, curves.
 
-    omega_e is always given with its estimator, the width of its bins, the direction of the
-    sweep and, with free play, F / (k a), which alone decides the shape of the response.
+    The peak frequency is always given with its estimator, the width of its bins, the direction
+    of the sweep and, with free play, F / (k a), which alone decides the shape of the response.
     """
     from shakerproc.cli.compiling import announce
 
@@ -81,6 +81,8 @@ def _run(
     from shakerproc.studies.kinds.base import jobs_of
 
     read, digest = read_hashed(read_study, path)
+    for note in () if read.claim is None else read.claim.notes:
+        output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
     folders.own_folder(folder, "study")

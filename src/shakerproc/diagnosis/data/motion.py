@@ -131,7 +131,7 @@ def mass_motions(model: Model, test: Test) -> FloatArray:
 
 
 def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> JointMotion:
-    """Return the motion across a joint from that of the masses (see `mass_motions`)."""
+    """Return the motion across a joint [m], [m/s]; see `mass_motions`."""
     n = len(model.masses)
     still = np.zeros(motion.shape[1])
     z, v = (
@@ -143,7 +143,7 @@ def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> Jo
 
 
 def slope(samples: FloatArray, sample_rate: float) -> FloatArray:
-    """Return the time derivative of band-limited samples, by their spectrum."""
+    """Return the derivative [unit/s] of band-limited samples [unit] at a rate [Hz]."""
     length = scipy.fft.next_fast_len(2 * samples.size, real=True)
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / sample_rate)
     spectrum = 1j * omega * scipy.fft.rfft(closed(samples, length))
@@ -152,7 +152,7 @@ def slope(samples: FloatArray, sample_rate: float) -> FloatArray:
 
 
 def closed(samples: FloatArray, length: int) -> FloatArray:
-    """Return samples followed by a straight line back to the first, `length` in all.
+    """Return samples [any unit] and a straight line back to the first, `length` in all.
 
     A spectrum takes what it is given as one period: a motion that does not end where it began
     would jump there.

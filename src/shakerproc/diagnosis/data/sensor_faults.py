@@ -37,7 +37,7 @@ def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
     Parameters
     ----------
     rows : (n_sensors, n) array
-        As recorded.
+        As recorded [unit of each sensor].
     """
     hit, limits = np.zeros(rows.shape, bool), np.full(len(rows), np.nan)
     for i, row in enumerate(rows):
@@ -74,7 +74,7 @@ def hum_of(residuals: Sequence[FloatArray], rates: Sequence[float]) -> tuple[Hum
     Parameters
     ----------
     residuals : sequence of (n_sensors, n) array
-        Of every test.
+        Of every test [unit of each sensor].
     rates : sequence of float
         Samples per second [Hz].
     """
@@ -100,7 +100,7 @@ def _line(row: FloatArray, rate: float, frequency: float) -> float:
 
 
 def hum_in(row: FloatArray, rate: float, frequency: float) -> FloatArray:
-    """Return the hum of a row and its harmonics, fitted by least squares, (n,) array."""
+    """Return hum [unit of the row] of a frequency [Hz] and its harmonics, (n,) array."""
     angle = np.asarray(2.0 * np.pi * frequency / rate * np.arange(row.size), np.float64)
     each = [
         f for h in HARMONICS if h * frequency < 0.45 * rate for f in _pair(angle * float(h))

@@ -143,7 +143,7 @@ class DataSet:
 
     @cached_property
     def input_sizes(self) -> FloatArray:
-        """Rms of the input of each test, what its offset is held against, (n_tests,) array."""
+        """Rms of the input of each test, what its offset is compared with, (n_tests,) array."""
         sizes = [float(np.sqrt(np.mean(test.input**2))) for test in self.tests]
         return np.maximum(sizes, 1e-300)
 

@@ -64,7 +64,7 @@ def elsewhere(
 
 
 def sizes(data: DataSet, model: Model) -> FloatArray:
-    """Return what a change of each number of a start is held against, (n_motions,) array.
+    """Return what a change of each number of a start is compared with, (n_motions,) array.
 
     The largest of the motions in any test [m], [m/s]: what decays begins far above its rms.
     And the size of each state [its unit].

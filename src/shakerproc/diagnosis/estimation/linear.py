@@ -23,7 +23,7 @@ from shakerproc.diagnosis.estimation.linear_problem import (
 from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_late
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation import Runs, free_runs, prepare
 
 SAME_LEVEL: Final = 1.5

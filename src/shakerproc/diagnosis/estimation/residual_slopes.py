@@ -79,7 +79,7 @@ class Linearisation:
         return Point(x, *channels, completed(self.data, model, self.windows.table))
 
     def sizes_of_starts(self, at: Point) -> FloatArray:
-        """Return what a change of each number of a start is held against [m], [m/s], [unit]."""
+        """Return what changes of numbers of a start are compared with [m], [m/s], [unit]."""
         if at.starts is None:
             return np.zeros(0)
         if self._sizes is None:

@@ -169,7 +169,7 @@ class Hypothesis:
         return len(self.own) + sum(len(one.names) for one in self.added)
 
     def parts(self, x: FloatArray) -> tuple[FloatArray, ...]:
-        """Return the own part of x, and that of each added effect."""
+        """Return the own part of x [-], and that of each added effect."""
         edges = np.cumsum([len(self.own), *(len(one.names) for one in self.added)])
         return tuple(np.split(x, edges[:-1]))
 

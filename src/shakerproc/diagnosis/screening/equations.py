@@ -98,7 +98,7 @@ class Equations:
 
 
 def without(basis: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return rows less what a basis of each block spans of them."""
+    """Return rows [any unit] less what a basis of each block spans of them."""
     share = np.einsum("brl,...br->...bl", basis, rows, optimize=True)
     return np.asarray(rows - np.einsum("brl,...bl->...br", basis, share, optimize=True))
 

@@ -15,7 +15,7 @@ from shakerproc.models import Element, Model
 from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.identification import Identification, Values
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 
 
 @final

@@ -68,7 +68,7 @@ def refined(screening: Screening, law: Law, hopeless: float = np.inf) -> tuple[S
 
 
 def completed_by(screening: Screening, law: Law, first: Motions, share: float) -> Screening:
-    """Return the screening around the motion that an effect completes."""
+    """Return the screening around the motion that a share [-] of an effect completes."""
     equations = screening.equations
     gains = screening.gains([law])
     rate = equations.tests[0].sample_rate

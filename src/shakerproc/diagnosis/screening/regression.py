@@ -150,9 +150,9 @@ class Regression:
         Parameters
         ----------
         columns : (n, n_blocks, n_rows) array
-            The columns.
+            The columns, over the noise [-].
         signs : (n,) array
-            1 where only an amplitude above 0 is physical, 0 where any is.
+            1 where only an amplitude above 0 is physical, 0 where any is [-].
         """
         size = _norms(columns)
         products = _Products(
@@ -179,7 +179,7 @@ class Regression:
         )
 
     def together(self, columns: FloatArray) -> FloatArray:
-        """Return the amplitudes of columns that are fitted together, beside the common ones."""
+        """Return the amplitudes [-] of columns [-] fitted together, beside the common ones."""
         every = np.concatenate([columns / _norms(columns)[:, None, None], self._common])
         square = np.einsum("ibr,jbr->ij", every, every, optimize=True)
         cross = np.einsum("ibr,br->i", every, self._residual, optimize=True)

@@ -79,15 +79,15 @@ def smoothed(
     Parameters
     ----------
     residual : (n_blocks, n_rows) array
-        What is to be explained.
+        What is to be explained, over the noise [-].
     columns : (n, n_blocks, n_rows) array
-        The columns.
+        The columns, over the noise [-].
     common : (n_common, n_blocks, n_rows) array
-        Columns whose amplitudes need not be smooth.
+        Columns whose amplitudes need not be smooth, over the noise [-].
     prior : (n_common,) array
-        One over the variance of each common amplitude.
+        One over the variance of each common amplitude [-].
     penalty : (n, n) array
-        Roughness as a quadratic form of the amplitudes.
+        Roughness as a quadratic form of the amplitudes [-].
     """
     every, size = _scaled(columns, common)
     blocks = _Blocks(

@@ -51,11 +51,11 @@ class Stretch:
         return self.start + self.n_blocks * self.block
 
     def cut(self, samples: FloatArray) -> FloatArray:
-        """Return samples of the whole test as blocks, (..., n_blocks, block) array."""
+        """Return samples [any unit] of the test as blocks, (..., n_blocks, block) array."""
         return self.folded(samples[..., self.start : self.stop])
 
     def folded(self, samples: FloatArray) -> FloatArray:
-        """Return samples of the stretch as blocks, (..., n_blocks, block) array."""
+        """Return samples [any unit] of the stretch as blocks, (..., n_blocks, block) array."""
         return samples.reshape(*samples.shape[:-1], self.n_blocks, self.block)
 
 

@@ -66,11 +66,11 @@ class LinearModel:
         return row
 
     def compliance(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
-        """Return displacements by forces (see `data.motion.compliance`)."""
+        """Return displacements by forces [m/N] at [Hz]; see `data.motion.compliance`."""
         return compliance(self.system, frequency, forces)
 
     def by_forces(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
-        """Return what the sensors show of forces, (n_sensors, n_forces, n_frequencies)."""
+        """Return what sensors show of forces, (n_sensors, n_forces, n_frequencies) [unit/N]."""
         moved = self.compliance(frequency, forces)
         s = 2j * np.pi * frequency
         shown = [s**order * moved[:, mass].T for mass, order, _ in self._sensed]

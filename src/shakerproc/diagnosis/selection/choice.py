@@ -57,7 +57,7 @@ def is_outside(found: Found, chosen: Score) -> bool:
 
 
 def without_any(found: Found, score: Score) -> Score:
-    """Return the model without an effect that a hypothesis is held against.
+    """Return the model without an effect that a hypothesis is compared with.
 
     With its own numbers fitted; as it is in its file where they are not its own any more then,
     though those of the hypothesis are: damping a hundred times the model's is no model.

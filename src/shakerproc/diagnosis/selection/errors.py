@@ -84,7 +84,7 @@ def pooled_floor(floors: Mapping[int, FloatArray]) -> float:
 def parted(
     data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
 ) -> float:
-    """Return by how much the motion of a fit cannot be foretold, over the response [-].
+    """Return by how much the motion of a fit cannot be predicted, over the response [-].
 
     What noise of the input makes of it, with `numbers` (see `drawn_numbers`) also their spread;
     infinite where it runs away.

@@ -57,7 +57,7 @@ class Trial:
     like: str = ""
 
     def words(self, times: float) -> str:
-        """Return the level of the waveform times a factor, as a test log says it."""
+        """Return the level of the waveform times a factor [-], as a test log says it."""
         power = 2 if self.unit.endswith("/Hz") else 1
         return level_text(self.level * times**power, self.unit)
 

@@ -102,7 +102,7 @@ class Laboratory:
         return most_of(self.shaker, trial.samples, self.loudest.sample_rate)
 
     def levels(self, trial: Trial, wanted: Sequence[float]) -> list[float]:
-        """Return the multiples of a level that the shaker can do, its limit among them."""
+        """Return the multiples [-] of a level that the shaker can do, its limit among them."""
         most = self.most(trial)
         return [times for times in wanted if times <= most] + (
             [most] if min(wanted) < most < max(wanted) else []

@@ -23,7 +23,7 @@ from shakerproc.models import Element
 from shakerproc.models.effects import Gap
 
 RIVALS: Final = 3
-"""Hypotheses that are held against the best: as many ties as a verdict may have [-]."""
+"""Hypotheses that are compared with the best: as many ties as a verdict may have [-]."""
 
 
 @final

@@ -50,7 +50,7 @@ class StiffnessDrift(AbstractEffect, DependsOnSurroundings):
     kind: ClassVar[str] = "stiffness_drift"
     formula: ClassVar[str] = "F = k r (t - t₀) z, k the stiffness of the springs in parallel"
     signature: ClassVar[str] = (
-        "The peak wanders with time, whatever the level; a repeated run differs from the first."
+        "The peak shifts with time, whatever the level; a repeated run differs from the first."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "rate": Parameter("1/s", "r", "relative change a second", linear=True, sign="any"),

@@ -331,7 +331,7 @@ addEventListener("resize", () => {
     overlay();
   }, 150);
 });
-// Curves of several runs over each other: those that are ticked in the table.
+// Curves of several runs overlaid: those that are ticked in the table.
 const KINDS = { psd: "power spectral density", gain: "response over control, |H1|",
   coherence: "coherence with the control", sweep: "swept response", time: "time", level: "level of the control along a sweep" };
 let laid = null;

@@ -41,7 +41,7 @@ def decay_panels(
     *,
     limited: int,
 ) -> list[Panel]:
-    """Return two figures, frequency and damping, of curves over each other.
+    """Return two figures, frequency and damping, of curves overlaid.
 
     Parameters
     ----------

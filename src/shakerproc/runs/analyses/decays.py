@@ -243,12 +243,12 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
 
 
 def _panels(mode: Mode) -> list[Panel]:
-    """Return frequency and damping against amplitude, both methods over each other."""
+    """Return frequency and damping against amplitude, both methods overlaid."""
     curves = [(name, style, readings) for style, (name, readings) in enumerate(mode.methods)]
     return decay_panels(
         f"decays_{mode.number}",
         f"mode {mode.number}, {mode.curve.line.frequency:.4g} Hz",
-        "Two methods over each other; grey: 95 % limits of each.",
+        "Two methods overlaid; grey: 95 % limits of each.",
         Amplitude(mode.channel, mode.unit, mode.factor),
         curves,
         limited=len(curves),

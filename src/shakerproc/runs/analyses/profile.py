@@ -29,7 +29,7 @@ LINES: Final[Mapping[str, tuple[Look, int]]] = {
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """What is held against a profile.
+    """What is compared with a profile.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def lines_of(profile: Profile, frequency: FloatArray) -> dict[str, FloatArray]:
 
 
 def _judged(result: RunResult, profile: Profile, rows: Sequence[int]) -> Judged:
-    """Return what is held against the profile, where both are."""
+    """Return what is compared with the profile, where both are."""
     if _is_density(profile):
         return _judged_density(result, profile, rows)
     return _judged_sweep(result, profile)

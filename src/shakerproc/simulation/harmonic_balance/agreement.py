@@ -1,4 +1,4 @@
-"""Harmonic balance held against the exact stepper, which shares nothing with it."""
+"""Harmonic balance compared with the exact stepper, which shares nothing with it."""
 
 from typing import Final
 

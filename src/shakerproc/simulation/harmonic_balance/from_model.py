@@ -10,7 +10,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
 from shakerproc.models.laws import Law, Row
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance.friction import DryFrictionLaw
 from shakerproc.simulation.harmonic_balance.laws import (
     AbstractLaw,

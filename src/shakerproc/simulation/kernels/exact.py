@@ -260,7 +260,7 @@ def integrate(
         Order 0 of `y` holds the motion at the start; the rest is room.
     room : (4, any) array
         Room for as many numbers in a row as there are orders, motions or events; the last row
-        holds the least size of each motion that errors are held against.
+        holds the least size of each motion that errors are compared with.
     motion : (n_pieces // stride + 1, n_y) array
         Set: displacements [m], velocities [m/s] and states, relative to the base.
     accelerations : (n_pieces // stride + 1, n) array

@@ -110,7 +110,7 @@ def expand(
     time, step : float
         Start and length of the step [s].
     scales : (n_y,) array
-        Largest size of each of `y` so far; the truncation is held against it.
+        Largest size of each of `y` so far; the truncation is compared with it.
     tolerance : float
         The last two terms as a share of that [-].
     series : Series
@@ -153,7 +153,7 @@ def expand(
 def _share(y: FloatArray, order: int, scales: FloatArray, tolerance: float) -> float:
     """Return the share of the step in which the last two terms are small enough.
 
-    They are held against the largest motion so far and the largest term; the latter shrinks
+    They are compared with the largest motion so far and the largest term; the latter shrinks
     with the step, so it is gone over again until that makes no more difference.
     """
     share = 1.0

@@ -133,7 +133,7 @@ def walk_windows(
     starts : (n_windows, n_y) array
         Motion at the first sample of each.
     least : (n_y,) array
-        Least size of each motion that errors are held against.
+        Least size of each motion that errors are compared with.
     carried : Carried
         Room.
     cursor : (4,) array of int

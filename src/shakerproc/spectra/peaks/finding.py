@@ -183,7 +183,7 @@ def effective_frequencies(
     *,
     distance: float = 0.0,
 ) -> tuple[Peak | None, ...]:
-    r"""Return the tallest peak of the density of each channel, whose frequency is omega_e.
+    r"""Return the tallest peak of the density of each channel, at its peak frequency.
 
     Parameters
     ----------

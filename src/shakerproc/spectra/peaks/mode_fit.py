@@ -163,17 +163,22 @@ def fit_modes(
     span = width * shape.bins.size / frequency  # none leaves for another peak
     lower = np.concatenate([start[:n] - span, np.full(n, np.log(RATIOS[0]))])
     upper = np.concatenate([start[:n] + span, np.full(n, np.log(RATIOS[1]))])
-    found = scipy.optimize.least_squares(
-        problem.residual,
-        np.clip(start, lower + 1e-9, upper - 1e-9),
-        problem.jacobian,
-        bounds=(lower, upper),
-        x_scale=np.concatenate([ratio, np.ones(n)]),
-        max_nfev=MOST_STEPS,
-        xtol=CLOSE,
-        ftol=CLOSE,
-        gtol=None,
-    )
+    begin = np.clip(start, lower + 1e-9, upper - 1e-9)
+    try:
+        with np.errstate(invalid="raise", divide="raise"):
+            found = scipy.optimize.least_squares(
+                problem.residual,
+                begin,
+                problem.jacobian,
+                bounds=(lower, upper),
+                x_scale=np.concatenate([ratio, np.ones(n)]),
+                max_nfev=MOST_STEPS,
+                xtol=CLOSE,
+                ftol=CLOSE,
+                gtol=None,
+            )
+    except FloatingPointError:  # no slope at all: a channel that is a multiple of the control
+        return problem.solved(begin, converged=False)
     return problem.solved(found.x, converged=found.status > 0 and not found.active_mask.any())
 
 

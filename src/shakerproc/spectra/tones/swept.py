@@ -34,7 +34,7 @@ SPAN: Final = 0.1
 """Octaves that a section must sweep to count as a sweep."""
 
 SHARE: Final = 0.01
-"""Share of the recording that a section must last to count: noise wanders up and down."""
+"""Share of the recording that a section must last to count: noise shifts up and down."""
 
 
 @final

@@ -1,4 +1,4 @@
-"""omega_e on a grid of parameters: against a, k, zeta, n, A, r."""
+"""Peak frequency on a grid of parameters: against a, k, zeta, n, A, r."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.models import Model
 from shakerproc.simulation.harmonic_balance import gap_severity, natural_frequencies
 from shakerproc.simulation.harmonic_balance.from_model import system_of_model
-from shakerproc.studies.estimators import in_words, omega_e, spectrum
+from shakerproc.studies.estimators import in_words, peak_frequency, spectrum
 from shakerproc.studies.kinds.base import (
     AbstractKind,
     Drawing,
@@ -31,13 +31,13 @@ from shakerproc.studies.study import Measure, Run, Study
 
 @final
 class Grid(AbstractKind):
-    """omega_e of every combination; where it is chaotic, the spread of neighbouring runs."""
+    """Peak frequency of every combination; where chaotic, the spread of neighbouring runs."""
 
     needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
     averages: ClassVar[bool] = True
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "omega_e_hz": "Hz",
-        "omega_e_over_omega_n": "1",
+        "peak_frequency_hz": "Hz",
+        "peak_over_natural_frequency": "1",
         "spread_hz": "Hz",
         "peak_over_forcing": "1",
         "from_forcing_multiple_hz": "Hz",
@@ -55,8 +55,8 @@ class Grid(AbstractKind):
         relative = 1.0 / natural if natural > 0.0 else np.nan
         order = max(1.0, float(np.round(found.value / forcing))) if forcing > 0.0 else np.nan
         quantities = {
-            "omega_e_hz": found.value,
-            "omega_e_over_omega_n": found.value * relative,
+            "peak_frequency_hz": found.value,
+            "peak_over_natural_frequency": found.value * relative,
             "spread_hz": found.spread,
             "peak_over_forcing": found.value / forcing if forcing > 0.0 else np.nan,
             "from_forcing_multiple_hz": abs(found.value - order * forcing),
@@ -65,9 +65,9 @@ class Grid(AbstractKind):
             "chaotic": float(found.chaotic),
         }
         columns = {
-            "omega_e_hz": np.array([found.single]),
+            "peak_frequency_hz": np.array([found.single]),
             "omega_n_hz": np.array([natural]),
-            "omega_e_over_omega_n": np.array([found.single * relative]),
+            "peak_over_natural_frequency": np.array([found.single * relative]),
             "force_over_ka": np.array([severity]),
             "growth": np.array([found.growth]),
             "chaotic": np.array([found.chaotic]),
@@ -76,8 +76,8 @@ class Grid(AbstractKind):
             "bin_width_hz": np.array([found.bin_width]),
         }
         finest = {
-            "omega_e_hz": found.resolution,
-            "omega_e_over_omega_n": found.resolution * relative,
+            "peak_frequency_hz": found.resolution,
+            "peak_over_natural_frequency": found.resolution * relative,
             "from_forcing_multiple_hz": found.resolution,
             "peak_over_forcing": found.resolution / forcing,
         }
@@ -104,7 +104,7 @@ class Grid(AbstractKind):
 @final
 @dataclass(frozen=True, slots=True)
 class PeakOfRun:
-    """omega_e of a run, and what stands beside it.
+    """Peak frequency of a run, and what stands beside it.
 
     Attributes
     ----------
@@ -138,11 +138,11 @@ class PeakOfRun:
 
 
 def peak_of_run(model: Model, run: Run, measure: Measure) -> PeakOfRun:
-    """Return omega_e of a run by the estimator of a measure."""
+    """Return the peak frequency of a run by the estimator of a measure."""
 
     def read(motion: Motion) -> dict[str, float]:
         found = spectrum(motion.of(measure.of), motion.sample_rate, measure)
-        return {"peak": omega_e(found, measure), "bin_width": found.bin_width}
+        return {"peak": peak_frequency(found, measure), "bin_width": found.bin_width}
 
     motion, values, errors = read_run(model, run, measure.ensemble, read)
     single, error = read(motion), errors.get("peak", np.nan)
@@ -176,7 +176,7 @@ def _panel(study: Study, jobs: Sequence[Job], columns: Columns) -> Panel:
     """Return the quantity against the last variation, a line for each of the others."""
     first = next(iter(study.claim.checks), None) if study.claim is not None else None
     drawn = first is not None and first.quantity in columns
-    quantity = first.quantity if first is not None and drawn else "omega_e_hz"
+    quantity = first.quantity if first is not None and drawn else "peak_frequency_hz"
     along = len(study.vary) - 1
     if first is not None and first.along:
         along = next(i for i, v in enumerate(study.vary) if v.name == first.along)
@@ -189,12 +189,12 @@ def _panel(study: Study, jobs: Sequence[Job], columns: Columns) -> Panel:
         label = label_of(study, jobs[int(rows[0])], along)
         lines.append(Line(x[ordered], y[ordered], label, "marked", number))
         spread = columns["spread_hz"][ordered].astype(np.float64)
-        if quantity == "omega_e_hz" and np.isfinite(spread).any():
+        if quantity == "peak_frequency_hz" and np.isfinite(spread).any():
             mean = columns["mean_hz"][ordered].astype(np.float64)
             for side in (-1.0, 1.0):
                 lines.append(Line(x[ordered], mean + side * spread, "", "dotted", number))
     unit = "" if variation.unit == "1" else f" [{variation.unit}]"
-    label = {"omega_e_hz": "omega_e [Hz]"}.get(quantity, quantity)
+    label = {"peak_frequency_hz": "peak frequency [Hz]"}.get(quantity, quantity)
     values = np.array(sorted(set(x[x > 0.0])))
     wide = values.size > 3 and float(values[-1] / values[0]) > 50.0 and bool(np.all(x > 0.0))
     return Panel(f"{variation.name}{unit}", label, tuple(lines), log_x=wide)

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from shakerproc.studies.estimators import Spectrum, in_words, omega_e, spectrum
+from shakerproc.studies.estimators import Spectrum, in_words, peak_frequency, spectrum
 from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
 from shakerproc.studies.kinds.driving import driven
 from shakerproc.studies.motion_readings import (
@@ -29,7 +29,7 @@ class Spectra(AbstractKind):
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
     averages: ClassVar[bool] = True
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "omega_e_hz": "Hz",
+        "peak_frequency_hz": "Hz",
         "peak_over_forcing": "1",
         "share_at_forcing": "1",
         "half_energy_bins": "1",
@@ -44,9 +44,9 @@ class Spectra(AbstractKind):
 
         def read(motion: Motion) -> dict[str, float]:
             whole = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
-            peak = omega_e(whole, study.measure)
+            peak = peak_frequency(whole, study.measure)
             return {
-                "omega_e_hz": peak,
+                "peak_frequency_hz": peak,
                 "peak_over_forcing": peak / forcing if forcing > 0.0 else float("nan"),
                 "share_at_forcing": share_at(whole, forcing),
                 "half_energy_bins": half_energy_bins(whole),
@@ -61,7 +61,7 @@ class Spectra(AbstractKind):
             "density": found.density[shown],
             "bin_width_hz": np.full(int(shown.sum()), found.bin_width),
         }
-        finest = {"omega_e_hz": found.bin_width, "half_energy_bins": 1.0}
+        finest = {"peak_frequency_hz": found.bin_width, "half_energy_bins": 1.0}
         if forcing > 0.0:
             finest["peak_over_forcing"] = found.bin_width / forcing
         return Finding(columns, values, {**finest, **errors})
@@ -73,7 +73,7 @@ class Spectra(AbstractKind):
             density = Spectrum(
                 one["frequency_hz"].astype(np.float64), one["density"].astype(np.float64), width
             )
-            peak = omega_e(density, study.measure)
+            peak = peak_frequency(density, study.measure)
             label = label_of(study, job)
             named = f"{label}: {peak:.4g} Hz" if label else f"{peak:.4g} Hz"
             lines.append(Line(density.frequency[1:], density.density[1:], named, "line", i))

@@ -15,7 +15,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, control_rows
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
 
 SIGNIFICANCE: Final = 1e-4
 """Probability that chance alone makes an open channel look connected, at each length [-]."""
@@ -34,7 +34,7 @@ LONGEST: Final = 16384
 """Samples of a piece, at least and at most."""
 
 REFERENCES: Final = 8
-"""Channels that the others are held against: the controls first."""
+"""Channels that the others are compared with: the controls first."""
 
 JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N"})
 """Units of what moves with the specimen; a temperature need not."""
@@ -147,7 +147,7 @@ class _Averages:
 
 
 @final
-class Connection(AbstractWatcher):
+class Connection(AbstractHealthCheck):
     """Watches for channels whose samples have nothing in common with those of any other."""
 
     def __init__(self, recording: Recording) -> None:

@@ -5,7 +5,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag
 
 SHORTEST: Final = 3
 """Samples in a row at the extreme that count."""
@@ -95,7 +95,7 @@ class _Side:
 
 
 @final
-class Extremes(AbstractWatcher):
+class Extremes(AbstractHealthCheck):
     """Watches the largest and the smallest value of every channel."""
 
     def __init__(self, recording: Recording) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from shakerproc.campaign.elsewhere import at_hand
+from shakerproc.campaign.remote import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
@@ -41,7 +41,7 @@ class Case:
     source: str
 
 
-def judge_elsewhere(case: Case) -> Mapping[str, Any]:
+def diagnose_remotely(case: Case) -> Mapping[str, Any]:
     """Return a diagnosis as text, every number to the last digit, and what it was made from."""
     with at_hand(case.log, case.source) as log:
         usable = tests_of(log, case.model)
@@ -73,7 +73,7 @@ def judged(
     if machines.scheduler is None:
         return diagnose_tests(model, log, usable, seed=seed, progress=progress)
     task = Task("diagnosis", Case(model, log, seed, machines.source(log)))
-    (outcome,) = machines.executor().run(judge_elsewhere, [task])
+    (outcome,) = machines.executor().run(diagnose_remotely, [task])
     if outcome.cause:
         raise DiagnosisError(outcome.error)
     if outcome.value["sha256"] != hashes_of(usable):

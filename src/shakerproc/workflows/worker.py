@@ -1,4 +1,4 @@
-"""What a worker process does with one test: work it through, write tables, draw."""
+"""What a worker process does with one test: process it, write tables, draw."""
 
 from pathlib import Path
 from typing import Any

@@ -9,7 +9,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.effects.spring import Spring
-from shakerproc.models.surroundings import resolved
+from shakerproc.models.parallel_elements import resolved
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray

@@ -19,7 +19,7 @@ def work_through_log(
     *,
     accept_changed: bool = False,
 ) -> Campaign:
-    """Work the tests of a log through, with a progress bar."""
+    """Process the tests of a log, with a progress bar."""
     with ExitStack() as stack:
         advance = [lambda _text: None]
 

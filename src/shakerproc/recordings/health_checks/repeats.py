@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, rms
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, rms
 
 WINDOW: Final = 32
 """Samples that must be equal to the last bit for a place to be known again."""
@@ -123,7 +123,7 @@ class _Channel:
 
 
 @final
-class Repeats(AbstractWatcher):
+class Repeats(AbstractHealthCheck):
     """Watches for stretches that are equal to an earlier one to the last bit."""
 
     def __init__(self, recording: Recording) -> None:

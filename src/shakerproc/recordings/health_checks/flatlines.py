@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, resolution
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, resolution
 
 SHORTEST: Final = 16
 """Equal samples in a row that are looked at."""
@@ -139,7 +139,7 @@ class _Channel:
 
 
 @final
-class Standstill(AbstractWatcher):
+class Flatlines(AbstractHealthCheck):
     """Watches for samples that repeat themselves exactly."""
 
     def __init__(self, recording: Recording) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, resolution
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, resolution
 
 FACTOR: Final = 15.0
 """How many times the usual departure from the neighbours a spike must depart.
@@ -39,7 +39,7 @@ QUIET: Final = 0.25
 
 
 @final
-class Spikes(AbstractWatcher):
+class Spikes(AbstractHealthCheck):
     """Watches for samples far from where their neighbours lie."""
 
     def __init__(self, recording: Recording) -> None:

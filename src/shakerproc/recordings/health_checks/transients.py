@@ -1,4 +1,4 @@
-"""Knocks on a cable or a sensor: a jump that one control makes alone, out of the quiet.
+"""Transients on a cable or a sensor: a jump that one control makes alone, out of the quiet.
 
 Only controls are looked at: they sit on the same stiff table, so that what one shows the others
 must show as well. A response may well meet its stop alone.
@@ -9,8 +9,8 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, control_rows
-from shakerproc.recordings.watchers.spikes import QUIET, WIDEST
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
+from shakerproc.recordings.health_checks.spikes import QUIET, WIDEST
 
 WINDOW: Final = 32
 """Samples of a window, of which the largest step from sample to sample is kept."""
@@ -32,7 +32,7 @@ UNIQUE: Final = 0.4
 
 
 @final
-class Knocks(AbstractWatcher):
+class Transients(AbstractHealthCheck):
     """Watches the largest step in each short window, of all channels side by side."""
 
     def __init__(self, recording: Recording) -> None:

@@ -5,7 +5,12 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag, control_rows, listed
+from shakerproc.recordings.health_checks.base import (
+    AbstractHealthCheck,
+    Flag,
+    control_rows,
+    listed,
+)
 
 LOOK: Final = 2.0
 """Length of the pieces that are transformed [s]; one is taken from a block."""
@@ -30,7 +35,7 @@ OPPOSED: Final = 30.0
 
 
 @final
-class Together(AbstractWatcher):
+class CrossChannel(AbstractHealthCheck):
     """Watches power and phase of the channels in pieces of two seconds."""
 
     def __init__(self, recording: Recording) -> None:

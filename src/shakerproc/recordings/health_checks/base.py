@@ -1,4 +1,4 @@
-"""What a watcher is: it sees every block once and says at the end what was wrong."""
+"""What a health check is: it sees every block once and says at the end what was wrong."""
 
 import re
 from abc import ABC, abstractmethod
@@ -66,7 +66,7 @@ class Flag:
         return min(1.0, self.lost * common / length / (stop - start))
 
 
-class AbstractWatcher(ABC):
+class AbstractHealthCheck(ABC):
     """Sees the samples of a recording block by block, in order."""
 
     @abstractmethod

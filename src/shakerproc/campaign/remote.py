@@ -1,4 +1,4 @@
-"""Tests worked through where the folder of results is not seen: files come back as bytes."""
+"""Tests processed where the folder of results is not seen: files come back as bytes."""
 
 import base64
 import hashlib
@@ -62,7 +62,7 @@ def _lone_recording(log: TestLog, test: Test) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """One test for a worker elsewhere.
+    """One test for a remote worker.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Order:
     source: str
 
 
-def work_elsewhere(order: Order) -> Mapping[str, Any]:
+def work_remotely(order: Order) -> Mapping[str, Any]:
     """Work a test through in a temporary folder; return what was written, and its hashes.
 
     Raises
@@ -110,7 +110,7 @@ def work_elsewhere(order: Order) -> Mapping[str, Any]:
 
 @final
 @dataclass(frozen=True, slots=True)
-class ElsewhereExecutor(AbstractExecutor):
+class RemoteExecutor(AbstractExecutor):
     """Another executor, whose workers need not see the folder of results.
 
     Attributes
@@ -127,7 +127,7 @@ class ElsewhereExecutor(AbstractExecutor):
     def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
         jobs = {task.name: task.argument for task in tasks}
         orders = [Task(name, Order(work, job, self.source)) for name, job in jobs.items()]
-        for outcome in self.executor.run(work_elsewhere, orders):
+        for outcome in self.executor.run(work_remotely, orders):
             yield outcome if outcome.cause else _received(outcome, jobs[outcome.name])
 
 
@@ -146,7 +146,7 @@ def _received(outcome: Outcome, job: Job) -> Outcome:
 
 @final
 @dataclass(frozen=True, slots=True)
-class HashesElsewhere:
+class RemoteHashes:
     """The hashes of recordings, taken where they are.
 
     Attributes
@@ -171,7 +171,7 @@ class HashesElsewhere:
                 found[str(number)] = error
             else:
                 tasks.append(Task(str(number), (self.source, relative)))
-        for outcome in self.executor.run(hash_elsewhere, tasks):
+        for outcome in self.executor.run(hash_remotely, tasks):
             found[outcome.name] = (
                 ShakerprocError(_about(log.active[int(outcome.name)], outcome.error))
                 if outcome.cause
@@ -184,7 +184,7 @@ def _about(test: Test, error: str) -> str:
     return f"{test.source}: test {test.id}: {error}"
 
 
-def hash_elsewhere(place: tuple[str, str]) -> Mapping[str, str]:
+def hash_remotely(place: tuple[str, str]) -> Mapping[str, str]:
     """Return the hash of a recording at a source and a path below it."""
     with tempfile.TemporaryDirectory(prefix="shakerproc-") as name:
         return {"sha256": sha256(fetch(*place, Path(name)))}

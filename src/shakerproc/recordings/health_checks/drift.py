@@ -5,7 +5,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.watchers.base import AbstractWatcher, Flag
+from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag
 
 PARTS: Final = 32
 """Equal parts of the recording whose means are compared."""
@@ -21,7 +21,7 @@ COUNTER: Final = 3.3
 
 
 @final
-class Drift(AbstractWatcher):
+class Drift(AbstractHealthCheck):
     """Watches the mean of every channel over time."""
 
     def __init__(self, recording: Recording) -> None:

@@ -23,7 +23,7 @@ _SAMPLES: Final = 400  # of a cycle
 _CYCLES: Final = 4  # until the memory of a law has settled
 
 
-def rivals(diagnosis: Diagnosis) -> list[Tried]:
+def alternatives(diagnosis: Diagnosis) -> list[Tried]:
     """Return the candidates that were found or do as well, each kind and place once."""
     kinds = {e.kind for e in diagnosis.effects} | set(diagnosis.indistinguishable)
     alike: dict[tuple[str, tuple[str, ...]], Tried] = {}
@@ -48,8 +48,8 @@ def effect_of(tried: Tried) -> AbstractEffect | None:
 
 
 def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
-    """Return the force of each rival over a cycle; None without rivals or a joint to judge."""
-    chosen = rivals(diagnosis)
+    """Return the force of each alternative over a cycle; None without any, or a joint."""
+    chosen = alternatives(diagnosis)
     test = models.before.tests[loudest(models.before)]
     joint = next(
         (j for j in test.joints if chosen and set(j.between) == set(chosen[0].between)), None
@@ -62,7 +62,7 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
     for style, tried in enumerate(chosen):
         effect = effect_of(tried)
         if effect is not None:
-            z, force = _cycle(effect, BEYOND * reach, frequency)
+            z, force = forced_cycle(effect, BEYOND * reach, frequency)
             name = tried.kind.replace("_", " ")
             curves.append(svg.Curve(name, z * 1e3, force, style, wide=style == 0))
     limit = 1.05 * max(float(np.max(np.abs(c.y))) for c in curves) or 1.0
@@ -82,10 +82,10 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
     )
 
 
-def _cycle(
+def forced_cycle(
     effect: AbstractEffect, amplitude: float, frequency: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return displacement and force over the last of several cycles of a sine."""
+    """Return displacement [m] and force [N] over the last of several cycles of a sine."""
     angle = 2.0 * math.pi * (np.arange(_CYCLES * _SAMPLES) + 0.5) / _SAMPLES
     z = amplitude * np.sin(angle)
     speed = amplitude * 2.0 * math.pi * frequency * np.cos(angle)

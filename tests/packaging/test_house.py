@@ -1,0 +1,44 @@
+"""How the code is built: what `python -m benchmarks.house` counts stays within its limits."""
+
+from pathlib import Path
+
+import pytest
+from benchmarks.house import house
+
+SOURCE = Path(__file__).parents[2] / "src" / "shakerproc"
+LONG_LISTS = {
+    "campaign/batch.py:run_batch",
+    "diagnosis/estimation/one_more.py:OneMore.__init__",
+    "recordings/opening.py:open_recording",
+    "report/svg.py:plot",
+    "simulation/response.py:simulate",
+    "simulation/response.py:simulate_many",
+    "spectra/crop.py:crop_by_threshold",
+    "workflows/log_runs.py:run_log",
+}
+"""Functions with more than eight parameters, from before there was a limit: no new ones."""
+
+pytestmark = pytest.mark.slow  # reads every file of the program
+
+
+@pytest.fixture(scope="module")
+def functions():
+    return house(SOURCE)[1]
+
+
+def test_no_function_has_more_than_60_lines_of_code(functions):
+    long = {f.where: f.lines for f in functions if f.kind == "plain" and f.lines > 60}
+    long |= {f.where: f.body for f in functions if f.kind == "command" and f.body > 60}
+    assert not long
+
+
+def test_no_further_function_has_more_than_eight_parameters(functions):
+    many = {f.where for f in functions if f.kind == "plain" and f.parameters > 8}
+    assert many <= LONG_LISTS
+
+
+def test_nine_of_ten_public_functions_say_the_units_of_what_they_take(functions):
+    taking = [f for f in functions if f.kind == "plain" and f.public and f.quantities]
+    assert sum(f.with_units for f in taking) >= 0.9 * len(taking)
+    public = [f for f in functions if f.kind == "plain" and f.public]
+    assert [f.where for f in public if not f.documented] == []
