@@ -22,24 +22,26 @@ def worth_a_fit(scores: Sequence[Score], known: Known) -> list[Fit]:
         s
         for s in effects
         if all(gain(s, none).mean > LEAST for none in bare)
-        and not any(_contains(s, other, known) and _no_better(s, other) for other in effects)
+        and not any(
+            contains(s.fit, other.fit, known) and _no_better(s, other) for other in effects
+        )
     ]
     near = [s for s in unmatched if best is not None and gain(best, s).t < SURE]
     near += [
         s
         for s in unmatched
-        if s not in near and any(_contains(other, s, known) for other in near)
+        if s not in near and any(contains(other.fit, s.fit, known) for other in near)
     ]
     if best is not None and not near:
         near = [best]
     return [score.fit for score in (*bare, *near)]
 
 
-def _contains(richer: Score, simpler: Score, known: Known) -> bool:
-    """Return whether a law has another one as a limit."""
-    if not (richer.fit.hypothesis.added and simpler.fit.hypothesis.added):
+def contains(richer: Fit, simpler: Fit, known: Known) -> bool:
+    """Return whether a law has another one, in the same joint, as a limit."""
+    if not (richer.hypothesis.added and simpler.hypothesis.added):
         return False
-    one, other = richer.fit.hypothesis.added[-1], simpler.fit.hypothesis.added[-1]
+    one, other = richer.hypothesis.added[-1], simpler.hypothesis.added[-1]
     limits = [c.kind for c in known[one.between][one.kind].contains if c.limit]
     return other.kind in limits and other.between == one.between
 
