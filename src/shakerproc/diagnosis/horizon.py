@@ -164,6 +164,8 @@ def _at_once(
     there = carried(campaign.data, best, [form], rounds=BEST_ROUNDS)
     if there is None or not is_mostly_noise(campaign, there):
         return None
+    if not _foretold(campaign, there, form):
+        return None
     scores = _scores_beside(campaign, best, there, standing, form)
     if not scores:
         return None
@@ -190,13 +192,13 @@ def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
 def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
     """Return whether a fit at a horizon foretells it.
 
-    The spread of its numbers may part the motion by `PARTED` at most: else a good fit is judged
-    by where motions part. One that leaves no more than noise of what it was fitted to does.
+    Noise may part the motion by `PARTED` at most, and so may the spread of its numbers: else a
+    good fit is judged by where motions part. The numbers of one that leaves no more than noise
+    of what it was fitted to are known.
     """
-    if there.chi_square <= EXCESS**2:
-        return True
-    windows = form.held_out.some(FORETOLD)
-    return parted(campaign.data, there, windows, drawn_numbers(there)) <= PARTED
+    known = there.chi_square <= EXCESS**2
+    numbers = None if known else drawn_numbers(there)
+    return parted(campaign.data, there, form.held_out.some(FORETOLD), numbers) <= PARTED
 
 
 def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:
