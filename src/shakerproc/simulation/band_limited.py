@@ -38,7 +38,6 @@ def has_jumps(model: Model) -> bool:
     return any(_jumps(element.effect) for element in model.elements)
 
 
-@cache
 def _jumps(effect: AbstractEffect) -> bool:
     if not isinstance(effect, AbstractMemorylessEffect):
         return False

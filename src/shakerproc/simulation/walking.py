@@ -104,6 +104,7 @@ class Walk:
 
     def __init__(self, model: Model, system: System, tolerance: float) -> None:
         self._model, self._system, self._tolerance = model, system, tolerance
+        self._jumps = has_jumps(model)
         self._rooms: dict[tuple[float, int], _Room | None] = {}
 
     def fill(
@@ -128,7 +129,6 @@ class Walk:
         if room is None:
             return np.ones(placed.first.size, np.bool_)
         base, rate = base_motion(self._model, given), given.sample_rate
-        jumps = has_jumps(self._model)
         windows = np.stack((placed.first, placed.rows), axis=1)
         cursor, failed = np.zeros(4, np.int64), np.zeros(len(windows), np.bool_)
         done, seen, total = 0, 0, int(np.sum(placed.rows))
@@ -140,7 +140,9 @@ class Walk:
             done, seen = done + new, kept + new
             ready = seen - (done < total)  # a mean needs the next sample as well
             samples, wanted, places = placed.between(done - seen, done, ready)
-            motion = Motion(room.motion[:seen], room.acceleration[:seen], samples, base, jumps)
+            motion = Motion(
+                room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps
+            )
             recorded = sense(self._model, self._system, motion, rate, means=means)
             flat[:, places] = recorded[:, wanted]
             room.motion[0] = room.motion[seen - 1]
