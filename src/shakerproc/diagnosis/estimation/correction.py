@@ -13,7 +13,8 @@ from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
-from shakerproc.simulation import Runs, free_runs, prepare
+from shakerproc.simulation import Runs, free_runs
+from shakerproc.simulation.inputs import prepare_measured
 
 
 def applied_gain(linear: LinearModel) -> FloatArray:
@@ -84,7 +85,7 @@ def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]
     out = []
     for test in tests:
         whole = np.array([(0, 0, test.n_samples)])
-        given = prepare(linear.input_of(test), test.sample_rate)
+        given = prepare_measured(linear.input_of(test), test.sample_rate, imposed=False)
         found = free_runs(linear.model, Runs((given,), whole))
         outputs = at_samples(linear.model, found.outputs[0])
         out.append(test.responses - linear.recorded(outputs, test.sample_rate))

@@ -24,7 +24,8 @@ from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_
 from shakerproc.models import Model
 from shakerproc.models.laws import Law
 from shakerproc.models.parallel_elements import resolved
-from shakerproc.simulation import Runs, free_runs, prepare
+from shakerproc.simulation import Runs, free_runs
+from shakerproc.simulation.inputs import prepare_measured
 
 SAME_LEVEL: Final = 1.5
 """Responses up to so many times the lowest are of the lowest level: random drives of one level
@@ -238,7 +239,7 @@ def _prepared(model: Model, test: Test) -> LinearTest:
     laws = {row.law for element in resolved(model) for row in element.effect.rows()}
     if laws <= linear and not any(sensor.faults for sensor in model.sensors.values()):
         return prepared(model, test, apart)
-    given = prepare(test.input, test.sample_rate, tolerance=1e-9)
+    given = prepare_measured(test.input, test.sample_rate, imposed=False)
     found = free_runs(model, Runs((given,), np.array([(0, 0, given.n_samples)])))
     plain = prepared(model, test, apart)
     parameters = LinearParameters(model, len(test.arrays.controls))
