@@ -8,8 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from shakerproc.models import EFFECTS
-from shakerproc.models.faults import FAULTS
 from shakerproc.runs.summary import RunSummary
 
 
@@ -228,6 +226,9 @@ def methods_of(
 
 def references_of(kind: str) -> list[str]:
     """Return the references of an effect or a fault, from its own description."""
+    from shakerproc.models import EFFECTS  # most reports name none: late
+    from shakerproc.models.faults import FAULTS
+
     made = EFFECTS.get(kind) or FAULTS.get(kind)
     text = inspect.getdoc(made) or ""
     listed = text.partition("References\n----------")[2]

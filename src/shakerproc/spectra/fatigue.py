@@ -7,7 +7,6 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.rainflow import STACK, finish_damage, follow_damage
 from shakerproc.spectra.shock import HIGHEST, STEPS, transitions
 
 
@@ -83,6 +82,8 @@ def fatigue_spectra(
     .. [2] G. R. Henderson and A. G. Piersol, "Fatigue damage related descriptor for random
        vibration test environments", Sound and Vibration 29(10), 20-24, 1995.
     """
+    from shakerproc.spectra import rainflow  # loads the compiler: late
+
     if not 0.0 < damping < 1.0 or not 0.0 < exponent < 50.0:
         raise ValueError(f"no damage at a damping of {damping:g} and an exponent {exponent:g}")
     highest = HIGHEST * sample_rate * (1.0 + 1e-9)
@@ -96,15 +97,15 @@ def fatigue_spectra(
     for block in blocks:
         if not n_samples:
             shape = (len(block), frequency.size)
-            states, stacks = np.zeros((*shape, 6)), np.zeros((*shape, STACK))
+            states, stacks = np.zeros((*shape, 6)), np.zeros((*shape, rainflow.STACK))
             sums = np.zeros((*shape, 3))
         n_samples += block.shape[1]
         for row, samples in enumerate(np.ascontiguousarray(block)):
-            follow_damage(
+            rainflow.follow_damage(
                 samples, steps, substeps, damping, exponent, states[row], stacks[row], sums[row]
             )
     for row in range(len(sums)):
-        finish_damage(exponent, states[row], stacks[row], sums[row])
+        rainflow.finish_damage(exponent, states[row], stacks[row], sums[row])
     count = max(n_samples, 1)
     return FatigueSpectra(
         frequency,

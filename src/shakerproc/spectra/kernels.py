@@ -1,4 +1,4 @@
-"""The inner loops of the one pass over the samples, compiled once and kept on disk."""
+"""The inner loops of notch filters and of tracking, compiled once and kept on disk."""
 
 from typing import TypeAlias
 
@@ -12,110 +12,6 @@ IndexArray: TypeAlias = NDArray[np.int64]
 
 jit = numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, nogil=True)
 # not "nnan" and "ninf": a NaN in the samples must come out as a NaN
-
-
-@jit
-def window_segments(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
-    samples: FloatArray,
-    first: int,
-    step: int,
-    window: FloatArray,
-    offset: FloatArray,
-    segments: FloatArray,
-) -> None:
-    """Fill (n_segments, n_channels, n_fft) with windowed segments, `step` samples apart."""
-    n_segments, n_channels, _ = segments.shape
-    length = window.size
-    for s in range(n_segments):
-        start = first + s * step
-        for channel in range(n_channels):
-            source = samples[channel, start : start + length]
-            target = segments[s, channel]
-            shift = offset[channel]
-            for k in range(length):
-                target[k] = (source[k] - shift) * window[k]
-
-
-@jit
-def window_centred_segments(
-    samples: FloatArray,
-    first: int,
-    step: int,
-    window: FloatArray,
-    segments: FloatArray,
-) -> None:
-    """Do the same, the mean of each segment removed before the window."""
-    n_segments, n_channels, _ = segments.shape
-    length = window.size
-    for s in range(n_segments):
-        start = first + s * step
-        for channel in range(n_channels):
-            source = samples[channel, start : start + length]
-            target = segments[s, channel]
-            mean = 0.0
-            for k in range(length):
-                mean += source[k]
-            mean /= length
-            for k in range(length):
-                target[k] = (source[k] - mean) * window[k]
-
-
-@jit
-def add_samples(
-    samples: FloatArray, first: int, count: int, offset: FloatArray, sums: FloatArray
-) -> None:
-    """Add `count` samples of each channel, less the offset, to its sum."""
-    for channel in range(sums.size):
-        source = samples[channel, first : first + count]
-        shift = offset[channel]
-        total = 0.0
-        for k in range(count):
-            total += source[k] - shift
-        sums[channel] += total
-
-
-@jit
-def add_spectra(spectra: FloatArray, sums: FloatArray) -> None:
-    """Add (n_segments, n_channels, 2 n_frequencies) spectra to their sum over segments."""
-    n_segments, n_channels, n_values = spectra.shape
-    for s in range(n_segments):
-        for channel in range(n_channels):
-            source = spectra[s, channel]
-            target = sums[channel]
-            for k in range(n_values):
-                target[k] += source[k]
-
-
-@jit
-def add_products(
-    spectra: FloatArray, real: FloatArray, imaginary: FloatArray, fourth: FloatArray
-) -> None:
-    """Add conj(X_i) X_j of every segment and pair i <= j to the real and imaginary sums.
-
-    The fourth powers of the magnitudes are added to `fourth`, (n_channels, n_frequencies).
-
-    `spectra` is (n_segments, n_channels, 2 n_frequencies), real and imaginary parts in turn;
-    the sums are (n_pairs, n_frequencies), pairs in the order (0, 0), (0, 1), ... (1, 1), ...
-    """
-    n_segments, n_channels, n_values = spectra.shape
-    n_frequencies = n_values // 2
-    for s in range(n_segments):
-        pair = 0
-        for i in range(n_channels):
-            for k in range(n_frequencies):
-                power = spectra[s, i, 2 * k] ** 2 + spectra[s, i, 2 * k + 1] ** 2
-                real[pair, k] += power
-                fourth[i, k] += power * power
-            pair += 1
-            for j in range(i + 1, n_channels):
-                for k in range(n_frequencies):
-                    a_real = spectra[s, i, 2 * k]
-                    a_imaginary = spectra[s, i, 2 * k + 1]
-                    b_real = spectra[s, j, 2 * k]
-                    b_imaginary = spectra[s, j, 2 * k + 1]
-                    real[pair, k] += a_real * b_real + a_imaginary * b_imaginary
-                    imaginary[pair, k] += a_real * b_imaginary - a_imaginary * b_real
-                pair += 1
 
 
 @jit
@@ -134,36 +30,6 @@ def filter_second_order(
         first = b_1 * value - a_1 * result + second
         second = b_2 * value - a_2 * result
         samples[k] = result
-
-
-@jit
-def add_up_powers(samples: FloatArray, start: int, stop: int, result: FloatArray) -> None:
-    """Fill the rows of (6, n_channels) with what describes the samples start to stop.
-
-    The rows are the mean, the sums of the second, third and fourth power of the distance
-    from it, the smallest and the largest value.
-    """
-    for channel in range(samples.shape[0]):
-        row = samples[channel, start:stop]
-        mean, smallest, largest = 0.0, row[0], row[0]
-        for k in range(row.size):
-            mean += row[k]
-            smallest = min(smallest, row[k])
-            largest = max(largest, row[k])
-        mean /= row.size
-        second, third, fourth = 0.0, 0.0, 0.0
-        for k in range(row.size):
-            distance = row[k] - mean
-            square = distance * distance
-            second += square
-            third += square * distance
-            fourth += square * square
-        result[0, channel] = mean
-        result[1, channel] = second
-        result[2, channel] = third
-        result[3, channel] = fourth
-        result[4, channel] = smallest
-        result[5, channel] = largest
 
 
 @jit

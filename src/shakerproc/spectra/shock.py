@@ -8,7 +8,6 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.oscillators import follow_oscillators
 
 HIGHEST: Final = 0.1
 """Highest natural frequency, as a share of the sample rate [-] (ISO 18431-4)."""
@@ -117,6 +116,8 @@ def shock_spectra(
     .. [2] D. O. Smallwood, "An improved recursive formula for calculating shock response
        spectra", Shock and Vibration Bulletin 51(2), 211-217, 1981.
     """
+    from shakerproc.spectra.oscillators import follow_oscillators  # loads the compiler: late
+
     if not 0.0 <= damping < 1.0:
         raise ValueError(f"damping must be from 0 to below 1, not {damping:g}")
     highest = HIGHEST * sample_rate * (1.0 + 1e-9)

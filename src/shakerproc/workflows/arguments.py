@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from math import isfinite
 from numbers import Integral, Real
 from os import PathLike, fspath
@@ -12,8 +11,6 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from shakerproc.errors import ArgumentError
-from shakerproc.model_files import ModelFile
-from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
 AnyPath: TypeAlias = str | PathLike[str]
@@ -60,39 +57,6 @@ def log_of(given: Any, name: str = "log") -> TestLog:
         return given
     raise ArgumentError(
         name, f"expected a test log, as read_log(path) returns it, got {told(given)}"
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class GivenModel:
-    """A model, and the file it is from, if it is from one.
-
-    Attributes
-    ----------
-    model : Model
-        The model.
-    file : ModelFile, optional
-        Where it stands.
-    """
-
-    model: Model
-    file: ModelFile | None = None
-
-
-def model_of(given: Any, name: str = "model") -> GivenModel:
-    """Return a model: as read from a file, as a result holds it, or as made in Python.
-
-    Raises
-    ------
-    ArgumentError
-        If it is none.
-    """
-    if isinstance(given, ModelFile):
-        return GivenModel(given.model, given)
-    if isinstance(given, Model):
-        return GivenModel(given)
-    raise ArgumentError(
-        name, f"expected a model, as read_model(path) returns it, got {told(given)}"
     )
 
 

@@ -16,9 +16,10 @@ from shakerproc.comparison import (
 from shakerproc.comparison import Comparison as Compared
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import choice_of, log_of, model_of, switch_of
+from shakerproc.workflows.arguments import choice_of, log_of, switch_of
 from shakerproc.workflows.decays import DecayComparison, compare_free_decays
 from shakerproc.workflows.evidence import check_same
+from shakerproc.workflows.given_models import model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.result import Diagnosis as Found
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, model_of, whole_of
+from shakerproc.workflows.arguments import log_of, whole_of
+from shakerproc.workflows.given_models import model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import Simulation as Simulated
 from shakerproc.simulation import simulate as simulated
-from shakerproc.workflows.arguments import model_of, positive_of, switch_of, told
+from shakerproc.workflows.arguments import positive_of, switch_of, told
+from shakerproc.workflows.given_models import model_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:

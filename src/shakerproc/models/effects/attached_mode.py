@@ -17,7 +17,6 @@ from shakerproc.models.identification import (
     positive,
     spread,
 )
-from shakerproc.models.kernels.along import attached_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -71,6 +70,8 @@ class AttachedMode(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import attached_along  # loads the compiler: late
+
         omega = 2.0 * np.pi * self.frequency
         advance = _advance(omega, self.damping_ratio, 1.0 / sample_rate)
         return attached_along(

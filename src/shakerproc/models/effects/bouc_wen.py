@@ -21,7 +21,6 @@ from shakerproc.models.identification import (
     positive,
     spread,
 )
-from shakerproc.models.kernels.along import bouc_wen_along
 from shakerproc.models.laws import Law, Row
 
 RIGID: Final = 0.05
@@ -75,6 +74,8 @@ class BoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import bouc_wen_along  # loads the compiler: late
+
         return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 
     @classmethod

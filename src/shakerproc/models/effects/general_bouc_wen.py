@@ -23,7 +23,6 @@ from shakerproc.models.identification import (
     positive,
     spread,
 )
-from shakerproc.models.kernels.along import bouc_wen_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -83,6 +82,8 @@ class GeneralBoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import bouc_wen_along  # loads the compiler: late
+
         return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 
     @classmethod

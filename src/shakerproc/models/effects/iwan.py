@@ -18,7 +18,6 @@ from shakerproc.models.identification import (
     positive,
     spread,
 )
-from shakerproc.models.kernels.along import iwan_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -71,6 +70,8 @@ class Iwan(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import iwan_along  # loads the compiler: late
+
         return iwan_along(displacement, self.stiffness, self.slip_displacement, 2.0)
 
     @classmethod

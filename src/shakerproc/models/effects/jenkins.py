@@ -17,7 +17,6 @@ from shakerproc.models.identification import (
     number,
     spread,
 )
-from shakerproc.models.kernels.along import jenkins_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -61,6 +60,8 @@ class Jenkins(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import jenkins_along  # loads the compiler: late
+
         return jenkins_along(displacement, self.stiffness, self.slip_force)
 
     @classmethod

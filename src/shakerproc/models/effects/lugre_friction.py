@@ -19,7 +19,6 @@ from shakerproc.models.identification import (
     number,
     positive,
 )
-from shakerproc.models.kernels.along import lugre_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -94,6 +93,8 @@ class LuGreFriction(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import lugre_along  # loads the compiler: late
+
         values = np.array(self.rows()[0].values)
         return lugre_along(velocity + 0.0 * displacement, 1.0 / sample_rate, values)
 

@@ -19,7 +19,6 @@ from shakerproc.models.identification import (
     positive,
     spread,
 )
-from shakerproc.models.kernels.along import iwan_along
 from shakerproc.models.laws import Law, Row
 
 
@@ -75,6 +74,8 @@ class PowerIwan(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import iwan_along  # loads the compiler: late
+
         return iwan_along(displacement, *self.rows()[0].values)
 
     @classmethod

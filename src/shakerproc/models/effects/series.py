@@ -24,7 +24,6 @@ from shakerproc.models.identification import (
     number,
     spread,
 )
-from shakerproc.models.kernels.along import series_along
 from shakerproc.models.laws import Law, Row
 
 _NEVER: Final = 1e30
@@ -74,6 +73,8 @@ class Series(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
+        from shakerproc.models.kernels.along import series_along  # loads the compiler: late
+
         chain = _chain(self.elements)
         return series_along(displacement, 1.0 / sample_rate, np.array(chain.values()))
 

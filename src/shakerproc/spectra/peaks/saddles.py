@@ -1,12 +1,12 @@
-"""The saddles beside a maximum, compiled once: scipy.signal has them, but loads for 0.4 s."""
+"""The saddles beside a maximum: scipy.signal has them, but loads for 0.4 s."""
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.kernels import jit
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
@@ -26,25 +26,26 @@ def saddles(level: FloatArray, peaks: IndexArray) -> IndexArray:
     (m,) array of int
         Where the saddles are; the left one of two that are as high.
     """
-    found = np.empty(peaks.size, dtype=np.intp)
-    _find_saddles(level, peaks, found)
-    return found
+    last = level.size - 1
+    left = np.array(_lowest_before(level.tolist()), dtype=np.intp)[peaks]
+    right = last - np.array(_lowest_before(level[::-1].tolist()), dtype=np.intp)[last - peaks]
+    return np.where(level[left] >= level[right], left, right)
 
 
-@jit
-def _find_saddles(level: FloatArray, peaks: IndexArray, found: IndexArray) -> None:
-    """Walk to both sides of each maximum until the ground is taller."""
-    for number in range(peaks.size):
-        peak = peaks[number]
-        left = right = peak
-        at = peak - 1
-        while at >= 0 and level[at] <= level[peak]:
-            if level[at] < level[left]:
-                left = at
-            at -= 1
-        at = peak + 1
-        while at < level.size and level[at] <= level[peak]:
-            if level[at] < level[right]:
-                right = at
-            at += 1
-        found[number] = left if level[left] >= level[right] else right
+def _lowest_before(level: Sequence[float]) -> list[int]:
+    """Return where the lowest value lies from each one back to the next that is taller.
+
+    The nearest of several that are as low. What is taller waits in a stack, each with the
+    lowest value between it and the one below it.
+    """
+    lowest: list[int] = []
+    waiting: list[tuple[float, int]] = []
+    for place, height in enumerate(level):
+        low = place
+        while waiting and waiting[-1][0] <= height:
+            _, beside = waiting.pop()
+            if level[beside] < level[low]:
+                low = beside
+        waiting.append((height, low))
+        lowest.append(low)
+    return lowest

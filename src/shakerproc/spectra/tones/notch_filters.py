@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra import kernels
 
 THESIS_PAD: Final = 6
 """Samples that MATLAB's filtfilt adds at both ends for a filter of second order."""
@@ -218,14 +217,16 @@ def filter_both_ways(
     """
     if samples.shape[1] <= pad:
         raise SpectrumError(f"filtering needs more than {pad} samples, not {samples.shape[1]}")
+    from shakerproc.spectra.kernels import filter_second_order  # loads the compiler: late
+
     filtered = np.empty(samples.shape)
     for channel, row in enumerate(samples):
         before = 2.0 * row[0] - row[pad:0:-1]
         after = 2.0 * row[-1] - row[-2 : -pad - 2 : -1]
         extended = np.concatenate([before, row, after])
-        kernels.filter_second_order(extended, numerator, denominator)
+        filter_second_order(extended, numerator, denominator)
         backwards = extended[::-1].copy()
-        kernels.filter_second_order(backwards, numerator, denominator)
+        filter_second_order(backwards, numerator, denominator)
         filtered[channel] = backwards[::-1][pad : pad + row.size]
     return filtered
 

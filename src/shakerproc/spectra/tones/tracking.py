@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra import kernels
 from shakerproc.spectra.welch.ridges import CHUNK, Ridge, SampleReader, median_of_five
 
 LAW: Final = 0.03
@@ -46,8 +46,10 @@ class Track:
 
     def phase_at(self, position: FloatArray) -> FloatArray:
         """Return the phase at any place between the first and the last knot [rad]."""
+        from shakerproc.spectra.kernels import phase_of_track  # loads the compiler: late
+
         result = np.empty(position.shape)
-        kernels.phase_of_track(self.position, self.phase, self.omega, position, result)
+        phase_of_track(self.position, self.phase, self.omega, position, result)
         return result
 
     def position_of(self, phase: FloatArray) -> FloatArray:
@@ -126,6 +128,8 @@ def demodulated(
     (n_channels, n_windows) array
         Mean square in each window.
     """
+    from shakerproc.spectra.kernels import demodulate  # loads the compiler: late
+
     half = np.pi * periods
     first = np.floor(track.position_of(centres - half)).astype(np.int64) - 2
     last = np.ceil(track.position_of(centres + half)).astype(np.int64) + 3
@@ -139,7 +143,7 @@ def demodulated(
         power = np.zeros((stop - start, block.shape[0]))
         phase = track.phase_at(np.arange(begin, begin + block.shape[1], dtype=np.float64))
         part = slice(start, stop)
-        kernels.demodulate(
+        demodulate(
             block,
             np.array([first[part], last[part]]) - begin,
             phase,
@@ -208,7 +212,7 @@ def _pulled_in(read: SampleReader, track: Track) -> Track:
     return Track(track.position, phase, omega)
 
 
-def _groups(first: kernels.IndexArray, last: kernels.IndexArray) -> list[tuple[int, int]]:
+def _groups(first: NDArray[np.int64], last: NDArray[np.int64]) -> list[tuple[int, int]]:
     """Return runs of windows that together span no more than a chunk, or one window."""
     groups, start = [], 0
     for k in range(1, first.size + 1):

@@ -8,7 +8,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra import kernels
 from shakerproc.spectra.welch.blocks import SLICE, in_order
 
 
@@ -103,9 +102,17 @@ class _Moments:
 
 def _moments(block: FloatArray, start: int, stop: int) -> _Moments:
     """Return the moments of the samples start to stop of a block."""
-    moments = np.empty((6, block.shape[0]))
-    kernels.add_up_powers(block, start, stop, moments)
-    return _Moments(stop - start, *moments)
+    rows = [_moments_of_row(row[start:stop]) for row in block]
+    return _Moments(stop - start, *np.array(rows).T)
+
+
+def _moments_of_row(samples: FloatArray) -> tuple[float, ...]:
+    """Return the mean, the sums of three powers of the distance from it, and the extremes."""
+    mean = samples.mean()
+    distance = samples - mean
+    square = distance * distance
+    powers = (distance @ distance, square @ distance, square @ square)
+    return (mean, *powers, samples.min(), samples.max())
 
 
 def _merged(a: _Moments, b: _Moments) -> _Moments:

@@ -3,13 +3,10 @@
 from collections.abc import Iterable
 
 import numpy as np
-import scipy  # its parts load when they are first used
-from numpy.typing import NDArray
 
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra import kernels
 from shakerproc.spectra.welch.blocks import in_order
 from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
 from shakerproc.spectra.welch.windows import effective_averages, window_samples
@@ -86,7 +83,7 @@ def cross_spectra(
     matrix = products / (sample_rate * sums.n_segments * float(weights @ weights))
     matrix[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
-        frequency=scipy.fft.rfftfreq(length, 1.0 / sample_rate),
+        frequency=np.fft.rfftfreq(length, 1.0 / sample_rate),
         matrix=matrix,
         sample_rate=sample_rate,
         n_samples=sums.n_samples,
@@ -161,17 +158,14 @@ class _Sums:
 
     def _begin(self, n_channels: int) -> None:
         n_frequencies = self.n_fft // 2 + 1
-        n_pairs = n_channels * (n_channels + 1) // 2
         self.n_channels = n_channels
         self.group = max(1, GROUP_VALUES // (n_channels * self.n_fft))
         self.span = (self.group - 1) * self.step + self.window.size
         self.tail = np.zeros((n_channels, self.span))
         self.segments = np.zeros((self.group, n_channels, self.n_fft))
-        self.real = np.zeros((n_pairs, n_frequencies))
-        self.imaginary = np.zeros((n_pairs, n_frequencies))
-        self.group_real = np.zeros_like(self.real)
-        self.group_imaginary = np.zeros_like(self.real)
-        self.spectra = np.zeros((n_channels, 2 * n_frequencies))
+        shape = (n_frequencies, n_channels, n_channels)
+        self.products = np.zeros(shape, dtype=np.complex128)
+        self.spectra = np.zeros((n_channels, n_frequencies), dtype=np.complex128)
         self.fourth = np.zeros((n_channels, n_frequencies))
         self.offset = np.zeros(n_channels)
         self.totals = np.zeros(n_channels)
@@ -190,30 +184,38 @@ class _Sums:
 
     def _add_group(self, samples: FloatArray, first: int, count: int) -> None:
         """Add `count` segments, the first of which starts at sample `first`."""
-        segments = self.segments[:count]
-        if self.detrend == "segment mean":
-            kernels.window_centred_segments(samples, first, self.step, self.window, segments)
-        else:
-            if self.detrend == "mean":
-                self._add_means(samples, first, count * self.step)
-            kernels.window_segments(
-                samples, first, self.step, self.window, self.offset, segments
-            )
-        spectra = scipy.fft.rfft(segments).view(np.float64)
+        self._fill_segments(samples, first, count)
+        spectra = np.fft.rfft(self.segments[:count])
         if self.detrend == "mean":
-            kernels.add_spectra(spectra, self.spectra)
-        self.group_real[:] = 0.0
-        self.group_imaginary[:] = 0.0
-        kernels.add_products(spectra, self.group_real, self.group_imaginary, self.fourth)
-        self.real += self.group_real
-        self.imaginary += self.group_imaginary
+            self.spectra += spectra.sum(axis=0)
+        by_bin = np.ascontiguousarray(spectra.transpose(2, 1, 0))
+        power = spectra.real**2 + spectra.imag**2
+        with np.errstate(invalid="ignore"):  # samples that are no numbers are refused later
+            self.products += by_bin.conj() @ by_bin.swapaxes(1, 2)
+        self.fourth += np.einsum("scf,scf->cf", power, power)
         self.n_segments += count
+
+    def _fill_segments(self, samples: FloatArray, first: int, count: int) -> None:
+        """Put windowed segments where they are transformed."""
+        length = self.window.size
+        span = samples[:, first : first + (count - 1) * self.step + length]
+        if self.detrend == "mean":
+            self._add_means(samples, first, count * self.step)
+            span = span - self.offset[:, np.newaxis]
+        overlapping = np.lib.stride_tricks.sliding_window_view(span, length, axis=1)
+        pieces = overlapping[:, :: self.step].swapaxes(0, 1)
+        target = self.segments[:count, :, :length]
+        if self.detrend == "segment mean":
+            np.subtract(pieces, pieces.mean(axis=-1, keepdims=True), out=target)
+            pieces = target
+        np.multiply(pieces, self.window, out=target)
 
     def _add_means(self, samples: FloatArray, first: int, count: int) -> None:
         """Add to the sums of the samples, less the mean of the first segment."""
         if not self.n_segments:
             self.offset = samples[:, first : first + self.window.size].mean(axis=1)
-        kernels.add_samples(samples, first, count, self.offset, self.totals)
+        part = samples[:, first : first + count]
+        self.totals += np.sum(part - self.offset[:, np.newaxis], axis=1)
 
     def finish(self) -> ComplexArray:
         """Return the sums of conj(X_i) X_j, the last, smaller group included.
@@ -236,7 +238,7 @@ class _Sums:
         matrix = self._matrix()
         if self.detrend == "mean":
             rest = count * self.step
-            kernels.add_samples(self.tail, rest, self.held - rest, self.offset, self.totals)
+            self._add_means(self.tail, rest, self.held - rest)
             self._remove_means(matrix)
         broken = [i for i in range(self.n_channels) if not np.isfinite(matrix[i, i]).all()]
         if broken:
@@ -248,35 +250,25 @@ class _Sums:
 
     def lit_segments(self) -> FloatArray:
         """Return (sum of powers)² over the sum of their squares, for each channel and bin."""
-        diagonal = [
-            pair for pair, (i, j) in enumerate(zip(*self._pairs(), strict=True)) if i == j
-        ]
-        total = self.real[diagonal] ** 2
+        total = np.diagonal(self.products, axis1=1, axis2=2).real.T ** 2
         lit = np.zeros(total.shape)
         np.divide(total, self.fourth, out=lit, where=self.fourth > 0.0)
         return lit
 
-    def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return row and column of each pair of channels."""
-        return np.triu_indices(self.n_channels)
-
     def _matrix(self) -> ComplexArray:
-        """Return the sums as a full, Hermitian matrix."""
-        n = self.n_channels
-        row, column = self._pairs()
-        matrix = np.empty((n, n, self.real.shape[1]), dtype=np.complex128)
-        with np.errstate(invalid="ignore"):  # samples that are no numbers are refused later
-            matrix[row, column] = self.real + 1j * self.imaginary
+        """Return the sums as a full matrix, Hermitian to the last bit."""
+        row, column = np.triu_indices(self.n_channels)
+        matrix = np.ascontiguousarray(self.products.transpose(1, 2, 0))
         matrix[column, row] = matrix[row, column].conj()
-        matrix[np.arange(n), np.arange(n)] = matrix[np.arange(n), np.arange(n)].real
+        every = np.arange(self.n_channels)
+        matrix[every, every] = matrix[every, every].real
         return matrix
 
     def _remove_means(self, matrix: ComplexArray) -> None:
         """Take the means of all samples out of the sums, in the frequency domain."""
         means = self.totals / self.n_samples
-        shape = scipy.fft.rfft(self.window, self.n_fft)
-        spectra = self.spectra.view(np.complex128)
+        shape = np.fft.rfft(self.window, self.n_fft)
         constant = means[:, np.newaxis] * shape
-        cross = constant.conj()[:, np.newaxis] * spectra[np.newaxis]
+        cross = constant.conj()[:, np.newaxis] * self.spectra[np.newaxis]
         matrix -= cross + cross.conj().swapaxes(0, 1)
         matrix += self.n_segments * constant.conj()[:, np.newaxis] * constant[np.newaxis]
