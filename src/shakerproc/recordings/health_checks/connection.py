@@ -110,7 +110,7 @@ class _Averages:
         seen = level * self._window
         self._caught += np.einsum("ij,ij->i", seen, seen) / np.sum(self._window**2)
         spectrum = np.fft.rfft(seen, axis=1)
-        self.power += np.abs(spectrum) ** 2
+        self.power += spectrum.real**2 + spectrum.imag**2
         for column, row in enumerate(self.references):
             self.cross[:, column] += spectrum * np.conj(spectrum[row])
 

@@ -71,7 +71,7 @@ class CrossChannel(AbstractHealthCheck):
     def _transform(self, piece: FloatArray) -> None:
         level = piece - piece.mean(axis=1, keepdims=True)
         spectrum = np.fft.rfft(level * self._window, axis=1)
-        self._power += np.abs(spectrum) ** 2
+        self._power += spectrum.real**2 + spectrum.imag**2
         if self._controls:
             self._cross += spectrum * np.conj(spectrum[self._controls[0]])
         self._pieces += 1

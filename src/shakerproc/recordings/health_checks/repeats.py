@@ -82,11 +82,12 @@ class _Channel:
         places = np.flatnonzero(mixed < _LIMIT)
         again = np.zeros(places.size, dtype=bool)
         again[1:] = (np.diff(places) < WINDOW) & (np.diff(bits[places]) == 0)
-        for i in places[~again].tolist():
-            window = samples[i : i + WINDOW]
-            if len(set(window.tolist())) < DISTINCT:
-                continue
-            self._look(first + i, hash(window.tobytes()))
+        places = places[~again]
+        windows = samples[places[:, np.newaxis] + np.arange(WINDOW)]
+        values = np.sort(windows, axis=1)
+        distinct = 1 + np.count_nonzero(values[:, 1:] != values[:, :-1], axis=1)
+        for i in np.flatnonzero(distinct >= DISTINCT).tolist():
+            self._look(first + int(places[i]), hash(windows[i].tobytes()))
 
     def _look(self, at: int, key: int) -> None:
         before, times = self.seen.pop(key, (-1, 0))

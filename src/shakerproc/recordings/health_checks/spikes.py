@@ -118,8 +118,11 @@ def _departure(samples: FloatArray) -> FloatArray:
 def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[np.int64]]:
     """Return number and height of the spikes, and the number of everything that is rough."""
     departure = _departure(samples)
-    limits = np.maximum(_limits(departure), FACTOR * ROUNDING * resolution(samples))
-    if np.all(np.maximum.reduceat(departure, np.arange(0, departure.size, PART)) <= limits):
+    limits = _limits(departure)
+    largest = np.maximum.reduceat(departure, np.arange(0, departure.size, PART))
+    if np.any(largest > limits):  # steps are looked at only where something may rise above
+        limits = np.maximum(limits, FACTOR * ROUNDING * resolution(samples))
+    if np.all(largest <= limits):
         return {}, np.empty(0, dtype=np.int64)
     candidates = np.flatnonzero(departure > np.repeat(limits, PART)[: departure.size]) + 1
     rough = first + candidates[:: 1 + candidates.size // MOST]
@@ -132,11 +135,14 @@ def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[
 
 def _limits(departure: FloatArray) -> FloatArray:
     """Return the departure of a spike in each part: the larger of those of it and its sides."""
-    starts = range(0, departure.size, PART)
-    usual = np.zeros(len(starts) + 2)
-    for number, start in enumerate(starts):
-        some = departure[start : start + PART : 7]
-        usual[number + 1] = max(1.4826 * float(np.median(some)), float(np.mean(some)))
+    whole = departure.size // PART
+    parts = [departure[: whole * PART].reshape(whole, PART)[:, ::7]]
+    if departure.size > whole * PART:
+        parts.append(departure[np.newaxis, whole * PART :: 7])
+    usual = np.zeros(whole + len(parts) + 1)
+    usual[1:-1] = np.concatenate([
+        np.maximum(1.4826 * np.median(some, axis=1), np.mean(some, axis=1)) for some in parts
+    ])
     return FACTOR * np.maximum(np.maximum(usual[:-2], usual[2:]), usual[1:-1])
 
 

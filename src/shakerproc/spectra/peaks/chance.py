@@ -79,7 +79,7 @@ class Smearing:
 
     def __init__(self, spectra: CrossSpectra) -> None:
         window, rate = spectra.window, spectra.sample_rate
-        spectrum = scipy.fft.rfft(window, OVER * window.size)
+        spectrum = np.fft.rfft(window, OVER * window.size)
         turn = np.pi * np.arange(spectrum.size) / (OVER * window.size) * (window.size - 1)
         power = float(window @ window) * rate
         self.amplitude = (spectrum * np.exp(1j * turn)).real / np.sqrt(power)

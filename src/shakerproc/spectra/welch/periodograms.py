@@ -1,7 +1,6 @@
 """The spectrum of a whole crop at once, without window or average."""
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
@@ -30,7 +29,7 @@ def periodogram(samples: FloatArray, sample_rate: float) -> tuple[FloatArray, Fl
     """
     checks.positive("sample_rate", sample_rate, "Hz")
     n_samples = samples.shape[1]
-    spectrum = np.array([np.abs(scipy.fft.rfft(row)) ** 2 for row in samples])
+    spectrum = np.array([np.abs(np.fft.rfft(row)) ** 2 for row in samples])
     spectrum /= sample_rate * n_samples
     spectrum[:, 1 : (n_samples + 1) // 2] *= 2.0
-    return scipy.fft.rfftfreq(n_samples, 1.0 / sample_rate), spectrum
+    return np.fft.rfftfreq(n_samples, 1.0 / sample_rate), spectrum

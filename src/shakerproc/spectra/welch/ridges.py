@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Final, TypeAlias, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
@@ -207,7 +206,7 @@ def _lines(
         part = slice(first, min(first + per_read, starts.size))
         samples = read(int(starts[part][0]), int(starts[part][-1]) + length)[0]
         frames = np.lib.stride_tricks.sliding_window_view(samples, length)[::step] * window
-        power = np.abs(scipy.fft.rfft(frames)) ** 2
+        power = np.abs(np.fft.rfft(frames)) ** 2
         lines[part], heights[part] = _strongest(power, limits)
     return np.array(starts + length / 2.0), lines, np.array(heights / length)
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
@@ -99,7 +98,7 @@ def spectrogram(
     density[:, 1 : (segment + 1) // 2] *= 2.0
     return Spectrogram(
         time=np.array(times) / sample_rate,
-        frequency=scipy.fft.rfftfreq(segment, 1.0 / sample_rate),
+        frequency=np.fft.rfftfreq(segment, 1.0 / sample_rate),
         density=density,
     )
 
@@ -115,6 +114,7 @@ def _mean_power(
         begin = start + first * step
         block = read(begin, begin + (number - 1) * step + window.size)
         frames = np.lib.stride_tricks.sliding_window_view(block, window.size, axis=1)[:, ::step]
-        power = np.sum(np.abs(scipy.fft.rfft(frames * window)) ** 2, axis=1)
+        spectra = np.fft.rfft(frames * window)
+        power = np.sum(spectra.real**2 + spectra.imag**2, axis=1)
         total = power if total is None else total + power
     return np.asarray(total) / n_segments

@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
 
@@ -126,8 +125,8 @@ class SampledCorrelation(AbstractCorrelation):
     """That of any weights, summed sample by sample."""
 
     def __init__(self, window: FloatArray) -> None:
-        spectrum = scipy.fft.rfft(window, 2 * window.size)
-        correlation = scipy.fft.irfft(np.abs(spectrum) ** 2)[: window.size]
+        spectrum = np.fft.rfft(window, 2 * window.size)
+        correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: window.size]
         self.correlation = correlation / correlation[0]
 
     def transform(self, exponent: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
