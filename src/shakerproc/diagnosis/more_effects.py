@@ -18,7 +18,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hyp
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import Score, as_fitted, is_better, ranked
+from shakerproc.diagnosis.selection.scores import Score, ranked
 from shakerproc.diagnosis.selection.standing import contains
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
@@ -112,8 +112,7 @@ def with_more(
             say=_beside(say, one.kind),
         )  # fmt: skip
         best = list(grouped(starts).values())[:SECONDS]
-        found_pairs = second.found([start for own in best for start in own])
-        pairs += _better_than(campaign, first, found_pairs)
+        pairs += second.found([start for own in best for start in own])
         failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
     pairs.sort(key=lambda pair: pair.level)
     scores = along(campaign, pairs[:FIRSTS], forms[-2:])
@@ -131,16 +130,6 @@ def with_more(
 def _beside(say: Callable[[str], None], kind: str) -> Callable[[str], None]:
     """Return what tells of a second effect beside which it is tried."""
     return lambda what: say(f"{what}, beside {kind}")
-
-
-def _better_than(campaign: Campaign, first: Fit, pairs: Sequence[Fit]) -> list[Fit]:
-    """Return pairs that predict what they were fitted to better than one effect of them does.
-
-    What tells nothing there, in the same windows, tells nothing at the horizon.
-    """
-    alone = as_fitted(campaign.data, first)
-    scores = [score for pair in pairs if (score := as_fitted(campaign.data, pair)) is not None]
-    return [score.fit for score in scores if alone is None or is_better(score, alone)]
 
 
 def _firsts(singles: Sequence[Fit], known: Known) -> list[Fit]:
