@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy import io, signal
-from tests.cli.test_frame import shakerproc
+from tests.in_process import completed as shakerproc
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
