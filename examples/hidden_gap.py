@@ -53,7 +53,7 @@ tests = [measured(i, rms, hold_out=i == 1) for i, rms in enumerate(LEVELS)]
 
 
 def diagnosis():
-    """Return the verdict; it takes some ten seconds."""
+    """Return the verdict; it takes about half a minute of processor."""
     return diagnose_arrays(believed, tests)
 
 
