@@ -177,9 +177,11 @@ def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
         f"{panel.title}.",
         panel.caption,
         svg.plot(
-            [_curve(line, chosen) for line in lines],
-            svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
-            svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+            svg.Plot(
+                [_curve(line, chosen) for line in lines],
+                svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
+                svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+            ),
             most=STILL,
             title=title,
         ),
