@@ -108,3 +108,21 @@ def test_every_mode_of_the_table_is_marked_in_the_response_function(tmp_path):
     modes = [peak for channel in run.channels for peak in channel.response_peaks]
     assert len(modes) >= 2
     assert sum(path.count("M") for path in marks) == len(modes)
+
+
+@pytest.mark.parametrize("name", ["psd", "response", "coherence", "time"])
+def test_the_page_and_the_file_show_the_same(tmp_path, name):
+    log = read_testlog(write_campaign(tmp_path, 1))
+    test = log.tests[0]
+    result = process_test(log, test)
+    axes = run_figure(result, name, "Test 1").axes
+    run = summary_of(result, "1", facts_of(test), "test_1.tdms", "ab" * 32)
+    kind = {"response": "gain"}.get(name, name)
+    (page,) = [str(d.drawing) for d in run_drawings.figures(run) if d.kind == kind]
+    assert f">{axes[0].get_ylabel()}</text>" in page
+    assert f">{axes[-1].get_xlabel()}</text>" in page
+    names = axes[0].get_legend_handles_labels()[1]
+    assert [label for label in names if f"</svg> {label}</span>" not in page] == []
+    words = [text.get_text() for text in axes[0].texts if text.get_text().startswith("peak")]
+    assert all(f">{word}</text>" in page for word in words)
+    assert name != "psd" or words

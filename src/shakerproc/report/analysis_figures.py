@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.run_figures import LEFT, save
+from shakerproc.report.pictures import LEFT, save
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary

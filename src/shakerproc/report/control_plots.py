@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.report import style
 from shakerproc.report.drawn import Axis, Curve, Figure, Plot
-from shakerproc.report.run_curves import RunContent, frequency_axis, outside
+from shakerproc.report.run_curves import RunContent, outside, swept_axis
 from shakerproc.runs.control import control_told as told_of_control
 from shakerproc.runs.summary import ControlSummary, RunSummary
 
@@ -57,12 +57,12 @@ def level(content: RunContent) -> Figure | None:
     curves, run = content.of("level"), content.run
     if not curves or run.control is None:
         return None
-    axis = frequency_axis(curves)
-    band = run.spectrum.band_hz if run.spectrum else (axis.low, axis.high)
     lines = [
         Curve(f"mean control {c.part}".strip(), c.x, c.y, style_of)
         for c, style_of in zip(curves, style.CONTROL_STYLES * len(curves), strict=False)
     ]
+    axis = swept_axis(lines)
+    band = run.spectrum.band_hz if run.spectrum else (axis.low, axis.high)
     limits = _lines(_limits(run.control, 20.0), band)
     top = 1.08 * max(float(np.nanmax(line.y)) for line in (*lines, *limits))
     plot = Plot(

@@ -56,9 +56,11 @@ def drawn(figure: Figure, title: str, alarm: str = "") -> "Picture":
         picture, axes = style.figure(
             7.0, tall, len(plots), sharex=shared, left=LEFT, legend=keys
         )
+        named: list[str] = []
         for axis, plot in zip(axes, plots, strict=True):
             _draw(axis, plot, last=axis is axes[-1] or not shared)
-            if keys:
+            above, named = named, [item.label for item in plot.items if item.label]
+            if keys and named != above:
                 style.legend(axis)
         note = ", ".join(filter(None, (alarm, figure.note)))
         style.head(axes[0], title, note, alarming=bool(alarm), legend=keys)
@@ -82,14 +84,13 @@ def _draw(axis: "Axes", plot: Plot, *, last: bool) -> None:
     for span in plot.spans:
         axis.axvspan(span.low, span.high, color="#888888", alpha=0.16, lw=0.0)
     for mark in plot.marks:
-        _mark(axis, mark, plot.x)
+        _mark(axis, mark, plot)
     _scale(axis, plot)
     if last:
         axis.set_xlabel(plot.x.label)
+    axis.set_ylabel(plot.y.label)
     if plot.channel:
-        style.name(axis, plot.channel, plot.y.label)
-    else:
-        axis.set_ylabel(plot.y.label)
+        style.name(axis, plot.channel)
 
 
 def _scale(axis: "Axes", plot: Plot) -> None:
@@ -122,20 +123,21 @@ def _drawable(y: FloatArray, scale: Axis) -> FloatArray:
     return np.where(y > 0.0, y, np.nan) if scale.logarithmic else y
 
 
-def _mark(axis: "Axes", mark: Mark, scale: Axis) -> None:
-    """Draw a vertical line, its word at the top on the side where there is room."""
+def _mark(axis: "Axes", mark: Mark, plot: Plot) -> None:
+    """Draw a vertical line, its word on the side where there is room, below a name."""
     axis.axvline(mark.x, color="#222222", lw=0.8, ls=(0, (4, 3)))
     if not mark.label:
         return
-    late = float(scale.share(np.array([mark.x]))[0]) > 0.6
+    late = float(plot.x.share(np.array([mark.x]))[0]) > 0.6
+    low = bool(plot.channel)
     axis.annotate(
         mark.label,
-        (mark.x, 1.0),
+        (mark.x, 0.0 if low else 1.0),
         xycoords=("data", "axes fraction"),
-        xytext=(-3 if late else 3, -2),
+        xytext=(-3 if late else 3, 2 if low else -2),
         textcoords="offset points",
         ha="right" if late else "left",
-        va="top",
+        va="bottom" if low else "top",
         fontsize=8.0,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )

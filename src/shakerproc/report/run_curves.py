@@ -106,6 +106,12 @@ def frequency_axis(curves: Sequence[RunCurve | Curve]) -> Axis:
     return Axis("frequency [Hz]", 0.0, max(float(c.x.max()) for c in curves))
 
 
+def swept_axis(curves: Sequence[Curve]) -> Axis:
+    """Return the axis around the frequencies that sweeps pass [Hz]."""
+    low, high = min(c.x.min() for c in curves), max(c.x.max() for c in curves)
+    return Axis("frequency [Hz]", 0.98 * float(low), 1.02 * float(high))
+
+
 def outside(run: RunSummary, axis: Axis) -> list[Span]:
     """Return what of a frequency axis lies outside the excited band."""
     if run.spectrum is None or run.facts.get("excitation") in trends.SINGLE_FREQUENCY:

@@ -50,7 +50,7 @@ def _titled(plot: Plot, drawn: Markup) -> Drawing:
 
 
 def _drawn(plot: Plot, test: str, *, keys: bool = True) -> Markup:
-    height = min(230, round(42 + 80 * plot.height))
+    height = min(230, round(58 + 80 * plot.height))
     title = f"{plot.title or plot.channel} of test {test}"
     return svg.plot(plot, most=STILL, title=title, height=height, keys=keys)
 

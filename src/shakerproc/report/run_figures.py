@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shakerproc.report import pictures
-from shakerproc.report.pictures import LEFT, save
 from shakerproc.report.run_curves import RunContent
 from shakerproc.report.run_plots import FIGURES, IN_FILES
 from shakerproc.runs.curves import curves_of, surface_of
@@ -15,16 +14,16 @@ from shakerproc.testlog import facts_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["LEFT", "draw_run", "run_figure", "save"]
-
 
 def draw_run(result: RunResult, title: str, folder: Path) -> list[Path]:
     """Draw every figure that a run has, and return the files."""
     content = _content(result)
-    drawn = ((name, _drawn(content, name, title)) for name in IN_FILES)
-    return [
-        save(figure, folder / f"{name}.png") for name, figure in drawn if figure is not None
-    ]
+    written = []
+    for name in IN_FILES:
+        picture = _drawn(content, name, title)
+        if picture is not None:
+            written.append(pictures.save(picture, folder / f"{name}.png"))
+    return written
 
 
 def run_figure(result: RunResult, name: str, title: str) -> "Figure | None":

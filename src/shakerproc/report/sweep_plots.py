@@ -5,7 +5,13 @@ from typing import Final
 
 from shakerproc.report.drawn import Axis, Curve, Figure, Plot
 from shakerproc.report.response_plots import phase_axis
-from shakerproc.report.run_curves import RunContent, logarithmic_axis, outside, unnamed
+from shakerproc.report.run_curves import (
+    RunContent,
+    logarithmic_axis,
+    outside,
+    swept_axis,
+    unnamed,
+)
 from shakerproc.report.style import RESPONSE_STYLES
 from shakerproc.runs.summary import RunSummary
 
@@ -21,7 +27,7 @@ def sweep(content: RunContent) -> Figure | None:
     gains = _each_way(content, "sweep")
     if not gains:
         return None
-    axis = _swept(gains)
+    axis = swept_axis(gains)
     fundamental = Plot(
         gains,
         axis,
@@ -31,7 +37,6 @@ def sweep(content: RunContent) -> Figure | None:
         caption="The fundamental alone; a sudden drop is a jump of a nonlinear joint. "
         f"Tallest: {_tallest(content.run)}.",
         kind="sweep",
-        height=2.2,
     )
     plots = [fundamental]
     phases = unnamed(_each_way(content, "sweep_phase"))
@@ -44,12 +49,6 @@ def sweep(content: RunContent) -> Figure | None:
         label = logarithmic_axis(f"harmonics of {loudest} [-]", ratios, DECADES)
         plots.append(Plot(ratios, axis, label, title="Harmonics", height=2.2))
     return Figure("sweep", plots, f"swept response{_spans(content)}")
-
-
-def _swept(curves: list[Curve]) -> Axis:
-    """Return the axis around what the sweeps pass."""
-    low, high = min(c.x.min() for c in curves), max(c.x.max() for c in curves)
-    return Axis("frequency [Hz]", 0.98 * float(low), 1.02 * float(high))
 
 
 def _each_way(content: RunContent, kind: str) -> list[Curve]:
@@ -100,17 +99,22 @@ def _tallest(run: RunSummary) -> str:
 
 
 def harmonics_plot(content: RunContent) -> Plot | None:
-    """Return the amplitude of a steady tone and its harmonics in each channel."""
-    lines = [replace(line, points=True) for line in content.lines("harmonics")]
+    """Return the amplitude of a steady tone and its harmonics, channels side by side."""
+    lines = content.lines("harmonics")
     if not lines:
         return None
     tone = float(lines[0].x[0])
     names = {float(x): f"{round(x / tone)} x {tone:.4g} Hz" for x in lines[0].x}
+    apart = 0.4 * tone / len(lines)
+    points = [
+        replace(line, x=line.x + apart * (i - (len(lines) - 1) / 2.0), points=True)
+        for i, line in enumerate(lines)
+    ]
     unit = content.units[0] if len(content.units) == 1 else "unit of the channel"
     return Plot(
-        lines,
+        points,
         Axis("harmonic", 0.5 * tone, float(lines[0].x[-1]) + 0.5 * tone),
-        logarithmic_axis(f"amplitude [{unit}]", content.lines("harmonics"), DECADES),
+        logarithmic_axis(f"amplitude [{unit}]", lines, DECADES),
         names=names,
         title="Harmonics",
         caption="Amplitude of the tone and of its multiples.",
