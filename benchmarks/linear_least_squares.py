@@ -2,9 +2,9 @@
 
 python -m benchmarks.linear_least_squares [--repeats 3]
 
-The linear stage runs on simulated campaigns of one mass whose model is off by so much; every
-least-squares problem that it solves on the way is solved once more by scipy from the same start.
-Counted are residuals of all tests; the sum is that of squares with the priors, scipy's over ours;
+The linear stage runs on simulated campaigns of one mass whose model is off; every least-squares
+problem that it solves on the way is solved once more by scipy from the same start.
+Counted are residuals of tests; the sum is that of squares with the priors, scipy's over ours;
 apart is the largest difference of the unknowns in standard deviations.
 """
 

@@ -2,10 +2,10 @@
 
 python -m benchmarks.matrix_exponentials
 
-Time is that of one matrix in a product of 2000 propagators, as over a period of harmonic balance.
-The rates are constant there, so that one exponential of the whole period says what the product
-should be; error is the largest over its elements. The exact integrator adds exp(A) - 1 in a step:
-how many digits of it are lost where expm(A) - 1 is taken is told below.
+Time is that of one matrix in a product of 2000 propagators, as over a period of harmonic
+balance. The rates are constant there, so that one exponential of the whole period says what the
+product should be; error is the largest over its elements. The exact integrator adds exp(A) - 1
+in a step: how many digits of it are lost where expm(A) - 1 is taken is told below.
 """
 
 import time
