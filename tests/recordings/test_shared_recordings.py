@@ -10,7 +10,7 @@ from tests.recordings.shared_data import outcome
 
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import health, open_recording
+from shakerproc.recordings import FilePart, health, open_recording
 from shakerproc.recordings.tdms.reader import read_tdms
 
 pytestmark = pytest.mark.shared
@@ -156,7 +156,7 @@ def test_signalexpress_serves_all_data_and_never_the_decimated_copies(shared):
     with open_recording(path) as recording:
         assert (recording.n_samples, recording.sample_rate) == (20_000, 2000.0)
         assert_array_equal(recording.samples()[0], whole.channels()[0][:].astype(float))
-    with open_recording(path, group=oracle.groups()[1].name) as copy:
+    with open_recording(path, part=FilePart(oracle.groups()[1].name)) as copy:
         assert (copy.n_samples, copy.sample_rate) == (400, 40.0)
 
 

@@ -15,8 +15,9 @@ from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import Track
 from shakerproc.report import style
-from shakerproc.report.run_figures import save, unbroken_phase
+from shakerproc.report.pictures import save
 from shakerproc.report.trend_figures import draw_trends
+from shakerproc.runs.curves import unbroken_phase
 from shakerproc.runs.result import shown_ratio
 
 if TYPE_CHECKING:

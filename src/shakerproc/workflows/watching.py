@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc.campaign.arrivals import Looked, Stamp, looked, recordings_in, standing
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import Campaign, Progress
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
@@ -152,7 +152,7 @@ class Watch:
             self._machines,
             accept_changed=True,
             only=due,
-            on_end=ended.append,
+            progress=Progress(on_end=ended.append),
         )
         if campaign.kept:
             self._tell(f"{campaign.kept} reused from an earlier watch or batch")

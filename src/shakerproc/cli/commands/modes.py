@@ -230,7 +230,7 @@ def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]")
     from shakerproc.finite_elements.mindlin_plate import mindlin_modes
     from shakerproc.report import style
     from shakerproc.report.modes import frequencies_over_clamp, mode_shapes
-    from shakerproc.report.run_figures import save
+    from shakerproc.report.pictures import save
 
     coupon, stated = described.coupon, described.stated_radius
     ends = [coupon.clamped_radius, stated or coupon.clamped_radius]

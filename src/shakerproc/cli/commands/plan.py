@@ -288,8 +288,8 @@ def _write(
     files.write_csv(folder / "plan.csv", plan_columns(plans))
     if figures and any(planned.shaken is not None for planned in plans):
         from shakerproc.report import style
+        from shakerproc.report.pictures import save
         from shakerproc.report.planning import plan_figure
-        from shakerproc.report.run_figures import save
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)

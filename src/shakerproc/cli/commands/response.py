@@ -239,8 +239,8 @@ def _write(
         )
     if figures:
         from shakerproc.report import style
+        from shakerproc.report.pictures import save
         from shakerproc.report.response import response_figure
-        from shakerproc.report.run_figures import save
 
         with style.look():
             save(response_figure(found, others, free, sensor), folder / "response.png")

@@ -238,7 +238,7 @@ def _write(
     )
     if figures:
         from shakerproc.report import style
-        from shakerproc.report.run_figures import save
+        from shakerproc.report.pictures import save
         from shakerproc.report.tensile import all_runs, last_runs
 
         for number, (one, pulled) in enumerate(zip(found, specimens, strict=True), 1):

@@ -98,7 +98,7 @@ def _run(
         files.write_csv(folder / "table.csv", result.columns)
         if figures:
             from shakerproc.report import style
-            from shakerproc.report.run_figures import save
+            from shakerproc.report.pictures import save
             from shakerproc.report.study import study_figure
 
             with style.look():
