@@ -47,7 +47,7 @@ def compare(
         typer.Option(
             "--before",
             metavar="OLD",
-            help="An older model, drawn beside it.",
+            help="An earlier model, shown beside it.",
             exists=True,
             dir_okay=False,
         ),

@@ -17,7 +17,7 @@ def diagnose(
         Path, typer.Argument(metavar="MODEL", help="Model file (YAML).", exists=True)
     ],
     testlog: options.LogArgument,
-    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
     scheduler: options.SchedulerOption = None,
     recordings: options.RecordingsOption = None,
     pdf: options.PdfOption = False,
