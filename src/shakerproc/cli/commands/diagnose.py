@@ -75,7 +75,7 @@ def diagnose(
 
 
 def show(result: "Diagnosis", json_target: str | None) -> None:
-    """Print verdict, error ladder and candidates."""
+    """Print verdict, errors before and after, and candidates."""
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     output.data(result.sentence, json_target=json_target)
     if result.confidence is not None:
