@@ -119,7 +119,7 @@ def error_by_motion(models: Models) -> list[Drawing]:
             drawings.append(
                 Drawing(
                     f"Error by {quantity}, between {places}.",
-                    f"{capitalised(label(test))}: rms of the force that the model lacks in "
+                    f"{capitalised(label(test))}: rms of measured less modelled force in "
                     f"each range, over the rms force of the test. Look where it begins.",
                     svg.plot(
                         svg.Plot(

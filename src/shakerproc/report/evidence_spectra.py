@@ -63,7 +63,8 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
     below = svg.Axis("frequency [Hz]", 0.0, float(frequency[-1]))
     title = f"{name}, {label(test)}"
     error = "; ".join(
-        f"{text} leaves {c.tests[index].errors[sensor].error:.1%}" for text, _, c in models.each
+        f"{text}: residual rms {c.tests[index].errors[sensor].error:.1%}"
+        for text, _, c in models.each
     )
     return Drawing(
         f"{name}, {label(test)}.",

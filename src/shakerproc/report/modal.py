@@ -175,7 +175,7 @@ def _synthesis(one: TestModes) -> list[Drawing]:
                 ),
                 title=f"Response function of {sensor.name} over {name}",
             )
-            caption = f"The model leaves {one.unexplained[k]:.2%} rms of the response."
+            caption = f"Residual rms: {one.unexplained[k]:.2%} of the response."
             found.append(Drawing(f"{sensor.name} over {name}", caption, drawing))
     return found
 

@@ -39,7 +39,7 @@ class Pace:
     settle : float
         Time for which size and time of a file must stand still for it to be finished [s].
     every : float
-        Time between two looks [s].
+        Time between two checks of the folder [s].
     idle : float, optional
         Time without anything new after which the watch ends [s]; by default never.
     """

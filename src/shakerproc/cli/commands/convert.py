@@ -23,7 +23,8 @@ def convert(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Where the recording does not say it [Hz].", callback=options.positive
+            help="Sample rate, where the recording does not state it [Hz].",
+            callback=options.positive,
         ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
