@@ -106,8 +106,7 @@ def with_more(
         )
         second = OneMore(
             campaign.data, first, campaign.known, campaign.stages,
-            linear=first.hypothesis.parts(first.x)[0],
-            say=_beside(say, one.kind),
+            linear=first.hypothesis.parts(first.x)[0], say=_beside(say, one.kind),
         )  # fmt: skip
         best = list(grouped(starts).values())[:SECONDS]
         pairs += second.found([start for own in best for start in own])

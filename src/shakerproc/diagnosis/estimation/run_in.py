@@ -46,30 +46,34 @@ def with_starts_fitted(
     if windows.run_in is None:
         return replace(found, windows=windows, starts=None)
     linearisation = Linearisation(data, found.hypothesis, windows.run_in)
-    if near is not None:
-        here = Point(found.x, *found.channels, near)
-        state = linearisation.residual(here)
-        return (
-            None
-            if state is None
-            else replace(
-                found, windows=windows, starts=_settled(linearisation, here, state)[0].starts
-            )
-        )
-    here = linearisation.point(found.x, found.channels)
-    state = linearisation.residual(here)
-    if state is None:
+    fitted = _fitted(linearisation, found, near)
+    if fitted is None:
         return None
-    here, state = with_best_starts(linearisation, here, state)
-    here, state = _settled(linearisation, here, state)
-    lost = _lost(linearisation, state)
+    here, state = fitted
+    lost = _lost(linearisation, state) if near is None else np.zeros(0, np.int64)
     other = _grown(data, found, windows.run_in.chosen(lost)) if lost.size else None
     if other is not None and here.starts is not None:
         starts = here.starts.copy()
         starts[lost] = other
         here, state = moved(linearisation, here, state, [starts])
-        here, state = _settled(linearisation, here, state)
+        here, _ = _settled(linearisation, here, state)
     return replace(found, windows=windows, starts=here.starts)
+
+
+def _fitted(
+    linearisation: Linearisation, found: Fit, near: FloatArray | None
+) -> tuple[Point, State] | None:
+    """Return starts fitted from near ones, or from the best of those that were measured."""
+    if near is None:
+        here = linearisation.point(found.x, found.channels)
+    else:
+        here = Point(found.x, *found.channels, near)
+    state = linearisation.residual(here)
+    if state is None:
+        return None
+    if near is None:
+        here, state = with_best_starts(linearisation, here, state)
+    return _settled(linearisation, here, state)
 
 
 def _lost(linearisation: Linearisation, state: State) -> NDArray[np.int64]:
@@ -99,13 +103,8 @@ def _grown(data: DataSet, found: Fit, run_in: Windows) -> FloatArray | None:
     starts: FloatArray | None = None
     for share in SHARES:
         part = run_in.beginning(share, 2 * TAPS)
-        linearisation = Linearisation(data, found.hypothesis, part)
-        here = linearisation.point(found.x, found.channels)
-        here = here if starts is None else replace(here, starts=starts)
-        state = linearisation.residual(here)
-        if state is None:
+        fitted = _fitted(Linearisation(data, found.hypothesis, part), found, starts)
+        if fitted is None:
             return None
-        if starts is None:
-            here, state = with_best_starts(linearisation, here, state)
-        starts = _settled(linearisation, here, state)[0].starts
+        starts = fitted[0].starts
     return starts
