@@ -102,7 +102,9 @@ def test_groups(write):
     message = refused(path, "2 groups hold data: 'one' .2 channels at 1000 Hz.; 'two'")
     assert 'processing: {group: "one"}' in message
     refused(path, "2 groups", uses=[ChannelUse("a", "control")])
-    refused(path, "no group 'twoo'; did you mean 'two'", part=FilePart("twoo"))
+    refused(
+        path, r"no group 'twoo'; did you mean 'two'\? The recording has", part=FilePart("twoo")
+    )
     with open_recording(path, uses=[ChannelUse("c", "control")]) as recording:
         assert recording.channels[0].name == "c"
     with open_recording(path, part=FilePart("two")) as recording:

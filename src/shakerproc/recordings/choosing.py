@@ -201,7 +201,7 @@ def _named_group(file: RawFile, wanted: str, run: str) -> RawGroup:
     if wanted in names:
         return file.groups[names.index(wanted)]
     raise RecordingError(
-        f"{run}: no group {shown(wanted)}{_meant(wanted, names)}. The recording has "
+        f"{run}: no group {shown(wanted)}{_meant(wanted, names)} The recording has "
         f"{_listed(names) or 'no groups'}."
     )
 
