@@ -72,7 +72,8 @@ def processor_seconds(*command: str) -> float:
 
 def main() -> None:
     """Print the table."""
-    assert len(NAMES) == LOG.count("role")
+    if len(NAMES) != LOG.count("role"):
+        sys.exit("the log must say the role of each channel")
     python, ours = sys.executable, (sys.executable, "-m", "shakerproc")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

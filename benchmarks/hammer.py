@@ -35,6 +35,7 @@ NOISE = (0.2, 0.1)
 
 
 def processed(rows, hammer):
+    """Return the run of blows that stand in rows, the force first."""
     names = ("hammer", *(f"a{i}" for i in range(1, len(rows))))
     channels = [
         Channel(name, "m/s^2" if i else "N", name, "g", "response" if i else "force")
@@ -124,6 +125,7 @@ def print_modes(draws):
 
 
 def main(draws=30):
+    """Print the table."""
     print(f"{draws} draws of 6 blows, 2 sensors, 2 modes; of {4 * draws} resonances")
     print(
         "block and windows        found  frequency off  damping off (largest)  interval holds"

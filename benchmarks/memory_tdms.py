@@ -52,6 +52,7 @@ def write(path: Path, layout: str, size: int) -> int:
 
 
 def metadata(dtype: str, length: int) -> bytes:
+    """Return the metadata of the first segment."""
     said = {"wf_increment": 1.0 / RATE, "unit_string": "g"}
     if dtype == "i2":
         said |= {
@@ -66,11 +67,13 @@ def metadata(dtype: str, length: int) -> bytes:
 
 
 def again() -> bytes:
+    """Return the metadata of a segment like the one before."""
     paths = [f"/'run - All Data'/'ch{i + 1}'" for i in range(CHANNELS)]
     return tdms_bytes.metadata([tdms_bytes.listed(path, AS_BEFORE) for path in paths])
 
 
 def noise(dtype: str, count: int, seed: int) -> Iterator[bytes]:
+    """Yield so many samples in blocks, as they are stored."""
     rng = np.random.default_rng(seed % 16)
     numbers = rng.standard_normal(min(count, BLOCK)) * (1000.0 if dtype == "i2" else 1.0)
     stored = numbers.astype(dtype).tobytes()
@@ -132,6 +135,7 @@ def ratio(path: Path) -> dict[str, float]:
 
 
 def in_its_own_process(job: str, path: Path) -> dict[str, float]:
+    """Return what a job needs of memory and time where nothing else runs."""
     command = [
         sys.executable,
         "-m",

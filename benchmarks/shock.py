@@ -24,7 +24,7 @@ PAIRS = {
 
 
 def records():
-    """A half-sine of 11 ms, and noise with a decay, as of a pyrotechnic shock."""
+    """Yield a half-sine of 11 ms, and noise with a decay, as of a pyrotechnic shock."""
     t = np.arange(round(0.05 * RATE)) / RATE
     rng = np.random.default_rng(1)
     yield "half-sine", np.where(t <= DURATION, HEIGHT * np.sin(np.pi * t / DURATION), 0.0)

@@ -1,4 +1,4 @@
-"""Every ready-made study and every statement of the thesis: do both judge a figure alike?
+"""Every ready-made study and every statement of the thesis: do both judge a figure alike.
 
 python -m benchmarks.verdicts
 """

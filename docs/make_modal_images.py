@@ -13,7 +13,7 @@ from shakerproc.report.modal_figures import (
     stabilisation_figure,
     synthesis_figure,
 )
-from shakerproc.report.run_figures import save
+from shakerproc.report.pictures import save
 from shakerproc.testlog import read_testlog
 
 IMAGES = Path(__file__).with_name("images")

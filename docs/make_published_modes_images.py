@@ -51,7 +51,13 @@ def blow() -> np.ndarray:
 
 
 def run(*arguments: str) -> None:
-    """Run a command as a person would."""
+    """Run a command as a person would.
+
+    Raises
+    ------
+    SystemExit
+        If it fails.
+    """
     sys.argv = ["shakerproc", *arguments]
     try:
         command()

@@ -40,12 +40,6 @@ def shared() -> Path:
 @pytest.fixture
 def few_effects(monkeypatch):
     """Let a diagnosis seek five effects only, where its verdict is not the subject."""
-    from shakerproc.diagnosis import campaign
+    from tests.few_effects import seek_few
 
-    few = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
-    every = campaign.identifications
-    monkeypatch.setattr(
-        campaign,
-        "identifications",
-        lambda scales: {kind: one for kind, one in every(scales).items() if kind in few},
-    )
+    seek_few(monkeypatch)

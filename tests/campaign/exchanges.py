@@ -29,7 +29,7 @@ from pathlib import Path
 from tests.small_campaign import HEAD, ROW, write_recording
 
 from shakerproc import files
-from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.batch import Execution, run_batch
 from shakerproc.campaign.jobs import SUMMARY, Products, check_recording
 from shakerproc.campaign.manifest import hashes
 from shakerproc.errors import ShakerprocError
@@ -134,9 +134,8 @@ class Round:
         return run_batch(
             read_testlog(self.log),
             self.out,
-            work=work,
-            executor=Threads(),
-            products=Products(figures=False),
+            Products(figures=False),
+            Execution(work, Threads()),
             **options,
         )
 

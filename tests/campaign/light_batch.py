@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.campaign.light_work import light_work
 
-from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.batch import Execution, run_batch
 from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.jobs import Products
 from shakerproc.campaign.lock import locked
@@ -19,11 +19,11 @@ def main(log: Path, out: Path):
         campaign = run_batch(
             read_testlog(log),
             out,
-            work=light_work,
-            executor=ProcessExecutor(
-                int(os.environ.get("CHAOS_WORKERS", "2")), Limits(time=60.0)
+            Products(),
+            Execution(
+                light_work,
+                ProcessExecutor(int(os.environ.get("CHAOS_WORKERS", "2")), Limits(time=60.0)),
             ),
-            products=Products(),
         )
         write_tables(campaign.runs, [], "", out)
 

@@ -13,7 +13,7 @@ from tests.campaign.chaos import chaos
 from tests.campaign.light_work import light_work
 from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
-from shakerproc.campaign.batch import run_batch
+from shakerproc.campaign.batch import Execution, Progress, run_batch
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.lock import locked
 from shakerproc.campaign.manifest import read_manifest
@@ -31,8 +31,14 @@ class HereExecutor(AbstractExecutor):
 
 
 def batch(log, out, **options):
-    how = {"work": light_work, "executor": HereExecutor(), "products": Products()}
-    return run_batch(read_testlog(log), out, **(how | options))
+    products = options.pop("products", Products())
+    told = {name: options.pop(name) for name in list(options) if name.startswith("on_")}
+    how = {"work": light_work, "executor": HereExecutor()}
+    how |= {name: options.pop(name) for name in list(options) if name in {*how, "hashes"}}
+    progress = Progress(**told)
+    return run_batch(
+        read_testlog(log), out, products, Execution(**how), progress=progress, **options
+    )
 
 
 def write_big_campaign(folder, n_tests=92):

@@ -85,5 +85,10 @@ def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch
     report = tmp_path / "out" / "hidden_gap" / "results" / "report.html"
     assert last[-2] == f"report: {report}"
     page = report.read_text(encoding="utf-8")
-    for words in ("Where the model fails", "What is missing", "Error ladder", "with gap"):
+    for words in (
+        "Where the model fails",
+        "What is missing",
+        "Errors of the models that were tried",
+        "with gap",
+    ):
         assert words in page

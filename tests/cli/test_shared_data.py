@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.cli.test_frame import shakerproc
+from tests.in_process import completed as shakerproc
 
 pytestmark = pytest.mark.shared
 

@@ -20,7 +20,7 @@ TWO_MASSES = Structure((MASS, 0.3), (JOINT, Joint(0, 1, 2.5e5, 6.0)))
 NOISE = 0.005
 
 
-def drive(kind="random", level=5.0, number=1, up=True):
+def drive(kind="random", level=5.0, number=1, *, up=True):
     high = 800.0 if kind == "random" else 400.0
     return Drive(kind, level, 20.0, high, up, 0.6, 0.1, (number, 77))
 

@@ -187,7 +187,7 @@ def test_the_joint_that_lacks_force_is_the_one_with_the_gap(tmp_path):
     }
     assert lacks["base", "m1"] < 0.03
     assert lacks["m1", "m2"] > 0.3
-    assert "Between m1 and m2 the force lacks" in comparison.sentence(found)
+    assert "Between m1 and m2 the modelled force misses" in comparison.sentence(found)
 
 
 def test_a_sweep_shows_the_third_harmonic_of_a_cubic_spring(tmp_path):

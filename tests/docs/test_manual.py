@@ -13,6 +13,7 @@ import pytest
 import yaml
 from tests.docs import console
 from tests.docs.fixtures import write_recordings
+from tests.few_effects import seek_few
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -30,6 +31,7 @@ effect_pages, make_mimics = script("effect_pages"), script("make_mimics")
 make_images = script("make_images")
 TUTORIAL = DOCS / "tutorial.md"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if "```console" in p.read_text(encoding="utf-8"))
+DIAGNOSING = [p for p in PAGES if "\n$ shakerproc diagnose" in p.read_text(encoding="utf-8")]
 
 
 def played(page, folder):
@@ -44,7 +46,9 @@ def played(page, folder):
 def tutorial(tmp_path_factory):
     """Where the commands of the tutorial were run, and what differs from the page."""
     folder = tmp_path_factory.mktemp("tutorial")
-    return folder, played(TUTORIAL, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        seek_few(patch)
+        return folder, played(TUTORIAL, folder)
 
 
 @pytest.mark.slow
@@ -52,7 +56,16 @@ def tutorial(tmp_path_factory):
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if page != TUTORIAL], ids=lambda path: path.stem
 )
-def test_every_command_of_a_page_prints_what_the_page_shows(page, tmp_path):
+def test_every_command_of_a_page_prints_what_the_page_shows(page, tmp_path, few_effects):
+    wrong = played(page, tmp_path)
+    assert not wrong, "\n\n".join(wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("page", DIAGNOSING, ids=lambda path: path.stem)
+def test_pages_show_what_is_found_among_all_effects(page, tmp_path):
     wrong = played(page, tmp_path)
     assert not wrong, "\n\n".join(wrong)
 

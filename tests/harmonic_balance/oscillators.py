@@ -75,7 +75,13 @@ def gap_force(clearance, stiffness=1000.0, damping=DAMPING):
 
 
 def shoot(force, load, omega, guess, walls=(), periods=1):
-    """The state that repeats itself, by Newton's method with differences."""
+    """The state that repeats itself, by Newton's method with differences.
+
+    Raises
+    ------
+    AssertionError
+        If there is none near the guess.
+    """
     state, time = np.array(guess), periods * 2.0 * np.pi / omega
     for _ in range(12):
         miss = flow(force, load, omega, state, time, walls) - state

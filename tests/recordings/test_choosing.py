@@ -17,7 +17,7 @@ from tests.recordings.tdms_bytes import (
 
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import UNKNOWN, ChannelNotFoundError, open_recording
+from shakerproc.recordings import UNKNOWN, ChannelNotFoundError, FilePart, open_recording
 from shakerproc.recordings.opening import common_start
 from shakerproc.recordings.raw import RawChannel
 from shakerproc.recordings.si import parse_unit
@@ -102,10 +102,12 @@ def test_groups(write):
     message = refused(path, "2 groups hold data: 'one' .2 channels at 1000 Hz.; 'two'")
     assert 'processing: {group: "one"}' in message
     refused(path, "2 groups", uses=[ChannelUse("a", "control")])
-    refused(path, "no group 'twoo'; did you mean 'two'", group="twoo")
+    refused(
+        path, r"no group 'twoo'; did you mean 'two'\? The recording has", part=FilePart("twoo")
+    )
     with open_recording(path, uses=[ChannelUse("c", "control")]) as recording:
         assert recording.channels[0].name == "c"
-    with open_recording(path, group="two") as recording:
+    with open_recording(path, part=FilePart("two")) as recording:
         assert [c.name for c in recording.channels] == ["a", "c"]
 
 

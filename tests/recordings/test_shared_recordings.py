@@ -10,7 +10,7 @@ from tests.recordings.shared_data import outcome
 
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import health, open_recording
+from shakerproc.recordings import FilePart, health, open_recording
 from shakerproc.recordings.tdms.reader import read_tdms
 
 pytestmark = pytest.mark.shared
@@ -63,8 +63,16 @@ EXPECTED = {
     "tdms_mikeobrien/IncrementalMetaInformationInterleavedData.tdms": NO_RATE,
     "tdms_mikeobrien/PropertyRewritten.tdms": LENGTHS,
     "tdms_ni_parser/basic.tdms": (4, 1.0),
-    "tdms_ni_parser/multiple_groups.tdms": (GROUPS, {"group": "Noise Tolerance"}, (3, 100.0)),
-    "tdms_ni_parser/strings.tdms": (GROUPS, {"group": "test1", "sample_rate": 1.0}, (14, 1.0)),
+    "tdms_ni_parser/multiple_groups.tdms": (
+        GROUPS,
+        {"part": FilePart("Noise Tolerance")},
+        (3, 100.0),
+    ),
+    "tdms_ni_parser/strings.tdms": (
+        GROUPS,
+        {"part": FilePart("test1"), "sample_rate": 1.0},
+        (14, 1.0),
+    ),
     "tdms_ni_parser/version1.tdms": (NO_RATE, {"sample_rate": 1.0}, (6, 1.0)),
     "tdms_nptdms/big_endian.tdms": (2, 1000.0),
     "tdms_nptdms/Digital_Input.tdms": (1, 2000.0),
@@ -72,9 +80,13 @@ EXPECTED = {
     "tdms_nptdms/raw_timestamps.tdms": (1, 1000.0),
     "tdms_owilab/faulty_tdms_01.tdms": "byte 21123: a segment should begin here with b'TDSm'",
     "tdms_owilab/good_tdms_1.tdms": (8, 30.0),
-    "tdms_owilab/good_tdms_2.tdms": (GROUPS, {"group": "acceleration"}, (8, 250.0)),
+    "tdms_owilab/good_tdms_2.tdms": (GROUPS, {"part": FilePart("acceleration")}, (8, 250.0)),
     "tdms_readTDMS_accel/MC_Off_1_Acc.tdms": (1, 10000.0),
-    "tdms_totonga/example.tdms": (GROUPS, {"group": "M001A", "sample_rate": 1.0}, (3, 1.0)),
+    "tdms_totonga/example.tdms": (
+        GROUPS,
+        {"part": FilePart("M001A"), "sample_rate": 1.0},
+        (3, 1.0),
+    ),
     "uff_pyuff/MPSTD#Set001_2024_10_08_10_27_07.uff": (4, 3200.0),
     "uff_pyuff/Sample_UFF58_ascii.uff": (1, 65536.0),
     "uff_pyuff/Sample_UFF58b_bin.uff": (1, 65536.0),
@@ -156,7 +168,7 @@ def test_signalexpress_serves_all_data_and_never_the_decimated_copies(shared):
     with open_recording(path) as recording:
         assert (recording.n_samples, recording.sample_rate) == (20_000, 2000.0)
         assert_array_equal(recording.samples()[0], whole.channels()[0][:].astype(float))
-    with open_recording(path, group=oracle.groups()[1].name) as copy:
+    with open_recording(path, part=FilePart(oracle.groups()[1].name)) as copy:
         assert (copy.n_samples, copy.sample_rate) == (400, 40.0)
 
 

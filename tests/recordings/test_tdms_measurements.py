@@ -21,7 +21,7 @@ from tests.recordings.tdms_bytes import (
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import contents, open_recording
+from shakerproc.recordings import FilePart, contents, open_recording
 
 START = datetime(2024, 6, 5, 7, 8, 9, tzinfo=UTC)
 RATE, N = 1000.0, 500
@@ -93,12 +93,12 @@ def test_another_measurement_in_the_same_channels_is_refused_with_a_choice(
 
 def test_each_measurement_is_read_alone_with_its_own_start_rate_and_unit(write):
     path = write(said(), said(3600.0, rate=2000.0, unit="m/s^2"))
-    first, samples = served(path, measurement=1)
+    first, samples = served(path, part=FilePart(measurement=1))
     assert (first.sample_rate, first.n_samples, first.start_time) == (RATE, N, START)
     expected = np.array([numbers(0, 0), numbers(0, 1)]) * STANDARD_GRAVITY
     assert_array_equal(samples, expected)
     assert first.notes == ("Measurement 1 of 2 in the file.",)
-    second, samples = served(path, measurement=2)
+    second, samples = served(path, part=FilePart(measurement=2))
     assert (second.sample_rate, second.n_samples) == (2000.0, N)
     assert second.start_time == START + timedelta(hours=1)
     assert [channel.source_unit for channel in second.channels] == ["m/s^2"] * 2
@@ -120,9 +120,9 @@ def test_each_measurement_is_scaled_by_its_own_scale(write):
     path = write(said(unit="m/s^2", **scale(2.0)), scale(5.0))
     refused(path, "2 measurements")
     for number, slope in ((1, 2.0), (2, 5.0)):
-        _, samples = served(path, measurement=number)
+        _, samples = served(path, part=FilePart(measurement=number))
         assert_array_equal(samples[0], slope * numbers(number - 1, 0))
-    refused(path, "differ in scale cannot be read as one", measurement="all")
+    refused(path, "differ in scale cannot be read as one", part=FilePart(measurement="all"))
 
 
 def test_a_start_that_follows_the_samples_continues_the_recording(write):
@@ -151,32 +151,36 @@ def test_what_is_written_after_the_samples_is_no_measurement(tmp_path):
         empty = np.array([], dtype=float)
         file.write_segment([ChannelObject("g", "a", empty, {"unit_string": "m/s^2"})])
     assert [c.unit for c in contents(path)[0][0].channels] == ["m/s^2"]
-    first, _ = served(path, measurement=1)
-    second, _ = served(path, measurement=2)
+    first, _ = served(path, part=FilePart(measurement=1))
+    second, _ = served(path, part=FilePart(measurement=2))
     assert [r.channels[0].source_unit for r in (first, second)] == ["g", "m/s^2"]
 
 
 def test_measurements_that_are_one_after_all_are_read_as_one(write):
     path = write(said(), said(0.7), said(1.5))
-    recording, samples = served(path, measurement="all")
+    recording, samples = served(path, part=FilePart(measurement="all"))
     assert recording.n_samples == 3 * N
     assert_array_equal(samples[1], np.ravel([numbers(i, 1) for i in range(3)]) * 9.80665)
     assert "3 measurements are read as one" in recording.notes[0]
-    refused(write(said(), said(9.0, unit="V")), "cannot be read as one", measurement="all")
+    refused(
+        write(said(), said(9.0, unit="V")),
+        "cannot be read as one",
+        part=FilePart(measurement="all"),
+    )
 
 
 def test_a_measurement_that_is_not_there_is_refused(write):
     path = write(said(), said(3600.0))
-    refused(path, "no measurement 3: choose from 1 to 2", measurement=3)
+    refused(path, "no measurement 3: choose from 1 to 2", part=FilePart(measurement=3))
     whole = write(said(), {})
-    refused(whole, "no measurement 2: the file holds one", measurement=2)
-    assert served(whole, measurement=1)[0].n_samples == 2 * N
+    refused(whole, "no measurement 2: the file holds one", part=FilePart(measurement=2))
+    assert served(whole, part=FilePart(measurement=1))[0].n_samples == 2 * N
 
 
 def test_one_channel_that_differs_parts_its_group_and_no_other(write, tmp_path):
     path = write(said(), [{}, {"unit_string": "V"}], {})
     for number, n in ((1, N), (2, 2 * N)):
-        recording, samples = served(path, measurement=number)
+        recording, samples = served(path, part=FilePart(measurement=number))
         assert recording.n_samples == n
         assert samples.shape == (2, n)
     path = tmp_path / "two.tdms"
@@ -186,8 +190,8 @@ def test_one_channel_that_differs_parts_its_group_and_no_other(write, tmp_path):
                 ChannelObject("fast", "a", numbers(i, 0), said(3600.0 * i)),
                 ChannelObject("slow", "b", numbers(i, 1), said(i * N / RATE)),
             ])
-    assert served(path, group="slow")[0].n_samples == 2 * N
-    refused(path, "2 measurements", group="fast")
+    assert served(path, part=FilePart("slow"))[0].n_samples == 2 * N
+    refused(path, "2 measurements", part=FilePart("fast"))
 
 
 def test_channels_in_segments_of_their_own_make_no_measurements_of_their_own(tmp_path):
@@ -198,7 +202,7 @@ def test_channels_in_segments_of_their_own_make_no_measurements_of_their_own(tmp
                 properties = said(part * 3600.0)
                 file.write_segment([ChannelObject("g", name, numbers(part, i), properties)])
     for number in (1, 2, 3):
-        recording, samples = served(path, measurement=number)
+        recording, samples = served(path, part=FilePart(measurement=number))
         assert recording.start_time == START + timedelta(hours=number - 1)
         assert_array_equal(samples[2], numbers(number - 1, 2) * STANDARD_GRAVITY)
 
@@ -207,9 +211,9 @@ def test_a_thousand_measurements_are_counted_and_a_hundred_can_be_chosen(write):
     path = write(*(said(10.0 * i) for i in range(1000)), channels="a")
     message = refused(path, "1000 measurements follow each other")
     assert "; and 996 more. Say which" in message
-    _, samples = served(path, measurement=100)
+    _, samples = served(path, part=FilePart(measurement=100))
     assert_array_equal(samples[0], numbers(99, 0) * STANDARD_GRAVITY)
-    refused(path, "no measurement 101: choose from 1 to 100", measurement=101)
+    refused(path, "no measurement 101: choose from 1 to 100", part=FilePart(measurement=101))
 
 
 @pytest.mark.parametrize("e", ["<", ">"])

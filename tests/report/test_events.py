@@ -3,7 +3,7 @@
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
-from shakerproc.report.run_figures import time_series
+from shakerproc.report.run_figures import run_figure
 from shakerproc.runs import open_test, process_recording, read_summary
 from shakerproc.testlog import read_testlog
 
@@ -16,7 +16,7 @@ def test_events_are_drawn_where_they_happened_and_flagged_beyond_the_end(tmp_pat
     assert [(event.time, event.note) for event in test.events][1] == (90.0, "door")
     with open_test(read_testlog(log), test) as recording:
         result = process_recording(recording, test)
-        figure = time_series(result, "test 1")
+        figure = run_figure(result, "time", "test 1")
     for axis in figure.axes:
         assert 2.5 in [line.get_xdata()[0] for line in axis.lines]
     notes = {

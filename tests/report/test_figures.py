@@ -11,10 +11,12 @@ from tests.small_campaign import RATE, samples, write_campaign
 from shakerproc.campaign import trends
 from shakerproc.report import run_drawings
 from shakerproc.report.analysis_figures import limits
-from shakerproc.report.run_figures import FIGURES, draw_run, unbroken_phase
+from shakerproc.report.run_figures import draw_run, run_figure
+from shakerproc.report.run_plots import IN_FILES
 from shakerproc.report.trend_figures import draw_trends, trend_figure
 from shakerproc.runs import process_recording, process_test, summary_of
 from shakerproc.runs.analysis import Line, Scale
+from shakerproc.runs.curves import unbroken_phase
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
 from shakerproc.testlog import facts_of, read_testlog
@@ -28,7 +30,7 @@ def test_every_figure_of_a_run_is_drawn_and_drawn_alike(tmp_path):
     first = draw_run(result, "Test 1", tmp_path / "a")
     second = draw_run(result, "Test 1", tmp_path / "b")
     names = {path.stem for path in first}
-    assert names == set(FIGURES) - {"sweep"}
+    assert names == set(IN_FILES) - {"sweep", "level"}
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()
         with Image.open(one) as image:
@@ -79,7 +81,7 @@ def noisy():
 
 @pytest.mark.parametrize("name", ["psd", "response", "coherence", "psd_and_response", "sweep"])
 def test_no_figure_cuts_a_curve_off_or_draws_what_is_no_number(name):
-    figure = FIGURES[name](noisy(), "Test 1")
+    figure = run_figure(noisy(), name, "Test 1")
     for axes in figure.axes:
         top = axes.get_ylim()[1]
         for line in axes.get_lines():
@@ -106,3 +108,21 @@ def test_every_mode_of_the_table_is_marked_in_the_response_function(tmp_path):
     modes = [peak for channel in run.channels for peak in channel.response_peaks]
     assert len(modes) >= 2
     assert sum(path.count("M") for path in marks) == len(modes)
+
+
+@pytest.mark.parametrize("name", ["psd", "response", "coherence", "time"])
+def test_the_page_and_the_file_show_the_same(tmp_path, name):
+    log = read_testlog(write_campaign(tmp_path, 1))
+    test = log.tests[0]
+    result = process_test(log, test)
+    axes = run_figure(result, name, "Test 1").axes
+    run = summary_of(result, "1", facts_of(test), "test_1.tdms", "ab" * 32)
+    kind = {"response": "gain"}.get(name, name)
+    (page,) = [str(d.drawing) for d in run_drawings.figures(run) if d.kind == kind]
+    assert f">{axes[0].get_ylabel()}</text>" in page
+    assert f">{axes[-1].get_xlabel()}</text>" in page
+    names = axes[0].get_legend_handles_labels()[1]
+    assert [label for label in names if f"</svg> {label}</span>" not in page] == []
+    words = [text.get_text() for text in axes[0].texts if text.get_text().startswith("peak")]
+    assert all(f">{word}</text>" in page for word in words)
+    assert name != "psd" or words

@@ -42,7 +42,9 @@ def decoded(text, places, axis):
 def payload(x, y, **axis):
     curve = svg.Curve("a", np.array(x), np.array(y), 0)
     return content(
-        live.payload([curve], svg.Axis("x", 0.0, 1.0), svg.Axis("y", 1e-3, 1.0, **axis))
+        live.payload(
+            svg.Plot([curve], svg.Axis("x", 0.0, 1.0), svg.Axis("y", 1e-3, 1.0, **axis))
+        )
     )
 
 
@@ -85,14 +87,18 @@ def test_even_places_take_three_numbers_and_others_come_back():
 def test_two_curves_of_the_same_places_share_them():
     x = np.geomspace(1.0, 9.0, 5)
     curves = [svg.Curve(name, x, np.arange(5.0), 0) for name in "ab"]
-    found = content(live.payload(curves, svg.Axis("", 0.0, 9.0), svg.Axis("", 0.0, 5.0)))
+    found = content(
+        live.payload(svg.Plot(curves, svg.Axis("", 0.0, 9.0), svg.Axis("", 0.0, 5.0)))
+    )
     assert found["c"][1][3] == 0
 
 
 @pytest.mark.parametrize("text", ["'", '"', "'><script>alert(1)</script>", "&#39;", "</data>"])
 def test_labels_stay_inside_the_attribute(text):
     curve = svg.Curve(text, np.arange(3.0), np.arange(3.0), 0)
-    drawn = str(live.payload([curve], svg.Axis(text, 0.0, 1.0), svg.Axis(text, 0.0, 1.0)))
+    drawn = str(
+        live.payload(svg.Plot([curve], svg.Axis(text, 0.0, 1.0), svg.Axis(text, 0.0, 1.0)))
+    )
     assert re.fullmatch(r"<data value='[^'<>]*'></data>", drawn)
     assert content(drawn)["c"][0][0] == text
 
@@ -132,7 +138,7 @@ def test_a_loop_stays_a_still_figure():
     angle = np.linspace(0.0, 6.0, 50)
     loop = svg.Curve("loop", np.sin(angle), np.cos(angle), 0)
     axis = svg.Axis("", -1.0, 1.0)
-    assert not live.payload([loop], axis, axis)
-    assert "<svg" in svg.plot([loop], axis, axis, title="loop")
+    assert not live.payload(svg.Plot([loop], axis, axis))
+    assert "<svg" in svg.plot(svg.Plot([loop], axis, axis), title="loop")
     falling = svg.Curve("down", np.linspace(9.0, 1.0, 5), np.arange(5.0), 0)
-    assert live.payload([falling], axis, axis)
+    assert live.payload(svg.Plot([falling], axis, axis))

@@ -30,7 +30,8 @@ def path_of(drawing, css="c0"):
 
 
 def drawn(x, y, **how):
-    return svg.plot([svg.Curve("a", np.array(x), np.array(y), 0)], X, Y, title="t", **how)
+    curve = svg.Curve("a", np.array(x), np.array(y), 0)
+    return svg.plot(svg.Plot([curve], X, Y, **how), title="t")
 
 
 def distance(run, point):
@@ -79,11 +80,13 @@ def test_logarithmic_ticks_are_powers_of_ten(decades):
 def test_labels_are_inert():
     text = str(
         svg.plot(
-            [svg.Curve("<script>alert(1)</script>", np.arange(3.0), np.zeros(3), 0)],
-            svg.Axis("<b>", 0.0, 2.0),
-            svg.Axis("&", -1.0, 1.0),
+            svg.Plot(
+                [svg.Curve("<script>alert(1)</script>", np.arange(3.0), np.zeros(3), 0)],
+                svg.Axis("<b>", 0.0, 2.0),
+                svg.Axis("&", -1.0, 1.0),
+                marks=[svg.Mark(1.0, '"><img>')],
+            ),
             title="</title><script>",
-            marks=[svg.Mark(1.0, '"><img>')],
         )
     )
     assert "<script" not in text
@@ -106,7 +109,7 @@ def below(y, x=None, *, y_axis=LOG, css="c0", **how):
     places = np.arange(float(len(y))) if x is None else np.array(x)
     x_axis = svg.Axis("x", 0.0, max(1.0, float(places.max())))
     curve = svg.Curve("a", places, np.array(y), 0, **how)
-    pieces = points_of(path_of(svg.plot([curve], x_axis, y_axis, title="t"), css))
+    pieces = points_of(path_of(svg.plot(svg.Plot([curve], x_axis, y_axis), title="t"), css))
     wide, high = WIDTH - 58 - 18, HEIGHT - 8 - 34
     return [
         ((piece[:, 0] - 58) / wide * x_axis.high, 1.0 - (piece[:, 1] - 8) / high)
@@ -153,7 +156,7 @@ def test_no_drawn_point_lies_where_the_data_are_not(values):
 def path_of_or_empty(values):
     curve = svg.Curve("a", np.arange(float(len(values))), np.array(values), 0)
     x_axis = svg.Axis("x", 0.0, max(1.0, len(values) - 1.0))
-    return path_of(svg.plot([curve], x_axis, LOG, title="t"))
+    return path_of(svg.plot(svg.Plot([curve], x_axis, LOG), title="t"))
 
 
 def off_line(x, share, k, wanted):
@@ -170,7 +173,7 @@ def off_line(x, share, k, wanted):
 def test_marks_and_dots_beyond_an_axis_are_not_drawn_at_its_end():
     for css, how in (("p0", {"points": True}), ("d0", {"dots": True})):
         curve = svg.Curve("a", np.arange(3.0), np.array([1e-5, 1e-2, 10.0]), 0, **how)
-        drawing = svg.plot([curve], svg.Axis("x", 0.0, 2.0), LOG, title="t")
+        drawing = svg.plot(svg.Plot([curve], svg.Axis("x", 0.0, 2.0), LOG), title="t")
         assert path_of(drawing, css).count("M") == 1
     marked = [svg.Mark(200.0, "far"), svg.Mark(50.0, "here")]
     text = str(drawn([0.0, 1.0], [0.0, 1.0], marks=marked))
@@ -182,7 +185,7 @@ def test_marks_and_dots_beyond_an_axis_are_not_drawn_at_its_end():
 def test_an_area_beyond_the_axis_is_cut_and_one_outside_is_not_drawn():
     x = np.arange(4.0)
     area = svg.Filling("a", x, np.array([-5.0, -0.5, 2.0, 2.0]), np.array([0.5, 0.5, 3, 3]), 0)
-    text = str(svg.plot([area], svg.Axis("x", 0.0, 3.0), Y, title="t"))
+    text = str(svg.plot(svg.Plot([area], svg.Axis("x", 0.0, 3.0), Y), title="t"))
     (run,) = points_of(path_of(text, "f0").replace("z", ""))
     top, bottom = 8.0, 8.0 + HEIGHT - 8 - 34
     assert run[:, 1].min() >= top
@@ -205,8 +208,12 @@ def test_a_straightened_line_keeps_its_ends_and_strays_by_one_step_at_most():
 
 
 def test_axes_that_several_figures_have_are_written_once():
-    figure = svg.plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, X, title="t")
-    other = svg.plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, Y, title="t")
+    figure = svg.plot(
+        svg.Plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, X), title="t"
+    )
+    other = svg.plot(
+        svg.Plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, Y), title="t"
+    )
     page = axes.shared(f"{figure}{other}{figure}")
     assert page.count('<g class="axes" id="axes-0">') == page.count('href="#axes-0"') == 1
     assert page.count('id="axes-1"') == 1

@@ -22,8 +22,8 @@ USES = (
 )
 
 
-@pytest.fixture
-def result(tmp_path):
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
     """A table in g, and what it makes: 3 Pa/g in mPa, 20 µm/m/g in µm/m, 0.1 V/g in mV."""
     table = np.random.default_rng(1).standard_normal(20_000)
     columns = np.array([
@@ -33,7 +33,7 @@ def result(tmp_path):
         20 * table,
         1e2 * table,
     ])
-    path = tmp_path / "run.csv"
+    path = tmp_path_factory.mktemp("units") / "run.csv"
     header = "time [s],table [g],mic [mPa],gauge [µm/m],out [mV]"
     np.savetxt(path, columns.T, "%.9g", ",", header=header, comments="", encoding="utf-8")
     test = Test(

@@ -25,7 +25,7 @@ class Oscillator:
     friction: float = 0.0
 
 
-def chirp_series(amplitude, rate, start, step, cosine=False):
+def chirp_series(amplitude, rate, start, step, *, cosine=False):
     """Series of amplitude sin(pi rate t^2), or its cosine, in powers of the share of a step."""
     pi = EXTENDED("3.14159265358979323846264338327950288")
     first, second = 2 * pi * rate * start * step, pi * rate * step * step

@@ -71,7 +71,7 @@ def test_the_gap_oscillator_with_a_sampled_force():
         2500,
         long_double.EXTENDED(1) / 500,
     )
-    found = simulate(GAP, force, 500.0, hold="linear")
+    found = simulate(GAP, prepare(force, 500.0, hold="linear"))
     assert worst(found.displacement[0], reference.astype(float)) < 3e-12
 
 
@@ -186,7 +186,7 @@ def test_steady_sliding_is_den_hartogs(share, ratio):
 def test_sticking_joints_stick_exactly_and_break_at_the_right_force():
     """A ramp of force on a mass that friction holds: it starts to move when they are equal."""
     force = np.linspace(0.0, 2.0, 201)
-    found = simulate(single(CoulombFriction(1.0055)), force, 100.0, hold="linear")
+    found = simulate(single(CoulombFriction(1.0055)), prepare(force, 100.0, hold="linear"))
     still = np.arange(201) / 100.0 <= 1.0055
     assert np.all(found.displacement[0, still] == 0.0)
     after = np.arange(201)[~still] / 100.0 - 1.0055
@@ -330,7 +330,8 @@ def test_the_band_limited_hold_has_order_six_and_the_linear_one_two():
         for factor in (1, 2):
             rate = 16.0 * factor
             found = simulate(
-                model, signal(np.arange(8 * round(rate) + 1) / rate), rate, hold=hold
+                model,
+                prepare(signal(np.arange(8 * round(rate) + 1) / rate), rate, hold=hold),
             )
             middle = slice(round(3 * rate), round(5 * rate))
             reference = exact[:: round(256 / rate)][middle]
@@ -344,9 +345,12 @@ def test_upsampling_brings_the_linear_hold_to_the_band_limited_one():
     spectrum[5:60] = generator.standard_normal((55, 2)) @ [1.0, 1.0j]
     force = np.fft.irfft(spectrum, 1024) * np.hanning(1024)
     model = single(Spring(1000.0), Damper(damping=5.0))
-    truth = simulate(model, force, 256.0, upsample=4).displacement[0]
+    truth = simulate(model, prepare(force, 256.0, upsample=4)).displacement[0]
     errors = [
-        worst(simulate(model, force, 256.0, upsample=k, hold="linear").displacement[0], truth)
+        worst(
+            simulate(model, prepare(force, 256.0, upsample=k, hold="linear")).displacement[0],
+            truth,
+        )
         for k in (1, 2, 4, 8)
     ]
     assert np.all(np.diff(errors) < 0.0)
@@ -416,7 +420,7 @@ def test_an_input_is_prepared_once_for_many():
     assert given.samples.size == 1001
     assert_allclose(given.samples, np.sin(np.arange(1001) / 50.0), atol=1e-9)
     one = simulate(GAP, given)
-    two = simulate(GAP, np.sin(np.arange(1001) / 50.0), 100.0, upsample=2)
+    two = simulate(GAP, prepare(np.sin(np.arange(1001) / 50.0), 100.0, upsample=2))
     assert_allclose(one.displacement, two.displacement, rtol=0.0, atol=0.0)
 
 

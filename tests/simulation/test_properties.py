@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
-from shakerproc.simulation import simulate
+from shakerproc.simulation import prepare, simulate
 
 RATE, N = 2000.0, 400
 JOINT = ("base", "mass")
@@ -62,7 +62,9 @@ def test_nothing_moves_before_it_is_pushed(seed, effect, late):
     samples = shaken(seed)
     waiting = np.concatenate([np.zeros(late), samples])
     one, other = (
-        simulate(model(effect), given_, RATE, growth=False, hold="linear").outputs["top"]
+        simulate(model(effect), prepare(given_, RATE, hold="linear"), growth=False).outputs[
+            "top"
+        ]
         for given_ in (np.concatenate([[0.0], samples]), np.concatenate([[0.0], waiting]))
     )
     assert np.all(other[:late] == 0.0)

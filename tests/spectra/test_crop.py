@@ -74,7 +74,7 @@ def test_a_slow_sweep_that_touches_the_threshold_is_no_spike():
 def test_never_reached_names_the_largest_value():
     samples, _, _ = run(amplitude=0.43)
     with pytest.raises(ThresholdNotReachedError, match=r"largest value is 0\.43 g") as error:
-        crop_by_threshold(samples, 0.45, RATE, unit="g")
+        crop_by_threshold(samples, 0.45, RATE, shown=("g", 1.0))
     assert error.value.largest == samples.max()
     assert error.value.threshold == 0.45
 

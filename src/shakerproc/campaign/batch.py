@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from shakerproc import files
 from shakerproc.campaign.jobs import (
@@ -53,19 +53,58 @@ class Campaign:
     kept: int
 
 
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How tests are processed.
+
+    Attributes
+    ----------
+    work : callable
+        From a `Job` to ``{"outputs": {path below root: SHA-256}, "sha256": of the bytes of the
+        recording that they are made from}``.
+    executor : AbstractExecutor
+        Where it runs.
+    hashes : callable, optional
+        Where the hashes of the recordings are from; by default from the files of the log.
+    """
+
+    work: Work
+    executor: AbstractExecutor
+    hashes: "Hashes | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What is told while tests are processed.
+
+    Attributes
+    ----------
+    on_start : callable
+        Called with the number of tests to do and of those kept.
+    on_outdated : callable
+        Called with the number of tests whose results were filed in a way that is not relied on
+        any more, if there are such: they are to do.
+    on_end : callable
+        Called with the id of each test as it ends.
+    """
+
+    on_start: Callable[[int, int], object] = lambda _to_do, _kept: None
+    on_outdated: Callable[[int], object] = lambda _count: None
+    on_end: Callable[[str], object] = lambda _test: None
+
+
+UNTOLD: Final = Progress()
+
+
 def run_batch(
     log: TestLog,
     root: Path,
-    *,
-    work: Work,
-    executor: AbstractExecutor,
     products: Products,
+    execution: Execution,
+    *,
     accept_changed: bool = False,
-    hashes: "Hashes | None" = None,
     only: Collection[int | str] | None = None,
-    on_start: Callable[[int, int], None] | None = None,
-    on_outdated: Callable[[int], None] | None = None,
-    on_end: Callable[[str], None] | None = None,
+    progress: Progress = UNTOLD,
 ) -> Campaign:
     """Process every test of a log that is not discarded and whose results do not stand.
 
@@ -78,27 +117,17 @@ def run_batch(
         The log.
     root : Path
         Folder of the results.
-    work : callable
-        From a `Job` to ``{"outputs": {path below root: SHA-256}, "sha256": of the bytes of the
-        recording that they are made from}``.
-    executor : AbstractExecutor
-        Where it runs.
     products : Products
         What to write for each test.
+    execution : Execution
+        How and where it is done.
     accept_changed : bool
         Whether a recording may differ from what was seen first.
-    hashes : callable, optional
-        Where the hashes of the recordings are from; by default from the files of the log.
     only : collection of ids, optional
         Tests to work through now; what is known of the others stays as it is, and those that
         were never processed are not in the result. By default all.
-    on_start : callable, optional
-        Called with the number of tests to do and of those kept.
-    on_outdated : callable, optional
-        Called with the number of tests whose results were filed in a way that is not relied on
-        any more, if there are such: they are to do.
-    on_end : callable, optional
-        Called with the id of each test as it ends.
+    progress : Progress
+        What is told meanwhile; by default nothing.
 
     Returns
     -------
@@ -107,9 +136,9 @@ def run_batch(
     """
     files.remove_leftovers(root)
     names = folder_names(log.tests)
-    known = _known(root, set(names.values()), on_outdated)
+    known = _known(root, set(names.values()), progress.on_outdated)
     chosen = log if only is None else _part(log, only)
-    found = (hashes or _hashes)(chosen)
+    found = (execution.hashes or _hashes)(chosen)
     ready, manifest = _ready(
         chosen, root, known, products, hashes=found, accept_changed=accept_changed
     )
@@ -121,18 +150,16 @@ def run_batch(
         if not stands(root, known.runs.get(job.folder.name), key)
     }
     write_manifest(root, manifest)
-    if on_start is not None:
-        on_start(len(to_do), len(ready) - len(to_do))
+    progress.on_start(len(to_do), len(ready) - len(to_do))
     tasks = [Task(name, job) for name, (job, _) in to_do.items()]
-    for outcome in executor.run(work, tasks):
+    for outcome in execution.executor.run(execution.work, tasks):
         job, key = to_do[outcome.name]
         before = known.runs.get(outcome.name, NOTHING)
         entry = _entry(outcome, job, key, "" if accept_changed else before.recording_sha256)
         remove_outputs(root, set(before.outputs) - set(entry.outputs))
         manifest = manifest.with_entry(outcome.name, entry)
         write_manifest(root, manifest)
-        if on_end is not None:
-            on_end(str(job.test.id))
+        progress.on_end(str(job.test.id))
     runs = tuple(
         _summary(test, root / RUNS / names[test.id], manifest)
         for test in log.tests
@@ -211,7 +238,7 @@ def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
 
 
 def _known(
-    root: Path, names: Collection[str], on_outdated: Callable[[int], None] | None
+    root: Path, names: Collection[str], on_outdated: Callable[[int], object]
 ) -> Manifest:
     """Return what is known of a folder; of results that are not relied on, only their files."""
     check_owner(root, "batch")
@@ -219,7 +246,7 @@ def _known(
     if not known.outdated:
         return known
     done = [n for n, entry in known.runs.items() if entry.status == "done" and n in names]
-    if on_outdated is not None and done:
+    if done:
         on_outdated(len(done))
     files_only = {n: replace(NOTHING, outputs=e.outputs) for n, e in known.runs.items()}
     return Manifest(files_only, files=known.files)

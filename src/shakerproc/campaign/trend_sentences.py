@@ -62,7 +62,7 @@ def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> st
             f"within the {width:.3g} Hz to which it is known ({where})."
         )
     verb = "falls" if stop < start else "rises"
-    meaning = "" if word == "clearance" else ": the mark of a nonlinear joint"
+    meaning = "" if word == "clearance" else ": a sign of a nonlinear joint"
     return (
         f"The {name} {verb} from {start:.{places}f} Hz at {low} to "
         f"{stop:.{places}f} Hz at {high} of {word}, by {_per_cent(stop / start - 1.0)} "

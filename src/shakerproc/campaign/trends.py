@@ -72,7 +72,7 @@ def standard_trends(tests: Sequence[RunSummary | Seen]) -> list[TrendRequest]:
             TrendRequest(
                 _file_name(level, f"level_{joint}"),
                 f"Peak frequency against level, {joint} joint, sweeps.",
-                "A frequency that moves with level is the mark of a nonlinear joint.",
+                "A frequency that moves with level is a sign of a nonlinear joint.",
                 "level_g",
                 ("clearance_m", "orientation"),
                 (("joint", joint), ("excitation", "sine sweep")),

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.campaign.mode_trends import told_of_modes
 from shakerproc.cli import output
+from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
@@ -83,11 +84,21 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
         output.warning(f"test {name} left out: {reason}")
 
 
+def _modes(count: int) -> str:
+    return f"{count} mode{'' if count == 1 else 's'}"
+
+
+def _span(shares: FloatArray) -> str:
+    """Return the smallest and largest of some shares, once where they read alike."""
+    low, high = f"{shares.min():.2%}", f"{shares.max():.2%}"
+    return low if low == high else f"{low} to {high}"
+
+
 def _print_test(one: TestModes, json: str | None) -> None:
     modes = one.modes
     said = ", ".join(word for word in (one.test.excitation, one.test.level_text) if word)
     title = (
-        f"test {one.name}{f' ({said})' if said else ''}: {modes.poles.size} modes from "
+        f"test {one.name}{f' ({said})' if said else ''}: {_modes(modes.poles.size)} from "
         f"{one.band[0]:.4g} to {one.band[1]:.4g} Hz, {len(one.sensors)} sensors, input "
         f"{', '.join(one.inputs) or 'not measured'}"
     )
@@ -115,8 +126,7 @@ def _print_test(one: TestModes, json: str | None) -> None:
     if modes.model is not None:
         left = one.unexplained
         output.data(
-            f"the modes leave {left.min():.2%} to {left.max():.2%} rms of the responses; "
-            f"intervals: {modes.interval_from}",
+            f"residual rms {_span(left)} of the responses; intervals: {modes.interval_from}",
             json_target=json,
         )
     else:

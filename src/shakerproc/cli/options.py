@@ -185,7 +185,7 @@ DetrendOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="none|mean|segment mean",
-        help="What mean is removed.",
+        help="Which mean is removed before the spectra.",
         callback=detrend_of,
         show_default="none",
     ),
@@ -220,7 +220,7 @@ StitchOption: TypeAlias = Annotated[
 ]
 ThesisOption: TypeAlias = Annotated[
     bool,
-    typer.Option("--thesis", help="Write the thesis' tables too, to the letter."),
+    typer.Option("--thesis", help="Write the tables of the thesis too, as defined there."),
 ]
 SchedulerOption: TypeAlias = Annotated[
     str | None,
@@ -242,7 +242,10 @@ RecordingsOption: TypeAlias = Annotated[
     ),
 ]
 ExportOption: TypeAlias = Annotated[
-    str, typer.Option("--export", metavar="mat,uff,parquet", help="Further formats of spectra.")
+    str,
+    typer.Option(
+        "--export", metavar="mat,uff,parquet", help="Write the spectra in these formats too."
+    ),
 ]
 
 

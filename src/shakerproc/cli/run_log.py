@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import Campaign, Progress
 from shakerproc.campaign.jobs import Products
 from shakerproc.cli import output
 from shakerproc.testlog import TestLog
@@ -37,9 +37,9 @@ def work_through_log(
                 products,
                 machines,
                 accept_changed=accept_changed,
-                on_start=start,
-                on_outdated=tell_outdated,
-                on_end=lambda test: advance[0](f"(test {test} ended)"),
+                progress=Progress(
+                    start, tell_outdated, lambda test: advance[0](f"(test {test} ended)")
+                ),
             )
         except KeyboardInterrupt:
             output.message("interrupted; what is done stands, call again to go on")

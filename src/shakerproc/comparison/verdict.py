@@ -47,7 +47,7 @@ def _explained(comparison: Comparison) -> str:
     how = f"the error is {comparison.error:.2g} of the response"
     if noisy:
         times = max(test.error / test.noise for test in noisy)
-        how = f"nowhere is more than {times:.2g} times the noise left"
+        how = f"the error is nowhere more than {times:.2g} times the noise"
     fitted = " with its numbers fitted" if comparison.refit else ""
     return f"The model explains every test{fitted}: {how}."
 
@@ -63,8 +63,9 @@ def _failure(comparison: Comparison, worst: TestComparison) -> str:
     fitted = ", its numbers fitted," if comparison.refit else ""
     text = (
         f"The model{fitted} fails most in test {worst.measured.name}"
-        f"{_level(worst)}: it leaves {errors.error:.1%} of {name}{noise}, "
-        f"{share[first : last + 1].sum():.0%} of that between {edges[first]:.3g} and "
+        f"{_level(worst)}: the residual rms of {name} is {errors.error:.1%} of its "
+        f"measured rms{noise}, "
+        f"{share[first : last + 1].sum():.0%} of its power between {edges[first]:.3g} and "
         f"{edges[last + 1]:.3g} Hz"
     )
     bin_width = float(np.diff(worst.pair.frequency[:2])[0])
@@ -111,7 +112,7 @@ def _joint(worst: TestComparison) -> str:
     far = np.abs(lack.centre)
     outer = far > 0.5 * far.max()
     places = " and ".join(joint.between)
-    text = f"Between {places} the force lacks {max(lacks):.1%}"
+    text = f"Between {places} the modelled force misses {max(lacks):.1%} rms"
     inner_size = float(size[~outer & known].max(initial=0.0))
     outer_size = float(size[outer & known].max(initial=0.0))
     if outer_size > 2.0 * inner_size:

@@ -11,10 +11,11 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import EXCESS, Score, scored
+from shakerproc.diagnosis.selection.scores import Score, scored
 
 
 @final

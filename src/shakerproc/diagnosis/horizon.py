@@ -11,10 +11,11 @@ from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
-from shakerproc.diagnosis.selection.scores import EXCESS, SURE, Score, as_fitted, gain, scored
+from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 

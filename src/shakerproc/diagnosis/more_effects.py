@@ -15,11 +15,9 @@ from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import Score, ranked
-from shakerproc.diagnosis.selection.standing import contains
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 
@@ -96,7 +94,7 @@ def with_more(
     """Return what pairs of effects, and a force without a name, explain beyond singles."""
     pairs: list[Fit] = []
     failed = dict(found.failed)
-    for first in _firsts(singles, campaign.known):
+    for first in singles[:FIRSTS]:
         say(f"a second effect beside {first.hypothesis.kinds[0]}")
         one = first.hypothesis.added[0]
         values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
@@ -108,7 +106,7 @@ def with_more(
         )
         second = OneMore(
             campaign.data, first, campaign.known, campaign.stages,
-            linear=first.hypothesis.parts(first.x)[0], say=lambda _: None,
+            linear=first.hypothesis.parts(first.x)[0], say=_beside(say, one.kind),
         )  # fmt: skip
         best = list(grouped(starts).values())[:SECONDS]
         pairs += second.found([start for own in best for start in own])
@@ -126,17 +124,9 @@ def with_more(
     )
 
 
-def _firsts(singles: Sequence[Fit], known: Known) -> list[Fit]:
-    """Return the effects that a second one is sought beside, the best first.
-
-    A law that a better one contains adds nothing to it: what the two explain with a second
-    effect, the richer explains with it.
-    """
-    found: list[Fit] = []
-    for one in singles:
-        if not any(contains(better, one, known) for better in found):
-            found.append(one)
-    return found[:FIRSTS]
+def _beside(say: Callable[[str], None], kind: str) -> Callable[[str], None]:
+    """Return what tells of a second effect beside which it is tried."""
+    return lambda what: say(f"{what}, beside {kind}")
 
 
 def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:

@@ -132,7 +132,7 @@ def remarks_of(
         left = float(np.max(modes.model.unexplained))
         if left > MUCH_LEFT:
             found.append(
-                f"the modes leave up to {left:.0%} of a response (rms) unexplained: noise, a "
+                f"residual rms of up to {left:.0%} of a response: noise, a "
                 "nonlinearity or an input that was not measured; look at the coherence"
             )
     if not modes.poles.size:

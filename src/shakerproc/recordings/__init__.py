@@ -1,6 +1,6 @@
 """Recording files in, Recordings out: lazily and in bounded memory."""
 
-from shakerproc.recordings.choosing import ChannelNotFoundError
+from shakerproc.recordings.choosing import ChannelNotFoundError, FilePart
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measuring, unusable
@@ -24,6 +24,7 @@ __all__ = [
     "UNKNOWN",
     "WRITERS",
     "ChannelNotFoundError",
+    "FilePart",
     "Flag",
     "WatchedFile",
     "contents",

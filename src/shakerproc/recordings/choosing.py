@@ -1,6 +1,8 @@
 """Choose the group, the channels and the sample rate; everything that a test log may ask."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
 
 from shakerproc import units
 from shakerproc.data import ChannelUse, Measurement, UnusedChannel
@@ -39,6 +41,39 @@ def _meant(wanted: str | int, present: tuple[str, ...]) -> str:
 def _listed(names: Sequence[str], most: int = 40) -> str:
     text = ", ".join(shown(name) for name in names[:most])
     return text + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FilePart:
+    """Which part of a file that holds several.
+
+    Attributes
+    ----------
+    group : str, optional
+        Name of the group.
+    measurement : int or "all", optional
+        Which of several measurements that follow each other in the same channels, from 1.
+    """
+
+    group: str | None = None
+    measurement: Measurement | None = None
+
+
+WHOLE: Final = FilePart()
+
+
+def choose_part(
+    file: RawFile, part: FilePart, uses: Sequence[ChannelUse] | None, run: str
+) -> tuple[RawGroup, str]:
+    """Return the measurement of the group that is meant, and a note where there are several.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or no telling which.
+    """
+    return choose_measurement(choose_group(file, part.group, uses, run), part.measurement, run)
 
 
 def choose_group(
@@ -166,7 +201,7 @@ def _named_group(file: RawFile, wanted: str, run: str) -> RawGroup:
     if wanted in names:
         return file.groups[names.index(wanted)]
     raise RecordingError(
-        f"{run}: no group {shown(wanted)}{_meant(wanted, names)}. The recording has "
+        f"{run}: no group {shown(wanted)}{_meant(wanted, names)} The recording has "
         f"{_listed(names) or 'no groups'}."
     )
 

@@ -14,17 +14,17 @@ from shakerproc.data import (
     Channel,
     ChannelUse,
     FloatArray,
-    Measurement,
     Recording,
     SampleSource,
     SourceFile,
 )
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import (
+    WHOLE,
     Chosen,
+    FilePart,
     choose_channels,
-    choose_group,
-    choose_measurement,
+    choose_part,
     unused_channels,
     with_numbers,
 )
@@ -93,8 +93,7 @@ def open_recording(
     uses: Sequence[ChannelUse] | None = None,
     decide: Decision | None = None,
     sample_rate: float | None = None,
-    group: str | None = None,
-    measurement: Measurement | None = None,
+    part: FilePart = WHOLE,
     run: str | None = None,
     hashed: bool = False,
     bad_rows: BadRows = "refuse",
@@ -113,10 +112,8 @@ def open_recording(
         it all.
     sample_rate : float, optional
         What the log says [Hz]; counts where the file does not say it.
-    group : str, optional
-        Name of the group in a file of several.
-    measurement : int or "all", optional
-        Which of several measurements that follow each other in the same channels, from 1.
+    part : FilePart
+        Which group and measurement, where the file holds several.
     run : str, optional
         Opens every message; by default the name of the file.
     hashed : bool
@@ -143,9 +140,7 @@ def open_recording(
     try:
         if raw.skipped is not None and bad_rows != "skip":
             raise RecordingError(f"{name}: {raw.refusal}")
-        among, note = choose_measurement(
-            choose_group(raw, group, uses, name), measurement, name
-        )
+        among, note = choose_part(raw, part, uses, name)
         said = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, said, name)
         found = _recording(path, name, raw, file, chosen, sample_rate)

@@ -73,11 +73,13 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
         "reached. Where the lines part in the grey, a louder test tells them apart; where they "
         "do not, another kind of test must.",
         svg.plot(
-            curves,
-            svg.Axis("displacement [mm]", -end, end),
-            svg.Axis("force [N]", -limit, limit),
+            svg.Plot(
+                curves,
+                svg.Axis("displacement [mm]", -end, end),
+                svg.Axis("force [N]", -limit, limit),
+                spans=[svg.Span(-end, -edge), svg.Span(edge, end)],
+            ),
             title="Laws of effects that explain the tests alike",
-            spans=[svg.Span(-end, -edge), svg.Span(edge, end)],
         ),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.run_figures import LEFT, save
+from shakerproc.report.pictures import LEFT, save
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
@@ -177,9 +177,11 @@ def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
         f"{panel.title}.",
         panel.caption,
         svg.plot(
-            [_curve(line, chosen) for line in lines],
-            svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
-            svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+            svg.Plot(
+                [_curve(line, chosen) for line in lines],
+                svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
+                svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+            ),
             most=STILL,
             title=title,
         ),

@@ -12,7 +12,7 @@ from shakerproc.comparison import Comparison, JointMotion, TestComparison
 from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.report import style
-from shakerproc.report.run_figures import save
+from shakerproc.report.pictures import save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,7 @@ from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
 from shakerproc.report import methods, style
 from shakerproc.report.analysis_figures import draw_panel, drawing
 from shakerproc.report.page import Report
-from shakerproc.report.run_figures import save
+from shakerproc.report.pictures import save
 from shakerproc.report.sections import Section, Table, filled
 from shakerproc.runs.analyses.decay_panels import Amplitude, Curve, decay_panels
 from shakerproc.runs.analysis import Panel

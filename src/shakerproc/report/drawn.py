@@ -1,8 +1,8 @@
-"""What can be drawn: axes, lines, areas, marks, spans; how is told elsewhere."""
+"""What a figure shows, as plain data: `svg` draws it for the page, `pictures` as PNG."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -68,6 +68,8 @@ class Curve:
         Whether the line is broad, so that others can be seen to lie on it.
     dots : bool
         Whether each point is a dot and there is no line.
+    spread : (float, float), optional
+        The 95 % bounds of every value, as multiples of it.
     """
 
     label: str
@@ -79,6 +81,7 @@ class Curve:
     thin: bool = False
     wide: bool = False
     dots: bool = False
+    spread: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,3 +109,97 @@ class Span:
 
     low: float
     high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Image:
+    """Values over a plane, in colours from little to much.
+
+    Attributes
+    ----------
+    x, y : (n,), (m,) arrays
+        Middles of columns and rows, in the units of the axes.
+    values : (m, n) array
+        What is shown.
+    low, high : float
+        Values of the first and the last colour.
+    label : str
+        Quantity and unit of the values.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+    low: float
+    high: float
+    label: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plot:
+    """Two axes and what is drawn between them.
+
+    Attributes
+    ----------
+    items : sequence of Curve or Filling
+        Lines and areas, in the order in which they are drawn and named.
+    x, y : Axis
+        The axes.
+    marks : sequence of Mark
+        Vertical lines with a word.
+    spans : sequence of Span
+        What is shaded.
+    names : mapping
+        What to write along the horizontal axis where its values are categories.
+    title, caption : str
+        What it is, and what to look for.
+    kind : str
+        Of the curves of a run, so that those of several can be overlaid.
+    channel : str
+        Whose it is alone, where others of the same stand above or below.
+    image : Image, optional
+        What lies behind.
+    height : float
+        Of the axes in a file [in].
+    """
+
+    items: Sequence[Curve | Filling]
+    x: Axis
+    y: Axis
+    marks: Sequence[Mark] = ()
+    spans: Sequence[Span] = ()
+    names: Mapping[float, str] = field(default_factory=dict)
+    title: str = ""
+    caption: str = ""
+    kind: str = ""
+    channel: str = ""
+    image: Image | None = None
+    height: float = 2.4
+
+    @property
+    def spread(self) -> tuple[float, float] | None:
+        """The 95 % bounds that its curves have in common, as multiples of a value."""
+        found = {item.spread for item in self.items if isinstance(item, Curve) and item.spread}
+        return found.pop() if len(found) == 1 else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Figure:
+    """Plots above each other.
+
+    Attributes
+    ----------
+    name : str
+        Of its file.
+    plots : sequence of Plot
+        From the top.
+    note : str
+        A line below the title of a file, around which no page explains it.
+    together : bool
+        Whether the page, too, has its plots above each other, under the title of the first.
+    """
+
+    name: str
+    plots: Sequence[Plot]
+    note: str = ""
+    together: bool = False

@@ -9,12 +9,10 @@ from shakerproc.report.drawing import Drawing
 from shakerproc.report.in_units import run_in
 from shakerproc.report.run_curves import (
     STILL,
-    curves_of,
     frequency_axis,
-    lines_of,
+    kept,
     logarithmic_axis,
     outside,
-    values_of,
 )
 from shakerproc.report.sections import Section, filled
 from shakerproc.report.shown_units import ShownUnits
@@ -118,35 +116,35 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
 def _overlaid(now: RunSummary, before: RunSummary) -> Drawing | None:
     """Return response functions of a test, or densities, now and before."""
     kind, told = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
-    then = {curve.channel: curve for curve in curves_of(before, kind)}
-    units = {c.name: c.unit for c in now.channels}
-    curves = [c for c in curves_of(now, kind) if c.channel in then]
-    curves = [c for c in curves if units[c.channel] == units[curves[0].channel]]
-    if not curves:
+    content = kept(now)
+    then = {curve.channel: curve for curve in kept(before).of(kind)}
+    units = [content.unit_of(c.channel) for c in content.of(kind) if c.channel in then]
+    if not units:
         return None
-    unit = _unit(units[curves[0].channel], now, kind)
-    styles = dict(zip(units, style.styles([c.role for c in now.channels]), strict=True))
-    lines = lines_of(curves, styles)
+    curves = [c for c in content.of(kind, units[0]) if c.channel in then]
+    lines = [line for line in content.lines(kind, units[0]) if line.label in then]
     grey = [
         svg.Curve(
             f"{c.channel}, earlier",
-            values_of(then[c.channel].x),
-            values_of(then[c.channel].y),
+            then[c.channel].x,
+            then[c.channel].y,
             _EARLIER_STYLE,
             thin=True,
         )
         for c in curves
     ]
-    axis = frequency_axis(curves)
+    axis, unit = frequency_axis(curves), _unit(units[0], now, kind)
     return Drawing(
         f"Test {now.test}.",
         f"{told} now in colour, earlier thin and grey.",
         svg.plot(
-            [*grey, *lines],
-            axis,
-            logarithmic_axis(f"{told} [{unit}]", [*lines, *grey], 5),
+            svg.Plot(
+                [*grey, *lines],
+                axis,
+                logarithmic_axis(f"{told} [{unit}]", [*lines, *grey], 5),
+                spans=outside(now, axis),
+            ),
             most=STILL,
             title=f"{told} of test {now.test}, now and earlier",
-            spans=outside(now, axis),
         ),
     )

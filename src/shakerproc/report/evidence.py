@@ -65,8 +65,8 @@ def model_section(models: Models) -> Section:
             "Response functions",
             "responses",
             [
-                "Broad grey: measured. Where the lines leave it the model fails; look whether "
-                "they do so more at a higher level. A coherence that is low in the "
+                "Broad grey: measured. Where the lines depart from it the model fails; check "
+                "whether they depart more at a higher level. A coherence that is low in the "
                 "measurement and not in the model is a nonlinearity that the model lacks."
             ],
             figures=evidence_spectra.responses(models),
@@ -154,7 +154,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
     drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
     parts = [
         Section(
-            "Error ladder",
+            "Errors of the models that were tried",
             "ladder",
             _left_behind(diagnosis),
             figures=[error_ladder(diagnosis)],

@@ -77,9 +77,11 @@ def error_by_level(models: Models) -> Drawing:
         "Each mark is a test; hollow: held out. What rises with the level depends on "
         "amplitude; what falls is friction or noise.",
         svg.plot(
-            curves,
-            _around(f"measured input, rms [{unit}]", x),
-            logarithmic_axis("error [-]", curves, 5),
+            svg.Plot(
+                curves,
+                _around(f"measured input, rms [{unit}]", x),
+                logarithmic_axis("error [-]", curves, 5),
+            ),
             title="Error of every test over its input",
         ),
     )
@@ -117,12 +119,14 @@ def error_by_motion(models: Models) -> list[Drawing]:
             drawings.append(
                 Drawing(
                     f"Error by {quantity}, between {places}.",
-                    f"{capitalised(label(test))}: rms of the force that the model lacks in "
+                    f"{capitalised(label(test))}: rms of measured less modelled force in "
                     f"each range, over the rms force of the test. Look where it begins.",
                     svg.plot(
-                        curves,
-                        svg.Axis(f"{quantity} [{unit}]", -reach, reach),
-                        logarithmic_axis("missing force [-]", curves, 4),
+                        svg.Plot(
+                            curves,
+                            svg.Axis(f"{quantity} [{unit}]", -reach, reach),
+                            logarithmic_axis("missing force [-]", curves, 4),
+                        ),
                         title=f"Missing force by {quantity} between {places}",
                     ),
                 )
@@ -167,12 +171,14 @@ def _forces(
             f"{capitalised(label(test))}, samples of little {other}. The grey dots are what "
             "holds the mass: a straight line is linear, a kink is a gap, a step is friction.",
             svg.plot(
-                [
-                    svg.Curve("measured", rows[0], rows[1], MEASURED, dots=True),
-                    svg.Curve(text, rows[0], rows[2], style, dots=True),
-                ],
-                svg.Axis(f"{quantity} [{unit}]", -reach, reach),
-                svg.Axis("force [N]", -limit, limit),
+                svg.Plot(
+                    [
+                        svg.Curve("measured", rows[0], rows[1], MEASURED, dots=True),
+                        svg.Curve(text, rows[0], rows[2], style, dots=True),
+                    ],
+                    svg.Axis(f"{quantity} [{unit}]", -reach, reach),
+                    svg.Axis("force [N]", -limit, limit),
+                ),
                 title=f"Restoring force over {quantity} between {places}, {text}",
                 height=260,
             ),
@@ -228,9 +234,11 @@ def error_in_time(models: Models) -> Drawing:
         "Level where the model is the same from start to end; a slope means that something "
         "drifts, such as a joint that loosens or warms.",
         svg.plot(
-            curves,
-            svg.Axis("time [s]", 0.0, 1.02 * end),
-            logarithmic_axis("error [-]", curves, 5),
+            svg.Plot(
+                curves,
+                svg.Axis("time [s]", 0.0, 1.02 * end),
+                logarithmic_axis("error [-]", curves, 5),
+            ),
             title="Error along the loudest test",
         ),
     )

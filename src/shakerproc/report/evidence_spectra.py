@@ -63,31 +63,27 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
     below = svg.Axis("frequency [Hz]", 0.0, float(frequency[-1]))
     title = f"{name}, {label(test)}"
     error = "; ".join(
-        f"{text} leaves {c.tests[index].errors[sensor].error:.1%}" for text, _, c in models.each
+        f"{text}: residual rms {c.tests[index].errors[sensor].error:.1%}"
+        for text, _, c in models.each
     )
     return Drawing(
         f"{name}, {label(test)}.",
         f"{capitalised(error)}.",
         svg.plot(
-            heights,
-            x_axis,
-            logarithmic_axis(f"|H1| [{unit_of_sensor(models.before, name)}]", heights, 5),
+            svg.Plot(
+                heights,
+                x_axis,
+                logarithmic_axis(f"|H1| [{unit_of_sensor(models.before, name)}]", heights, 5),
+            ),
             title=f"Response function of {title}",
             height=210,
             keys=False,
         )
         + svg.plot(
-            phases,
-            x_axis,
-            turn,
-            title=f"Phase of {title}",
-            height=130,
-            keys=False,
+            svg.Plot(phases, x_axis, turn), title=f"Phase of {title}", height=130, keys=False
         )
         + svg.plot(
-            coherences,
-            below,
-            svg.Axis("coherence [-]", 0.0, 1.0),
+            svg.Plot(coherences, below, svg.Axis("coherence [-]", 0.0, 1.0)),
             title=f"Coherence of {title}",
             height=150,
         ),
@@ -144,11 +140,16 @@ def error_by_band(models: Models) -> list[Drawing]:
                 "Unexplained over measured rms in each third octave. A good model comes down "
                 "to the noise wherever there is response.",
                 svg.plot(
-                    curves,
-                    svg.Axis(
-                        "frequency [Hz]", float(edges[0]), float(edges[-1]), logarithmic=True
+                    svg.Plot(
+                        curves,
+                        svg.Axis(
+                            "frequency [Hz]",
+                            float(edges[0]),
+                            float(edges[-1]),
+                            logarithmic=True,
+                        ),
+                        logarithmic_axis("error [-]", curves, 5),
                     ),
-                    logarithmic_axis("error [-]", curves, 5),
                     title=f"Error of {name} by third octave",
                 ),
             )
@@ -185,11 +186,13 @@ def harmonics(models: Models) -> list[Drawing]:
                 "Amplitude over the measured fundamental: odd orders alone mean a law that is "
                 "the same on both sides, even ones that it is not.",
                 svg.plot(
-                    curves,
-                    svg.Axis("harmonic order [-]", 0.5, first.measured.size + 0.5),
-                    logarithmic_axis("amplitude [-]", curves, 5),
+                    svg.Plot(
+                        curves,
+                        svg.Axis("harmonic order [-]", 0.5, first.measured.size + 0.5),
+                        logarithmic_axis("amplitude [-]", curves, 5),
+                        names=names,
+                    ),
                     title=f"Harmonics of {name}",
-                    names=names,
                 ),
             )
         )

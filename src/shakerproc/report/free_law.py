@@ -36,9 +36,11 @@ def free_law(outside: Outside) -> Drawing:
         "probability where only one axis tells it. `shakerproc add table` writes it into the "
         "model, so that its error falls as long as no effect explains it.",
         svg.plot(
-            curves,
-            svg.Axis(f"{name} [{unit}]", float(x[0]) * factor, float(x[-1]) * factor),
-            svg.Axis("force [N]", -limit, limit),
+            svg.Plot(
+                curves,
+                svg.Axis(f"{name} [{unit}]", float(x[0]) * factor, float(x[-1]) * factor),
+                svg.Axis("force [N]", -limit, limit),
+            ),
             title=f"Missing force over {name}",
         ),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
+from shakerproc.report.drawn import Axis, Curve, Filling, Plot
 
 _LETTERS: Final = np.frombuffer(
     b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_", dtype=np.uint8
@@ -23,18 +23,13 @@ EVEN: Final = 5e-3
 """How far places may lie off even steps to be told as such, in steps [-]."""
 
 
-def payload(
-    items: Sequence[Curve | Filling],
-    x_axis: Axis,
-    y_axis: Axis,
-    marks: Sequence[Mark] = (),
-    spans: Sequence[Span] = (),
-) -> Markup:
+def payload(plot: Plot) -> Markup:
     """Return an element without content whose value holds the numbers of a figure.
 
     Nothing, where a line goes back and forth along x.
     """
-    drawn = [item for item in items if item.x.size]
+    x_axis, y_axis, marks, spans = plot.x, plot.y, plot.marks, plot.spans
+    drawn = [item for item in plot.items if item.x.size]
     if any(_loops(item) for item in drawn):
         return Markup("")  # the script draws functions of x
     x_range = _range([item.x for item in drawn], logarithmic=x_axis.logarithmic)
@@ -59,6 +54,8 @@ def payload(
         content["m"] = [[_rounded(mark.x), mark.label] for mark in marks]
     if spans:
         content["s"] = [[_rounded(span.low), _rounded(span.high)] for span in spans]
+    if plot.spread and y_axis.logarithmic:
+        content["e"] = _rounded(plot.spread[1] / plot.spread[0])
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return Markup("<data value='{}'></data>").format(quoted(text))
 

@@ -132,16 +132,18 @@ def _stabilisation(one: TestModes) -> Drawing:
     other = diagram.stable & ~kept
     shown = "mean |H1|" if one.functions is not None else "mean density"
     drawing = svg.plot(
-        [
-            svg.Curve(f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True),
-            svg.Curve("not stable", places[loose], order[loose], 7, dots=True),
-            svg.Curve("stable", places[other], order[other], 5, points=True),
-            svg.Curve("stable, in a cluster", places[kept], order[kept], 0, points=True),
-        ],
-        svg.Axis("frequency [Hz]", *one.band),
-        svg.Axis("order", 0.0, top),
+        svg.Plot(
+            [
+                svg.Curve(f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True),
+                svg.Curve("not stable", places[loose], order[loose], 7, dots=True),
+                svg.Curve("stable", places[other], order[other], 5, points=True),
+                svg.Curve("stable, in a cluster", places[kept], order[kept], 0, points=True),
+            ],
+            svg.Axis("frequency [Hz]", *one.band),
+            svg.Axis("order", 0.0, top),
+            marks=[svg.Mark(float(f), f"{i}") for i, f in enumerate(one.modes.frequency, 1)],
+        ),
         title=f"Stabilisation diagram of test {one.name}",
-        marks=[svg.Mark(float(f), f"{i}") for i, f in enumerate(one.modes.frequency, 1)],
         width=1120,
         height=330,
     )
@@ -163,15 +165,17 @@ def _synthesis(one: TestModes) -> list[Drawing]:
             if not top > 0.0:
                 continue
             drawing = svg.plot(
-                [
-                    svg.Curve("measured", functions.frequency, measured, 7, wide=True),
-                    svg.Curve("modal model", functions.frequency, model, 1),
-                ],
-                svg.Axis("frequency [Hz]", *one.band),
-                _magnitude(measured, ratio),
+                svg.Plot(
+                    [
+                        svg.Curve("measured", functions.frequency, measured, 7, wide=True),
+                        svg.Curve("modal model", functions.frequency, model, 1),
+                    ],
+                    svg.Axis("frequency [Hz]", *one.band),
+                    _magnitude(measured, ratio),
+                ),
                 title=f"Response function of {sensor.name} over {name}",
             )
-            caption = f"The model leaves {one.unexplained[k]:.2%} rms of the response."
+            caption = f"Residual rms: {one.unexplained[k]:.2%} of the response."
             found.append(Drawing(f"{sensor.name} over {name}", caption, drawing))
     return found
 
@@ -219,12 +223,14 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
 def _reciprocal(pair: Reciprocal) -> Drawing:
     ratio, factor = shown_ratio(*pair.units)
     drawing = svg.plot(
-        [
-            svg.Curve(name, pair.frequency, factor * np.abs(values), look)
-            for name, values, look in zip(pair.names, pair.functions, (0, 1), strict=True)
-        ],
-        svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
-        _magnitude(factor * np.abs(pair.functions), ratio),
+        svg.Plot(
+            [
+                svg.Curve(name, pair.frequency, factor * np.abs(values), look)
+                for name, values, look in zip(pair.names, pair.functions, (0, 1), strict=True)
+            ],
+            svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
+            _magnitude(factor * np.abs(pair.functions), ratio),
+        ),
         title=f"Reciprocity of {pair.names[0]}",
     )
     caption = f"Correlation {pair.correlation:.3f}, size ratio {pair.ratio:.3g}."

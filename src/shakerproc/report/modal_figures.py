@@ -15,8 +15,9 @@ from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import Track
 from shakerproc.report import style
-from shakerproc.report.run_figures import save, unbroken_phase
+from shakerproc.report.pictures import save
 from shakerproc.report.trend_figures import draw_trends
+from shakerproc.runs.curves import unbroken_phase
 from shakerproc.runs.result import shown_ratio
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def synthesis_figure(one: TestModes) -> "Figure":
         top, low = np.nanmax(measured), np.nanmin(measured[measured > 0.0])
         axis.set_ylim(max(low, 1e-5 * top) / 1.5, 2.0 * top)
         name, left = one.sensors[i].name, one.unexplained[i]
-        axis.set_title(f"{name} (leaves {left:.1%} rms)", fontsize=8.5)
+        axis.set_title(f"{name} (residual {left:.1%} rms)", fontsize=8.5)
         axis.set_ylabel(f"|H1| [{ratio or '-'}]")
     for axis in axes[-1]:
         axis.set_xlabel("frequency [Hz]")

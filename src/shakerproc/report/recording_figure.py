@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.report import style
-from shakerproc.report.run_figures import LEFT
+from shakerproc.report.pictures import LEFT
 from shakerproc.runs.envelope import Envelope, envelope
 from shakerproc.runs.result import shown_unit
 
@@ -58,7 +58,8 @@ def _drawn(
         for i, (axis, (name, unit, factor)) in enumerate(zip(axes, named, strict=True)):
             low, high = found.low[i] * factor, found.high[i] * factor
             axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.5)
-            style.name(axis, name, unit)
+            style.name(axis, name)
+            axis.set_ylabel(f"[{unit}]")
         style.head(axes[0], title, f"{duration:.4g} s", legend=False)
         axes[-1].set_xlabel("time [s]")
         axes[-1].set_xlim(0.0, duration)

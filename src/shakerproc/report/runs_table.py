@@ -9,7 +9,6 @@ from markupsafe import Markup
 
 from shakerproc.campaign import trends
 from shakerproc.report import svg
-from shakerproc.report.run_curves import curves_of
 from shakerproc.report.run_view import RunView, number
 from shakerproc.report.shown_units import ShownUnits
 from shakerproc.runs.summary import RunSummary
@@ -98,7 +97,7 @@ def _number_cell(value: float | None, form: str) -> Cell:
 
 
 def _thumbnail(run: RunSummary, channel: str) -> Markup:
-    curve = next((c for c in curves_of(run, "psd") if c.channel == channel), None)
+    curve = next((c for c in run.curves if c.kind == "psd" and c.channel == channel), None)
     if curve is None:
         return Markup("")
     x = np.array(curve.x)

@@ -159,9 +159,10 @@ def legend(axis: "Axes", width: float = 6.0) -> None:
     """Write the legend above the axes [in], where it hides nothing if it has room there."""
     lines, labels = axis.get_legend_handles_labels()
     widths = [0.45 + 0.06 * len(label) for label in labels]
-    n_rows = 1 if sum(widths) <= width else 2
+    widest = max(widths, default=0.0)
+    n_rows = 1 if widest * len(labels) <= width else 2
     columns = max(1, -(-len(labels) // n_rows))
-    if max(widths, default=0.0) * columns > n_rows * width or sum(widths) > 2.0 * width:
+    if widest * columns > n_rows * width:
         axis.legend(lines, labels, loc="best", fontsize=7.0)
         return
     axis.legend(
@@ -179,9 +180,8 @@ def legend(axis: "Axes", width: float = 6.0) -> None:
     )
 
 
-def name(axis: "Axes", name: str, unit: str) -> None:
+def name(axis: "Axes", name: str) -> None:
     """Write the name of a channel into its axes, where it has room whatever its length."""
-    axis.set_ylabel(f"[{unit}]")
     axis.annotate(
         name,
         (0.006, 0.93),

@@ -1,6 +1,7 @@
 """Curves as static SVG, written by hand so that a page of a hundred runs stays small."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.report import live
 from shakerproc.report.axes import UNIT, Box, grid
 from shakerproc.report.clipping import area_inside, line_inside, points_inside
-from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Span
+from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Plot, Span
 from shakerproc.runs.thinning import straightened, thinned
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "Curve",
     "Filling",
     "Mark",
+    "Plot",
     "Span",
     "legend",
     "plot",
@@ -40,14 +42,9 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 18, 8, 34  # room for the labels [px]
 
 
 def plot(
-    items: Sequence[Curve | Filling],
-    x_axis: Axis,
-    y_axis: Axis,
+    content: Plot,
     *,
     title: str,
-    marks: Sequence[Mark] = (),
-    spans: Sequence[Span] = (),
-    names: Mapping[float, str] | None = None,
     width: int = 560,
     height: int = 230,
     keys: bool = True,
@@ -55,28 +52,28 @@ def plot(
 ) -> Markup:
     """Return a figure: axes with ticks, lines, marks and a legend of its own.
 
-    `names` are what to write along the horizontal axis where its values are categories;
-    without `keys` there is no legend, as where figures above each other share one; `most` is
+    Without `keys` there is no legend, as where figures above each other share one; `most` is
     how many points of a line are drawn, the extremes among them. Beside the drawing stand its
-    numbers for the script, which draws it anew for whoever looks closer.
-
-    `names` are texts for values in the unit of the axis.
+    numbers for the script, which draws it anew for whoever looks closer. `title` is for who
+    cannot see it.
     """
+    x_axis, y_axis, names = content.x, content.y, content.names
     bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
     box = Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
-    numbers = Markup("") if names else live.payload(items, x_axis, y_axis, marks, spans)
+    numbers = Markup("") if names else live.payload(content)
     parts = [
         Markup('<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>').format(
             width * UNIT, height * UNIT, title
         ),
-        *(_span(span, x_axis, box) for span in spans),
-        grid(x_axis, y_axis, box, height, names or {}),
-        *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in items),
-        *(_mark(mark, x_axis, box) for mark in marks),
+        *(_span(span, x_axis, box) for span in content.spans),
+        grid(x_axis, y_axis, box, height, names),
+        *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in content.items),
+        *(_mark(mark, x_axis, box) for mark in content.marks),
+        _spread_bar(content.spread, y_axis, box),
         Markup("</svg>"),
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
-    return drawn + (legend(items) if keys else Markup(""))
+    return drawn + (legend(content.items) if keys else Markup(""))
 
 
 def legend(items: Sequence[Curve | Filling]) -> Markup:
@@ -238,6 +235,18 @@ def _span(span: Span, axis: Axis, box: Box) -> Markup:
         (high - low) * box.width * UNIT,
         box.height * UNIT,
     )
+
+
+def _spread_bar(spread: tuple[float, float] | None, axis: Axis, box: Box) -> Markup:
+    """Return a bar as tall as the 95 % bounds of every value of a logarithmic axis."""
+    if spread is None or not axis.logarithmic:
+        return Markup("")
+    tall = math.log10(spread[1] / spread[0]) / math.log10(axis.high / axis.low) * box.height
+    x, y = (box.left + box.width - 10) * UNIT, (box.top + 8) * UNIT
+    return Markup(
+        '<path class="spread" d="M{0} {1}h24m-12 0v{2:.0f}m-12 0h24"/>'
+        '<text class="end" x="{3}" y="{4:.0f}">95 %</text>'
+    ).format(x - 12, y, tall * UNIT, x - 24, y + max(tall * UNIT / 2 + 14, 30))
 
 
 def _mark(mark: Mark, axis: Axis, box: Box) -> Markup:

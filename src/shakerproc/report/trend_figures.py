@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from shakerproc.campaign.trend import Point, Trend
 from shakerproc.report import style, trend_view
-from shakerproc.report.run_figures import LEFT, save
+from shakerproc.report.pictures import LEFT, save
 from shakerproc.report.trend_styles import series_styles
 
 if TYPE_CHECKING:

@@ -43,7 +43,7 @@ def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
     return Drawing(
         trend.title,
         caption,
-        svg.plot(curves, x_axis, y_axis, title=trend.title, names=names, height=260),
+        svg.plot(svg.Plot(curves, x_axis, y_axis, names=names), title=trend.title, height=260),
     )
 
 

@@ -32,7 +32,7 @@ class Watched:
     @property
     def sentence(self) -> str:
         """What the reader is told."""
-        told = f"Watched: this page loads itself again every {self.seconds} s"
+        told = f"Watched: this page reloads every {self.seconds} s"
         if not self.waiting:
             return f"{told}."
         more = len(self.waiting) - _SHOWN

@@ -29,7 +29,6 @@ def find_crop(recording: Recording, test: Test) -> Crop:
             recording.n_samples, recording.sample_rate, crop.start, crop.stop
         )
     only = recording.select([crop_row(recording, test, crop.channel)])
-    unit, scale = shown_unit(only.channels[0].unit)
     return spectra.crop_by_threshold(
         list(_first(only)) if crop.remove_offset else _first(only),
         crop.threshold,
@@ -38,8 +37,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         hold=crop.hold,
         skip=crop.skip,
         remove_offset=crop.remove_offset,
-        unit=unit,
-        scale=scale,
+        shown=shown_unit(only.channels[0].unit),
     )
 
 

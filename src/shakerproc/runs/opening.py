@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
-from shakerproc.recordings import open_recording
+from shakerproc.recordings import FilePart, open_recording
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.runs.calibrations import by_sheet, told_calibrations
 from shakerproc.runs.joining import in_sequence, side_by_side
@@ -82,8 +82,7 @@ def open_path(
             decide=decide,
             sample_rate=test.processing.sample_rate,
             bad_rows=test.processing.bad_rows,
-            group=test.processing.group,
-            measurement=test.processing.measurement,
+            part=FilePart(test.processing.group, test.processing.measurement),
             run=named,
             hashed=True,
         )
@@ -115,7 +114,7 @@ def _with_others(
             there.append(
                 open_recording(
                     path, uses=one.channels, decide=_by_sheet_alone,
-                    sample_rate=one.sample_rate, group=one.group,
+                    sample_rate=one.sample_rate, part=FilePart(one.group),
                     bad_rows=test.processing.bad_rows, run=f"test {test.id} ({path.name})",
                     hashed=True,
                 )

@@ -10,12 +10,12 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
 from shakerproc.runs.analysis import Analysis, Line
+from shakerproc.runs.curves import RunCurve, curves_of
 from shakerproc.runs.flags import control_density, control_sweep
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
-    CurveKind,
     CurveSummary,
     FlagSummary,
     LineSummary,
@@ -34,21 +34,27 @@ MOST_POINTS: Final = 360
 
 TIME_SLICES: Final = 180
 
-BEYOND: Final = 1.25
-"""How far above the excited band the curves go, as a multiple of its upper end."""
+KEPT: Final = frozenset({
+    "psd", "gain", "coherence", "sweep", "level", "harmonics", "notch",
+})  # fmt: skip
+"""Kinds of curves that a page of hundreds of runs has room for, beside those in time."""
 
 
 def summary_of(
     result: RunResult, test: str, facts: Mapping[str, Value], recording: str, sha256: str
 ) -> RunSummary:
-    """Return what is kept of a run."""
+    """Return what is kept of a run: its numbers, and its curves thinned."""
+    numbers = numbers_of(result, test, facts)
+    return replace(numbers, recording=recording, sha256=sha256, curves=_kept_curves(result))
+
+
+def numbers_of(result: RunResult, test: str, facts: Mapping[str, Value]) -> RunSummary:
+    """Return the numbers of a run, without its curves and where it comes from."""
     level, level_unit = result.measured_level.shown if result.measured_level else (None, "")
     return RunSummary(
         test=test,
         status="done",
         facts=dict(facts),
-        recording=recording,
-        sha256=sha256,
         sample_rate_hz=result.sample_rate,
         duration_s=result.duration,
         events=tuple((event.time, event.note) for event in result.test.events),
@@ -66,7 +72,6 @@ def summary_of(
         flags=tuple(
             FlagSummary(f.kind, f.channel, f.message, f.unusable) for f in result.flags
         ),
-        curves=curves_of(result),
         notes=result.notes,
         unused=result.unused,
         analyses=tuple(_analysis(one) for one in result.analyses),
@@ -208,63 +213,18 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
     )
 
 
-def curves_of(result: RunResult) -> tuple[CurveSummary, ...]:
-    """Return the curves of a run, thinned."""
-    shown = shown_part(result)
-    frequency = result.spectra.frequency[shown]
-    curves = [_time_curve(result, i) for i in _drawn_in_time(result)]
-    for i, channel in enumerate(result.channels):
-        factor = shown_unit(channel.unit)[1] ** 2
-        density = result.psd[i, shown] * factor
-        curves.append(_curve("psd", channel.name, frequency, density))
-    curves += [*_sweep_curves(result), *_notch_curves(result)]
-    if result.against is not None and result.test.excitation != "sine":
-        against = result.against
-        for row, i in enumerate(result.responses):
-            name = result.channels[i].name
-            gain = np.where(against.valid, np.abs(against.h1[row]), np.nan)[shown]
-            gain *= shown_ratio(*result.units_of_response(i))[1]
-            coherence = np.where(against.valid, against.coherence[row], np.nan)[shown]
-            curves.append(_curve("gain", name, frequency, gain))
-            curves.append(_curve("coherence", name, frequency, coherence))
-    return tuple(curves)
-
-
-def _sweep_curves(result: RunResult) -> list[CurveSummary]:
-    sweeps = result.tracking.sweeps
-    curves = [
-        _curve("sweep", result.channels[i].name, s.frequency, np.abs(s.gain[i]), s.direction)
-        for s in sweeps
-        for i in result.responses
-    ]
-    if control_sweep(result) is None:
-        return curves
-    name = " and ".join(result.channels[i].name for i in result.controls)
-    factor = shown_unit(result.channels[result.controls[0]].unit)[1]
-    return curves + [
-        _curve("level", name, s.frequency, s.control * factor, s.direction) for s in sweeps
-    ]
-
-
-def _notch_curves(result: RunResult) -> list[CurveSummary]:
-    """Return two periods of the loudest response, before and after."""
-    notch = result.notch
-    if notch is None or result.loudest not in result.responses:
-        return []
-    row, channel = result.responses.index(result.loudest), result.channels[result.loudest]
-    factor = shown_unit(channel.unit)[1]
-    return [
-        _curve("notch", channel.name, notch.time, samples[row] * factor, part)
-        for part, samples in (("before", notch.before), ("after", notch.after))
-    ]
-
-
-def shown_part(result: RunResult) -> slice:
-    """Return which frequencies are drawn: from the first bin to a little above the band."""
-    cross = result.spectra
-    single = result.test.excitation == "sine"
-    high = cross.sample_rate / 2.0 if single else BEYOND * result.band[1]
-    return slice(1, max(3, int(np.searchsorted(cross.frequency, high, side="right"))))
+def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
+    """Return the curves that the page draws, thinned: of one kind, channel by channel."""
+    in_time = {result.channels[i].name for i in _drawn_in_time(result)}
+    loudest = result.channels[result.loudest].name
+    kept: list[CurveSummary] = []
+    for curve in curves_of(result):
+        if curve.kind in {"time", "threshold"}:
+            if curve.channel in in_time:
+                kept.append(_time_curve(curve))
+        elif curve.kind in KEPT and (curve.kind != "notch" or curve.channel == loudest):
+            kept.append(_thinned_curve(curve))
+    return tuple(kept)
 
 
 def _drawn_in_time(result: RunResult) -> list[int]:
@@ -273,27 +233,26 @@ def _drawn_in_time(result: RunResult) -> list[int]:
     return [*chosen, result.loudest] if result.responses else chosen
 
 
-def _time_curve(result: RunResult, i: int) -> CurveSummary:
-    factor = shown_unit(result.channels[i].unit)[1]
-    e = result.envelope
-    every = max(1, math.ceil(e.time.size / TIME_SLICES))
-    starts = np.arange(0, e.time.size, every)
+def _time_curve(curve: RunCurve) -> CurveSummary:
+    """Return an envelope in fewer slices; a line in time as it is."""
+    if curve.low is None:
+        return _thinned_curve(curve)
+    every = max(1, math.ceil(curve.x.size / TIME_SLICES))
+    starts = np.arange(0, curve.x.size, every)
     return CurveSummary(
-        "time",
-        result.channels[i].name,
-        _rounded(e.time[starts], 6),
-        _rounded(np.maximum.reduceat(e.high[i], starts) * factor, 4),
-        _rounded(np.minimum.reduceat(e.low[i], starts) * factor, 4),
+        curve.kind,
+        curve.channel,
+        _rounded(curve.x[starts], 6),
+        _rounded(np.maximum.reduceat(curve.y, starts), 4),
+        _rounded(np.minimum.reduceat(curve.low, starts), 4),
     )
 
 
-def _curve(
-    kind: CurveKind, channel: str, x: FloatArray, y: FloatArray, part: str = ""
-) -> CurveSummary:
-    x, y = thinned(x, y, MOST_POINTS)
-    digits = 4 if kind != "coherence" else 3
+def _thinned_curve(curve: RunCurve) -> CurveSummary:
+    x, y = thinned(curve.x, curve.y, MOST_POINTS)
+    digits = 4 if curve.kind != "coherence" else 3
     values = tuple(finite(v) for v in _rounded(y, digits))
-    return CurveSummary(kind, channel, _rounded(x, 6), values, part=part)
+    return CurveSummary(curve.kind, curve.channel, _rounded(x, 6), values, part=curve.part)
 
 
 def _rounded(values: Sequence[float] | FloatArray, digits: int) -> tuple[float, ...]:

@@ -15,7 +15,11 @@ from shakerproc.runs.remarks import unused_lines
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
 Value: TypeAlias = str | float | int | bool | None
-CurveKind: TypeAlias = Literal["time", "psd", "gain", "coherence", "sweep", "notch", "level"]
+CurveKind: TypeAlias = Literal[
+    "time", "threshold", "psd", "gain", "gain_root", "phase", "coherence",
+    "multiple_coherence", "psd_ratio", "sweep", "sweep_phase", "sweep_harmonic", "level",
+    "harmonics", "notch", "notch_psd",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -230,8 +230,6 @@ def as_input(
     sample_rate: float | None,
     *,
     duration: float | None,
-    upsample: int,
-    hold: Hold,
     tolerance: float,
     imposed: bool = False,
 ) -> Input:
@@ -256,8 +254,7 @@ def as_input(
     if imposed:
         if callable(excitation):
             raise ValueError("an imposed displacement is given by its samples")
-        return prepare_displacement(excitation, sample_rate, upsample=upsample)
+        return prepare_displacement(excitation, sample_rate)
     return prepare(
-        excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
-        tolerance=max(tolerance, ROUNDING),
-    )  # fmt: skip
+        excitation, sample_rate, duration=duration, tolerance=max(tolerance, ROUNDING)
+    )

@@ -14,7 +14,7 @@ from shakerproc.simulation.cases import Case, Solver, by_series, first_motion, s
 from shakerproc.simulation.chirps import ROUNDING, Chirp
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
 from shakerproc.simulation.kernels.table import Machine, Store
-from shakerproc.simulation.pieces import Hold, Signal
+from shakerproc.simulation.pieces import Signal
 from shakerproc.simulation.propagators import branches_of, build_store, no_store
 from shakerproc.simulation.simulation import Simulation
 
@@ -32,8 +32,6 @@ def simulate(
     sample_rate: float | None = None,
     *,
     duration: float | None = None,
-    upsample: int = 1,
-    hold: Hold = "band-limited",
     start: Mapping[str, tuple[float, float]] | None = None,
     tolerance: float = 1e-15,
     growth: bool = True,
@@ -51,12 +49,12 @@ def simulate(
     model : Model
         What is shaken.
     excitation : (n,) array, function or Input
-        Samples of the input, the input as a function of time, or what `prepare` made of it
-        [m/s², N or m].
+        Samples of the input, the input as a function of time, or what `prepare` made of it,
+        where it is cut finer or does something else between its samples [m/s², N or m].
     sample_rate : float, optional
         Samples per second, of the input and of the response; not with an `Input` [Hz].
-    duration, upsample, hold
-        See `prepare`; not with an `Input` [s].
+    duration : float, optional
+        Length of the response to a function of time; not with an `Input` [s].
     start : mapping of str to (float, float), optional
         Displacement [m] and velocity [m/s] of masses relative to the base at the start; the
         others rest.
@@ -81,14 +79,14 @@ def simulate(
     system = assemble(model)
     series = by_series(system, solver)
     given = None
-    if series and upsample == 1 and isinstance(excitation, Chirp):
+    if series and isinstance(excitation, Chirp):
         given = _long_steps(
             model, system, excitation, sample_rate, duration, tolerance=tolerance
         )
     if given is None:
         given = as_input(
-            excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
-            tolerance=tolerance, imposed=model.excitation.imposed,
+            excitation, sample_rate, duration=duration, tolerance=tolerance,
+            imposed=model.excitation.imposed,
         )  # fmt: skip
     store = _store(system.machine, given, solver)
     first = first_motion(model, system, given, start)
@@ -103,8 +101,6 @@ def simulate_many(
     *,
     reduce: Callable[[Simulation], Result],
     duration: float | None = None,
-    upsample: int = 1,
-    hold: Hold = "band-limited",
     tolerance: float = 1e-15,
     growth: bool = False,
     workers: int | None = None,
@@ -117,14 +113,14 @@ def simulate_many(
         What is shaken.
     reduce : function
         Called with each `Simulation`, so that not all of them are kept.
-    excitation, sample_rate, duration, upsample, hold, tolerance, growth
+    excitation, sample_rate, duration, tolerance, growth
         See `simulate` [units as there].
     workers : int, optional
         Threads; by default as many as cores.
     """
     given = as_input(
-        excitation, sample_rate, duration=duration, upsample=upsample, hold=hold,
-        tolerance=tolerance, imposed=models[0].excitation.imposed,
+        excitation, sample_rate, duration=duration, tolerance=tolerance,
+        imposed=models[0].excitation.imposed,
     )  # fmt: skip
 
     def one(model: Model) -> Result:

@@ -95,8 +95,7 @@ def crop_by_threshold(
     hold: float = 0.0,
     skip: float = 0.0,
     remove_offset: bool = False,
-    unit: str = "m/s^2",
-    scale: float = 1.0,
+    shown: tuple[str, float] = ("m/s^2", 1.0),
 ) -> Crop:
     """Return the part from the first to the last sample at or above a threshold.
 
@@ -118,10 +117,8 @@ def crop_by_threshold(
         `sample_at`.
     remove_offset : bool
         Compare with the mean of all samples taken away; iterates twice.
-    unit : str
-        Unit that messages have.
-    scale : float
-        How many of that unit one unit of the samples is [-].
+    shown : (str, float)
+        Unit that messages have, and how many of it one unit of the samples is [-].
 
     Returns
     -------
@@ -141,6 +138,7 @@ def crop_by_threshold(
     checks.positive("sample_rate", sample_rate, "Hz")
     checks.not_negative("hold", hold, "s")
     checks.not_negative("skip", skip, "s")
+    unit, scale = shown
     offset = _mean(samples) if remove_offset else 0.0
     pause = max(1, round((hold or PAUSE) * sample_rate))
     events, largest = _events(

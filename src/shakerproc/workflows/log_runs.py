@@ -1,9 +1,9 @@
 """Every test of a log processed, in processes or on a cluster, into a folder."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from pathlib import Path
 
-from shakerproc.campaign.batch import Campaign, run_batch
+from shakerproc.campaign.batch import UNTOLD, Campaign, Execution, Progress, run_batch
 from shakerproc.campaign.jobs import Products
 from shakerproc.campaign.remote import RemoteExecutor, RemoteHashes
 from shakerproc.testlog import TestLog
@@ -19,9 +19,7 @@ def run_log(
     *,
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
-    on_start: Callable[[int, int], None] | None = None,
-    on_outdated: Callable[[int], None] | None = None,
-    on_end: Callable[[str], None] | None = None,
+    progress: Progress = UNTOLD,
 ) -> Campaign:
     """Return how every test of a log went, its results in a folder; see `run_batch`."""
     executor = machines.executor(prepare if products.figures else None)
@@ -33,13 +31,9 @@ def run_log(
     return run_batch(
         log,
         root,
-        work=work_through,
-        executor=executor,
-        products=products,
+        products,
+        Execution(work_through, executor, hashes),
         accept_changed=accept_changed,
-        hashes=hashes,
         only=only,
-        on_start=on_start,
-        on_outdated=on_outdated,
-        on_end=on_end,
+        progress=progress,
     )

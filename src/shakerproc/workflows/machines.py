@@ -24,7 +24,7 @@ class Machines:
     workers : int, optional
         Processes at a time; by default one for each processor. A cluster has its own number.
     time_limit : float
-        Longest that one test may take [s].
+        Longest time for one test [s].
     memory_limit : float
         Most that one test may allocate [byte].
     scheduler : str, optional

@@ -27,7 +27,7 @@ class Options(TypedDict, total=False):
     excitation : str
         ``sine sweep``, ``random``, ``sine``, ``stepped sine`` or ``shock``.
     level : str
-        Demanded, such as ``0.5 g`` or ``1e-3 g^2/Hz``.
+        Demanded level, such as ``0.5 g`` or ``1e-3 g^2/Hz``.
     from_hz, to_hz : float
         Excited band; of a sine `from_hz` alone is its frequency [Hz].
     notch_hz : float
@@ -41,7 +41,7 @@ class Options(TypedDict, total=False):
     crop_hold_s, skip_s : float
         How long the threshold must hold, and time at the start that is not looked at [s].
     sample_rate_hz : float
-        Where the recording does not say it [Hz].
+        Sample rate, where the recording does not state it [Hz].
     bad_rows : str
         ``refuse`` or ``skip`` lines of a text file that are no rows of numbers.
     group : str

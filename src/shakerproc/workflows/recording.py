@@ -101,7 +101,7 @@ class OpenedRecording(Shown):
 
     def _opened(self) -> "Recording":
         return recordings.open_recording(
-            self.path, group=self.group, sample_rate=self.rate_said
+            self.path, part=recordings.FilePart(self.group), sample_rate=self.rate_said
         )
 
     def _repr_html_(self) -> str:
@@ -136,7 +136,9 @@ def open_recording(
     given = file_of("path", path, "a recording")
     group = None if group is None else text_of("group", group, "the name of a group")
     rate = None if sample_rate_hz is None else positive_of("sample_rate_hz", sample_rate_hz)
-    with recordings.open_recording(given, group=group, sample_rate=rate) as opened:
+    with recordings.open_recording(
+        given, part=recordings.FilePart(group), sample_rate=rate
+    ) as opened:
         return OpenedRecording(
             given,
             opened.channels,

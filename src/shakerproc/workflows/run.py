@@ -95,9 +95,9 @@ class Run(Shown):
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` may draw; those that a run lacks are told."""
-        from shakerproc.report.run_figures import FIGURES
+        from shakerproc.report.run_plots import IN_FILES
 
-        return tuple(FIGURES)
+        return IN_FILES
 
     def plot(self, figure: str = "") -> "Figure":
         """Return a figure of the run.
@@ -113,15 +113,14 @@ class Run(Shown):
         ArgumentError
             If there is no such figure, or this run has not got it.
         """
-        from shakerproc.report import style
-        from shakerproc.report.run_figures import FIGURES
+        from shakerproc.report.run_figures import run_figure
+        from shakerproc.report.run_plots import IN_FILES
 
         asked = text_of("figure", figure, "the name of a figure")
-        chosen = (choice_of("figure", asked, FIGURES, "a figure"),) if asked else _USUAL
+        chosen = (choice_of("figure", asked, IN_FILES, "a figure"),) if asked else _USUAL
         title = title_of(self.result.test, self.result.run)
         for name in chosen:
-            with style.look():
-                drawn = FIGURES[name](self.result, title)
+            drawn = run_figure(self.result, name, title)
             if drawn is not None:
                 return drawn
         raise ArgumentError("figure", f"this run has no {figure}: it lacks what is drawn there")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc.campaign.arrivals import Looked, Stamp, looked, recordings_in, standing
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import Campaign, Progress
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
@@ -39,7 +39,7 @@ class Pace:
     settle : float
         Time for which size and time of a file must stand still for it to be finished [s].
     every : float
-        Time between two looks [s].
+        Time between two checks of the folder [s].
     idle : float, optional
         Time without anything new after which the watch ends [s]; by default never.
     """
@@ -152,7 +152,7 @@ class Watch:
             self._machines,
             accept_changed=True,
             only=due,
-            on_end=ended.append,
+            progress=Progress(on_end=ended.append),
         )
         if campaign.kept:
             self._tell(f"{campaign.kept} reused from an earlier watch or batch")

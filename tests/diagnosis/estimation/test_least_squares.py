@@ -164,6 +164,15 @@ def test_starts_are_fitted_where_the_numbers_stand(linear):
     assert np.median(after) < 3.0  # the noise of the control is amplified by the resonance
 
 
+def test_where_a_stiff_law_hides_the_start_of_a_window_it_is_found():
+    values = {"force": 8.0, "reference_displacement": 1e-4, "exponent": 3.5}
+    data = data_of(one_mass(effect=EFFECTS["power_law"](**values)), levels=(4.0, 8.0))
+    windows = windows_of(data, 500, held_out=True, most=40, run_in=200)
+    right = fit(data, *added(data, "power_law", **values), windows, rounds=0)
+    left = predicted_rows(data, with_starts_fitted(data, right, windows), windows.run_in)
+    assert left.max() < 2.0  # one was thousands, from what was measured alone
+
+
 def test_the_motion_of_a_mode_that_no_sensor_tells_is_driven_by_that_of_its_place():
     truth = one_mass(effect=EFFECTS["attached_mode"](0.08, 61.0, 0.01))
     data = data_of(truth, levels=(4.0,))

@@ -32,7 +32,7 @@ def batch(
         float,
         typer.Option(
             "--time-limit",
-            help="Longest that one test may take [s].",
+            help="Longest time for one test [s].",
             min=0.1,
             max=LONGEST_S,
             callback=options.positive,
@@ -42,7 +42,7 @@ def batch(
         float,
         typer.Option(
             "--memory-limit",
-            help="Most that one test may allocate [MB].",
+            help="Most memory for one test [MB].",
             min=100.0,
             max=LARGEST_MB,
             callback=options.positive,
@@ -57,7 +57,10 @@ def batch(
         ),
     ] = None,
     by: Annotated[
-        str, typer.Option(metavar="COLUMNS", help="Columns that make its series, with commas.")
+        str,
+        typer.Option(
+            metavar="COLUMNS", help="Columns whose values make its series, separated by commas."
+        ),
     ] = "",
     channel: Annotated[
         str | None,
@@ -91,12 +94,18 @@ def batch(
         ),
     ] = None,
     modal: Annotated[
-        bool, typer.Option("--modal", help="Find the modes of the tests too, in modal.")
+        bool,
+        typer.Option(
+            "--modal", help="Find the modes of the tests too; results in the folder modal."
+        ),
     ] = False,
     pdf: options.PdfOption = False,
     accept_changed: Annotated[
         bool,
-        typer.Option("--accept-changed", help="Take recordings that changed since first seen."),
+        typer.Option(
+            "--accept-changed",
+            help="Accept recordings that changed since they were first read.",
+        ),
     ] = False,
     json: output.JsonOption = None,
 ) -> None:

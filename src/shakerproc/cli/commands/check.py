@@ -29,7 +29,7 @@ def check(
         typer.Option(
             "--against",
             metavar="REFERENCE",
-            help="Such a table, kept as wanted.",
+            help="Reference table of the same form.",
             exists=True,
             show_default="the profiles of the log",
         ),
@@ -42,17 +42,18 @@ def check(
         str,
         typer.Option(
             metavar="COLUMNS",
-            help="What to compare, with commas, each with its own tolerance if need be: "
-            '"peak_frequency, quality=20 %".',
+            help="Columns to compare, separated by commas, each with its own tolerance if "
+            'needed: "peak_frequency, quality=20 %".',
         ),
     ] = "peak_frequency",
     json: output.JsonOption = None,
 ) -> None:
-    """Compare a table of runs with a reference; fail where a number left its tolerance.
+    """Compare a table of runs with a reference; fail where a number is outside its tolerance.
 
-    Exit status 1 if a value is off or a run is missing, with one line for each. Of peaks, the
-    tallest of each response is compared. A reference may have fewer rows and columns. Without
-    one, every test that has a profile must keep its lines: profile.csv of the folder says so.
+    Exit status 1 if a value is outside its tolerance or a run is missing, with one line for
+    each. Of peaks, the tallest of each response is compared. A reference may have fewer rows
+    and columns. Without one, every test that has a profile must keep its lines: profile.csv of
+    the folder says so.
     """
     if against is None:
         _check_profiles(table, json)

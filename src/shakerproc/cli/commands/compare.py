@@ -47,7 +47,7 @@ def compare(
         typer.Option(
             "--before",
             metavar="OLD",
-            help="An older model, drawn beside it.",
+            help="An earlier model, shown beside it.",
             exists=True,
             dir_okay=False,
         ),
@@ -207,7 +207,7 @@ def _print(found: "Comparison", folder: Path, json: str | None) -> None:
     output.print_table(
         _SHOWN,
         rows,
-        title="Errors are shares of the response",
+        title="Errors: residual rms over measured rms",
         json_target=json,
         spare=("model gain", "gain", "level"),
         elsewhere=str(folder / "errors.csv"),

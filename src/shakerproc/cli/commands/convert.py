@@ -23,13 +23,14 @@ def convert(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Where the recording does not say it [Hz].", callback=options.positive
+            help="Sample rate, where the recording does not state it [Hz].",
+            callback=options.positive,
         ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
 ) -> None:
     """Write a recording in another format, in the units that it has."""
-    from shakerproc.recordings import WRITERS, open_recording
+    from shakerproc.recordings import WRITERS, FilePart, open_recording
 
     write = WRITERS.get(out.suffix.lower())
     if write is None:
@@ -41,8 +42,7 @@ def convert(
         raise typer.BadParameter("this is the recording itself", param_hint="OUT")
     with open_recording(
         recording,
-        group=group,
-        measurement=options.measurement_of(measurement),
+        part=FilePart(group, options.measurement_of(measurement)),
         sample_rate=sample_rate_hz,
         bad_rows=options.bad_rows_of(bad_rows),
     ) as opened:

@@ -176,7 +176,7 @@ def _verdict(before: "Comparison", after: "Comparison", diagnosis: "Diagnosis") 
 
 
 def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
-    """Print the error ladder."""
+    """Print the errors before and after."""
     output.print_table(
         ("test", "level", "held out", "error before", "error after", "noise"),
         [
@@ -190,6 +190,6 @@ def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
             )
             for old, new in zip(before.tests, after.tests, strict=True)
         ],
-        title="Error ladder: share of the response that the model does not explain",
+        title="Errors before and after: residual rms over measured rms",
         json_target=json,
     )

@@ -17,7 +17,7 @@ def diagnose(
         Path, typer.Argument(metavar="MODEL", help="Model file (YAML).", exists=True)
     ],
     testlog: options.LogArgument,
-    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
     scheduler: options.SchedulerOption = None,
     recordings: options.RecordingsOption = None,
     pdf: options.PdfOption = False,
@@ -75,7 +75,7 @@ def diagnose(
 
 
 def show(result: "Diagnosis", json_target: str | None) -> None:
-    """Print verdict, error ladder and candidates."""
+    """Print verdict, errors before and after, and candidates."""
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     output.data(result.sentence, json_target=json_target)
     if result.confidence is not None:

@@ -154,7 +154,7 @@ def _loop(kind: str, columns: int, rows: int) -> str:
 def _draw(kind: str, path: Path) -> None:
     from shakerproc.report import style
     from shakerproc.report.effects import picture
-    from shakerproc.report.run_figures import save
+    from shakerproc.report.pictures import save
 
     with style.look():
         save(picture(kind), path)

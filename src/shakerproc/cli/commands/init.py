@@ -24,7 +24,7 @@ def init(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Of recordings that do not say it; with --recordings [Hz].",
+            help="Sample rate of recordings that do not state it; with --recordings [Hz].",
             callback=options.positive,
         ),
     ] = None,

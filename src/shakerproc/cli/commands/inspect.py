@@ -34,7 +34,8 @@ def inspect(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Where the recording does not say it [Hz].", callback=options.positive
+            help="Sample rate, where the recording does not state it [Hz].",
+            callback=options.positive,
         ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
@@ -46,15 +47,14 @@ def inspect(
     Also of a recording that cannot be used as it is: what it holds, and what to do (exit 1).
     """
     from shakerproc.errors import RecordingError
-    from shakerproc.recordings import contents, open_recording
+    from shakerproc.recordings import FilePart, contents, open_recording
 
     skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
     groups, notes = contents(recording)
     try:
         with open_recording(
             recording,
-            group=group,
-            measurement=chosen,
+            part=FilePart(group, chosen),
             sample_rate=sample_rate_hz,
             bad_rows=skip,
             hashed=True,

@@ -48,7 +48,7 @@ TogetherOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--together",
-        help="One fit of all tests: the same modes, forces here and there.",
+        help="One fit of all tests: the same modes, forces at several places.",
         show_default="the log's",
     ),
 ]

@@ -34,7 +34,9 @@ def modes(
     ] = 6,
     law: Annotated[
         Literal["traction", "pressure", "cosine bearing"] | None,
-        typer.Option(help="How the load lies on the hole.", show_default="the coupon file's"),
+        typer.Option(
+            help="Distribution of the load on the hole.", show_default="the coupon file's"
+        ),
     ] = None,
     half_angle_deg: Annotated[
         float | None,
@@ -49,7 +51,9 @@ def modes(
     static: Annotated[bool, typer.Option(help="Find the stiffness of the hole.")] = True,
     temperature_c: Annotated[
         list[float] | None,
-        typer.Option(metavar="DEGREES", help="Clearance there [degC]; may be repeated."),
+        typer.Option(
+            metavar="DEGREES", help="Clearance at this temperature [degC]; may be repeated."
+        ),
     ] = None,
     model: Annotated[
         Path | None,
@@ -230,7 +234,7 @@ def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]")
     from shakerproc.finite_elements.mindlin_plate import mindlin_modes
     from shakerproc.report import style
     from shakerproc.report.modes import frequencies_over_clamp, mode_shapes
-    from shakerproc.report.run_figures import save
+    from shakerproc.report.pictures import save
 
     coupon, stated = described.coupon, described.stated_radius
     ends = [coupon.clamped_radius, stated or coupon.clamped_radius]

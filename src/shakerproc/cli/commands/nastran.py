@@ -55,7 +55,7 @@ def write(
     length_s: Annotated[float, typer.Option(help="Length of the sweep [s].", min=0.0)] = 30.0,
     sample_rate_hz: Annotated[float, typer.Option(help="Of the sweep [Hz].", min=0.0)] = 1000.0,
     spacing: Annotated[
-        Literal["linear", "octaves"], typer.Option(help="How the frequency goes.")
+        Literal["linear", "octaves"], typer.Option(help="How the frequency rises.")
     ] = "linear",
     log: Annotated[
         Path | None,

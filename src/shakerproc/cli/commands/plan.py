@@ -55,10 +55,11 @@ def plan(
         typer.Option(help="Largest displacement of the shaker, peak: half its stroke [mm]."),
     ] = None,
     sample_rate_hz: Annotated[
-        float | None, typer.Option(help="Of tests whose log does not say it [Hz].")
+        float | None,
+        typer.Option(help="Sample rate of tests whose log does not state it [Hz]."),
     ] = None,
     duration_s: Annotated[
-        float | None, typer.Option(help="Of tests whose log does not say it [s].")
+        float | None, typer.Option(help="Duration of tests whose log does not state it [s].")
     ] = None,
     diagnosis: Annotated[
         Path | None,
@@ -77,9 +78,9 @@ def plan(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Tell before the tests how far they move, whether play is used up, and what to mind.
+    """Predict how far tests move, whether the clearance is reached, and what to check first.
 
-    The table moves a0 / (4 pi^2 f^2); a part that keeps still is met on both sides where that
+    The table moves a0 / (4 pi^2 f^2); a part that stays at rest is hit on both sides where that
     is more than half the play. With a model the joint's own motion counts, resonances and all;
     until the first contact it is linear, so levels and frequencies are exact. Random motion is
     judged by 3 sigma, the shaker's limits (shaker: in the log) too.
@@ -288,8 +289,8 @@ def _write(
     files.write_csv(folder / "plan.csv", plan_columns(plans))
     if figures and any(planned.shaken is not None for planned in plans):
         from shakerproc.report import style
+        from shakerproc.report.pictures import save
         from shakerproc.report.planning import plan_figure
-        from shakerproc.report.run_figures import save
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)

@@ -30,7 +30,7 @@ def process(
     ] = None,
     level: Annotated[
         str | None,
-        typer.Option(metavar="LEVEL", help='Demanded, such as "0.5 g", "1e-3 g^2/Hz".'),
+        typer.Option(metavar="LEVEL", help='Demanded level, such as "0.5 g", "1e-3 g^2/Hz".'),
     ] = None,
     from_hz: Annotated[
         float | None,
@@ -46,7 +46,8 @@ def process(
     notch_hz: Annotated[
         float | None,
         typer.Option(
-            help="Take this tone out for a second look [Hz].", callback=options.positive
+            help="Remove this tone and compare with the original [Hz].",
+            callback=options.positive,
         ),
     ] = None,
     crop_channel: Annotated[
@@ -54,7 +55,10 @@ def process(
     ] = None,
     crop_threshold: Annotated[
         str | None,
-        typer.Option(help="Value between which the run lies.", show_default="0.45 g"),
+        typer.Option(
+            help="The run lies between the first and the last sample at this level.",
+            show_default="0.45 g",
+        ),
     ] = None,
     crop_absolute: Annotated[
         bool, typer.Option("--crop-absolute", help="Compare magnitudes with the threshold.")
@@ -70,7 +74,7 @@ def process(
     skip_s: Annotated[
         float | None,
         typer.Option(
-            help="Time at the start that is not looked at, to the nearest sample [s].",
+            help="Ignore this time at the start, to the nearest sample [s].",
             callback=options.not_negative,
             show_default="0",
         ),
@@ -86,10 +90,11 @@ def process(
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option(help="Unit of channels that say none, such as g.", show_default="error"),
+        typer.Option(help="Unit of channels that have none, such as g.", show_default="error"),
     ] = None,
     override_unit: Annotated[
-        bool, typer.Option("--override-unit", help="Take --unit where the file says another.")
+        bool,
+        typer.Option("--override-unit", help="Use --unit although the file states another."),
     ] = False,
     no_crop: Annotated[
         bool, typer.Option("--no-crop", help="Use the whole recording.")
@@ -97,7 +102,8 @@ def process(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Where the recording does not say it [Hz].", callback=options.positive
+            help="Sample rate, where the recording does not state it [Hz].",
+            callback=options.positive,
         ),
     ] = None,
     bad_rows: options.BadRowsOption = None,
@@ -119,9 +125,9 @@ def process(
     """Process one recording: crop, spectra, peaks, tables and figures.
 
     Without a log, channels in N, m and m/s are forces, displacements and velocities. Of the
-    others, those whose name speaks of control are controls, otherwise the first two, as in the
+    others, those with control in their names are controls, otherwise the first two, as in the
     thesis (of two channels the first; none where a force drives the test); all others are
-    responses. What measures something else is not used, and named.
+    responses. Channels of other quantities are not used; the output names them.
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.single import folder_name

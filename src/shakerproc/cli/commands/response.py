@@ -45,7 +45,9 @@ def response(
     harmonics: Annotated[int, typer.Option(help="Highest harmonic.", min=1, max=500)] = 31,
     branches: Annotated[
         bool,
-        typer.Option("--branches", help="Follow what branches off: asymmetric, double period."),
+        typer.Option(
+            "--branches", help="Follow branches of asymmetric motion and of doubled period."
+        ),
     ] = False,
     subharmonic: Annotated[
         list[int] | None,
@@ -68,8 +70,8 @@ def response(
     """Compute the frequency-response curve of a model, stable and unstable branches.
 
     Periodic motions are found by harmonic balance and followed around the folds; where a
-    branch is unstable the shaker jumps to another. Where the masses have free play, F / (k a)
-    says how severe it is.
+    branch is unstable the motion jumps to another. Where the masses have free play, F / (k a)
+    tells how strong the nonlinearity is.
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.simulation import harmonic_balance as hb
@@ -239,8 +241,8 @@ def _write(
         )
     if figures:
         from shakerproc.report import style
+        from shakerproc.report.pictures import save
         from shakerproc.report.response import response_figure
-        from shakerproc.report.run_figures import save
 
         with style.look():
             save(response_figure(found, others, free, sensor), folder / "response.png")

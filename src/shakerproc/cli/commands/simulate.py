@@ -35,7 +35,7 @@ def simulate(
     sample_rate_hz: Annotated[
         float,
         typer.Option(
-            help="Of tests whose log does not say it [Hz].",
+            help="Sample rate of tests whose log does not state it [Hz].",
             min=1.0,
             max=1e9,
             callback=options.positive,
@@ -44,7 +44,9 @@ def simulate(
     duration_s: Annotated[
         float,
         typer.Option(
-            help="Of runs whose log does not say it [s].", min=0.01, callback=options.positive
+            help="Duration of runs whose log does not state it [s].",
+            min=0.01,
+            callback=options.positive,
         ),
     ] = 10.0,
     lead_in_s: Annotated[
@@ -71,7 +73,7 @@ def simulate(
             show_default="none",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of noise and random excitation.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of noise and random excitation.", min=0)] = 0,
     growth: Annotated[
         bool, typer.Option(help="Run twice, to tell where the motion is chaotic.")
     ] = True,

@@ -52,8 +52,8 @@ def stiffness(
     """Take the stiffness of a joint from tensile runs: CSV or a testing machine's text export.
 
     k as in the thesis is the sum of the last forces over the sum of the last displacements at
-    one sample, a secant from zero; the slope over a range of force leaves the toe out and
-    comes with 95 % bounds from the scatter of the last runs.
+    one sample, a secant from zero; the slope over a range of force excludes the initial slack
+    (the toe) and comes with 95 % bounds from the scatter of the last runs.
     """
     if not 0.0 <= from_share < to_share <= 1.0:
         raise typer.BadParameter(
@@ -238,7 +238,7 @@ def _write(
     )
     if figures:
         from shakerproc.report import style
-        from shakerproc.report.run_figures import save
+        from shakerproc.report.pictures import save
         from shakerproc.report.tensile import all_runs, last_runs
 
         for number, (one, pulled) in enumerate(zip(found, specimens, strict=True), 1):

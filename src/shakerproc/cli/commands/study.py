@@ -24,9 +24,7 @@ def study(
             "--thesis", help="Check the statements of the thesis, and print the table."
         ),
     ] = False,
-    resume: Annotated[
-        bool, typer.Option(help="Take up again what an earlier run has found.")
-    ] = True,
+    resume: Annotated[bool, typer.Option(help="Reuse the results of an earlier run.")] = True,
     workers: Annotated[
         int | None, typer.Option(help="Runs side by side.", min=1, show_default="cores")
     ] = None,
@@ -98,7 +96,7 @@ def _run(
         files.write_csv(folder / "table.csv", result.columns)
         if figures:
             from shakerproc.report import style
-            from shakerproc.report.run_figures import save
+            from shakerproc.report.pictures import save
             from shakerproc.report.study import study_figure
 
             with style.look():

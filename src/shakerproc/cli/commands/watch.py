@@ -46,7 +46,10 @@ def watch(
     every_s: Annotated[
         float,
         typer.Option(
-            "--every", help="Time between two looks [s].", callback=options.positive, max=3600.0
+            "--every",
+            help="Time between two checks of the folder [s].",
+            callback=options.positive,
+            max=3600.0,
         ),
     ] = 1.0,
     idle_s: Annotated[
@@ -70,7 +73,7 @@ def watch(
     sample_rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Of recordings that do not say it, for drafts [Hz].",
+            help="Sample rate of recordings that do not state it, for drafts [Hz].",
             callback=options.positive,
         ),
     ] = None,
@@ -79,7 +82,7 @@ def watch(
     """Process each recording of a folder as soon as it is finished; the report follows.
 
     Results are those of `batch`; after Ctrl-C or a crash the same command goes on. A recording
-    that grows or changes later is processed again. The page in a browser loads itself again
+    that grows or changes later is processed again. The page in a browser reloads itself
     while the folder is watched. No port is opened.
     """
     from shakerproc.campaign.jobs import Products

@@ -79,17 +79,28 @@ class Windows:
     def __len__(self) -> int:
         return len(self.table)
 
+    def beginning(self, share: float, least: int) -> "Windows":
+        """Return the first part of each window, of so many samples at least."""
+        table = self.table.copy()
+        sizes = np.maximum(np.ceil(share * table[:, 2]), least)
+        table[:, 2] = np.minimum(table[:, 2], sizes.astype(int))
+        counted = tuple(c[:size] for c, size in zip(self.counted, table[:, 2], strict=True))
+        return Windows(table, counted, self.from_rest)
+
     def some(self, count: int) -> "Windows":
         """Return so many of the windows, evenly over all tests; all where there are no more."""
         if len(self) <= count:
             return self
-        chosen = np.linspace(0, len(self) - 1, count).round().astype(int)
+        return self.chosen(np.linspace(0, len(self) - 1, count).round().astype(int))
+
+    def chosen(self, which: NDArray[np.int64]) -> "Windows":
+        """Return windows by their indices."""
         return replace(
             self,
-            table=self.table[chosen],
-            counted=tuple(self.counted[i] for i in chosen),
-            run_in=None if self.run_in is None else self.run_in.some(count),
-            passed=None if self.passed is None else tuple(self.passed[i] for i in chosen),
+            table=self.table[which],
+            counted=tuple(self.counted[i] for i in which),
+            run_in=None if self.run_in is None else self.run_in.chosen(which),
+            passed=None if self.passed is None else tuple(self.passed[i] for i in which),
         )
 
 

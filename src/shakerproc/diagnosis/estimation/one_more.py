@@ -15,7 +15,7 @@ from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain, is_better
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.models.identification import Contained
 
@@ -108,10 +108,7 @@ class OneMore:
                 one = self._from_simpler(group, one, fits, windows, rounds)
                 if one is not None:
                     fits[group] = one
-            alone = self._alone(windows, rounds) if self.explained else None
-            rivals = [one for one in (alone, *fits.values()) if one is not None]
-            scores = [as_fitted(self.data, one) for one in rivals]
-            worth = worth_a_fit([s for s in scores if s is not None], self.known)
+            worth = self._worth_going_on(list(fits.values()), windows, rounds)
             standing = {
                 group: one
                 for group, one in fits.items()
@@ -119,10 +116,26 @@ class OneMore:
             }
         return sorted(standing.values(), key=lambda one: one.level)
 
-    def _alone(self, windows: Windows, rounds: int) -> Fit | None:
-        """Return the hypothesis without one more effect, fitted to windows."""
+    def _worth_going_on(self, fits: Sequence[Fit], windows: Windows, rounds: int) -> list[Fit]:
+        """Return the fits that may be the best where the windows are longer.
+
+        A second effect has to outdo the first alone, fitted to the same windows.
+        """
+        scores = self._scores(fits)
         on = self.on
-        return fit(self.data, on.hypothesis, on.x, windows, rounds=rounds, channels=on.channels)
+        if not (self.explained or on.hypothesis.added):
+            return worth_a_fit(scores, self.known)
+        alone = self._scores([
+            fit(self.data, on.hypothesis, on.x, windows, rounds=rounds, channels=on.channels)
+        ])
+        if on.hypothesis.added:
+            better = [s for s in scores if all(is_better(s, one) for one in alone)]
+            return worth_a_fit(better, self.known)
+        return worth_a_fit([*alone, *scores], self.known)
+
+    def _scores(self, fits: Sequence[Fit | None]) -> list[Score]:
+        scores = [as_fitted(self.data, one) for one in fits if one is not None]
+        return [score for score in scores if score is not None]
 
     def _promising(
         self, groups: Mapping[Group, Sequence[Start]], first: Mapping[Group, Fit]

@@ -27,6 +27,9 @@ OFFSET_SPREAD: Final = 0.1
 """Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
 drift by (starting value) [-]."""
 
+EXCESS: Final = 1.5
+"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
 

@@ -3,17 +3,24 @@
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.point import Point
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.point import Point, State
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, Linearisation
+from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 
 ROUNDS: Final = 12
 """Steps at most: starts of the masses are measured already, and nearly linear; that of a
 resonator is not [-]."""
+
+SHARES: Final = (0.125, 0.25, 0.5)
+"""Shares of a run-in to which starts are fitted before the whole: each twice the last [-]."""
 
 DAMPED: Final = (0.0, 1e-3, 0.1, 1.0)
 """Damping of steps that are tried, one after the other [-]."""
@@ -39,6 +46,24 @@ def with_starts_fitted(
     if windows.run_in is None:
         return replace(found, windows=windows, starts=None)
     linearisation = Linearisation(data, found.hypothesis, windows.run_in)
+    fitted = _fitted(linearisation, found, near)
+    if fitted is None:
+        return None
+    here, state = fitted
+    lost = _lost(linearisation, state) if near is None else np.zeros(0, np.int64)
+    other = _grown(data, found, windows.run_in.chosen(lost)) if lost.size else None
+    if other is not None and here.starts is not None:
+        starts = here.starts.copy()
+        starts[lost] = other
+        here, state = moved(linearisation, here, state, [starts])
+        here, _ = _settled(linearisation, here, state)
+    return replace(found, windows=windows, starts=here.starts)
+
+
+def _fitted(
+    linearisation: Linearisation, found: Fit, near: FloatArray | None
+) -> tuple[Point, State] | None:
+    """Return starts fitted from near ones, or from the best of those that were measured."""
     if near is None:
         here = linearisation.point(found.x, found.channels)
     else:
@@ -48,6 +73,20 @@ def with_starts_fitted(
         return None
     if near is None:
         here, state = with_best_starts(linearisation, here, state)
+    return _settled(linearisation, here, state)
+
+
+def _lost(linearisation: Linearisation, state: State) -> NDArray[np.int64]:
+    """Return the windows in which more than noise is left, of a model that explains most."""
+    left = np.zeros(len(linearisation.windows))
+    for stack, rows in zip(linearisation.stacks, state[0], strict=True):
+        left[stack.members] = np.mean(rows**2, axis=1)
+    lost = left > EXCESS**2
+    return np.flatnonzero(lost) if 2 * lost.sum() < lost.size else np.zeros(0, np.int64)
+
+
+def _settled(linearisation: Linearisation, here: Point, state: State) -> tuple[Point, State]:
+    """Return starts moved to where each window leaves least, by Gauss and Newton."""
     for _ in range(ROUNDS):
         left = state[2]
         slopes = linearisation.linearise(here, state, physics=False)
@@ -56,4 +95,16 @@ def with_starts_fitted(
         here, state = moved(linearisation, here, state, [s for s in steps if s is not None])
         if left - state[2] < SETTLED:
             break
-    return replace(found, windows=windows, starts=here.starts)
+    return here, state
+
+
+def _grown(data: DataSet, found: Fit, run_in: Windows) -> FloatArray | None:
+    """Return starts fitted to run-ins that grow: the shorter, the wider its basin."""
+    starts: FloatArray | None = None
+    for share in SHARES:
+        part = run_in.beginning(share, 2 * TAPS)
+        fitted = _fitted(Linearisation(data, found.hypothesis, part), found, starts)
+        if fitted is None:
+            return None
+        starts = fitted[0].starts
+    return starts

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain, simplest_alike
+from shakerproc.diagnosis.selection.scores import SURE, Score, gain, is_better, simplest_alike
 
 SHARE: Final = 0.5
 """Share of the error beyond the noise, without an effect, that the model with it may leave: an
@@ -33,8 +33,7 @@ def further(found: Found, chosen: Score) -> Score | None:
         s
         for s in _better(found)
         if chosen in _without_one(found, s)
-        and gain(s, chosen).t > SURE
-        and gain(s, chosen).mean > LEAST
+        and is_better(s, chosen)
         and found.left_by(s) < found.left_by(chosen)
     ]
     return min(more, key=lambda s: s.mean, default=None)
@@ -87,15 +86,10 @@ def _better(found: Found) -> list[Score]:
     return [
         s
         for s in found.effects
-        if _is_better(s, without_any(found, s))
-        and _is_better(s, as_it_is)
+        if is_better(s, without_any(found, s))
+        and is_better(s, as_it_is)
         and gain(s, found.linear).mean > 0.0
     ]
-
-
-def _is_better(score: Score, other: Score) -> bool:
-    own = gain(score, other)
-    return own.t > SURE and own.mean > LEAST
 
 
 def _explains_most(found: Found, score: Score) -> bool:

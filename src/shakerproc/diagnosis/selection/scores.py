@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
 BY_CHANCE: Final = 0.2
@@ -27,9 +28,6 @@ still fitted at the horizon: once in 10^9 by chance [-]."""
 
 LEAST: Final = 0.01
 """Gain below which an effect does not matter: what is left falls by half a per cent [-]."""
-
-EXCESS: Final = 1.5
-"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
 
 
 @final
@@ -113,6 +111,12 @@ def gain(better: Score, other: Score) -> Gain:
     against = np.minimum(apart * np.sign(mean), 0.0)
     error = np.sqrt((2.0 * np.mean(against**2) + BY_CHANCE**2) / apart.size)
     return Gain(mean, float(error) if apart.size > 1 else np.inf)
+
+
+def is_better(score: Score, other: Score) -> bool:
+    """Return whether the first predicts better than the other, for sure and by what matters."""
+    own = gain(score, other)
+    return own.t > SURE and own.mean > LEAST
 
 
 def ranked(scores: Sequence[Score]) -> list[Score]:

@@ -40,7 +40,7 @@ function read(element) {
     const near = [curves[i - 1], curves[i + 1]].find((o) => o && o.style === c.style && o.label);
     c.name = c.label || (near ? near.label : "");
   });
-  return { x, y, curves, marks: content.m ?? [], spans: content.s ?? [] };
+  return { x, y, curves, marks: content.m ?? [], spans: content.s ?? [], spread: content.e };
 }
 function shown(value, digits) {
   if (value === null || value === undefined) return "–";
@@ -224,6 +224,19 @@ function shading(figure) {
           const end = x > left + 0.8 * width;
           g.textAlign = end ? "right" : "left";
           g.fillText(label, x + (end ? -4 : 4) * ratio, top + 11 * ratio);
+        }
+        if (figure.spread) {
+          const { min, max } = u.scales.y, x = left + width - 10 * ratio, y = top + 8 * ratio;
+          const tall = (Math.log(figure.spread) / Math.log(max / min)) * height;
+          g.setLineDash([]);
+          g.beginPath();
+          for (const [a, b] of [[x - 3 * ratio, y], [x - 3 * ratio, y + tall]]) { g.moveTo(a, b); g.lineTo(a + 6 * ratio, b); }
+          g.moveTo(x, y);
+          g.lineTo(x, y + tall);
+          g.stroke();
+          g.font = `${11 * ratio}px system-ui, sans-serif`;
+          g.textAlign = "right";
+          g.fillText("95 %", x - 6 * ratio, y + Math.max(tall / 2 + 4 * ratio, 8 * ratio));
         }
         g.restore();
       }],

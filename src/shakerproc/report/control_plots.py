@@ -1,12 +1,10 @@
 """What the control did against its limits: lines, a sentence, the level of a sweep."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from shakerproc.report import style, svg
-from shakerproc.report.drawing import Drawing
-from shakerproc.report.run_curves import STILL, curves_of, frequency_axis, outside, values_of
+from shakerproc.report import style
+from shakerproc.report.drawn import Axis, Curve, Figure, Plot
+from shakerproc.report.run_curves import RunContent, outside, swept_axis
 from shakerproc.runs.control import control_told as told_of_control
 from shakerproc.runs.summary import ControlSummary, RunSummary
 
@@ -18,19 +16,14 @@ def control_told(run: RunSummary, where: str) -> str:
     return f" Mean control (limits: thin lines) {told_of_control(run.control, where)}."
 
 
-def alarm_lines(run: RunSummary) -> list[svg.Curve]:
+def alarm_lines(run: RunSummary) -> list[Curve]:
     """Return the limits of the control density as lines over the band."""
     if run.alarm is None or run.spectrum is None:
         return []
-    band = np.array(run.spectrum.band_hz)
     limits = [("alarm limits", run.alarm, style.ALARM_STYLE)]
     if run.control is not None:
         limits = _limits(run.control, 10.0)
-    return [
-        svg.Curve(label, band, np.full(2, limit), number, thin=True)
-        for name, pair, number in limits
-        for label, limit in zip((name, ""), pair, strict=True)
-    ]
+    return _lines(limits, run.spectrum.band_hz)
 
 
 def _limits(
@@ -48,33 +41,38 @@ def _limits(
     return found
 
 
-def level(run: RunSummary, chosen: Mapping[str, int]) -> Drawing | None:
-    """Return the amplitude of the control along a sweep, and its limits."""
-    del chosen  # the mean of the controls is no channel
-    curves = curves_of(run, "level")
-    if not curves or run.control is None:
-        return None
-    axis = frequency_axis(curves)
-    band = np.array(run.spectrum.band_hz if run.spectrum else (axis.low, axis.high))
-    lines = [
-        svg.Curve(f"mean control {c.part}".strip(), values_of(c.x), values_of(c.y), style_of)
-        for c, style_of in zip(curves, style.CONTROL_STYLES * len(curves), strict=False)
-    ]
-    limits = [
-        svg.Curve(label, band, np.full(2, limit), number, thin=True)
-        for name, pair, number in _limits(run.control, 20.0)
+def _lines(
+    limits: list[tuple[str, tuple[float, float], int]], band: tuple[float, float]
+) -> list[Curve]:
+    """Return two lines for each pair of limits, of which the first has the name."""
+    return [
+        Curve(label, np.array(band), np.full(2, limit), number, thin=True)
+        for name, pair, number in limits
         for label, limit in zip((name, ""), pair, strict=True)
     ]
+
+
+def level(content: RunContent) -> Figure | None:
+    """Return the amplitude of the control along a sweep, and its limits."""
+    curves, run = content.of("level"), content.run
+    if not curves or run.control is None:
+        return None
+    lines = [
+        Curve(f"mean control {c.part}".strip(), c.x, c.y, style_of)
+        for c, style_of in zip(curves, style.CONTROL_STYLES * len(curves), strict=False)
+    ]
+    axis = swept_axis(lines)
+    band = run.spectrum.band_hz if run.spectrum else (axis.low, axis.high)
+    limits = _lines(_limits(run.control, 20.0), band)
     top = 1.08 * max(float(np.nanmax(line.y)) for line in (*lines, *limits))
-    return Drawing(
-        "Level of the control.",
-        f"Fundamental along the sweep.{control_told(run, 'sweep')}",
-        svg.plot(
-            [*lines, *limits],
-            axis,
-            svg.Axis(f"[{run.level_unit}]", 0.0, top),
-            most=STILL,
-            title=f"Level of the control of test {run.test}",
-            spans=outside(run, axis),
-        ),
+    plot = Plot(
+        [*lines, *limits],
+        axis,
+        Axis(f"[{run.level_unit}]", 0.0, top),
+        spans=outside(run, axis),
+        title="Level of the control",
+        caption=f"Fundamental along the sweep.{control_told(run, 'sweep')}",
+        kind="level",
+        height=2.9,
     )
+    return Figure("level", [plot], "level of the control along the sweep; thin: limits")
