@@ -9,6 +9,7 @@ from scipy import signal
 
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import cross_spectra, psd, window_samples
+from shakerproc.spectra.welch import engine
 
 RATE = 5688.9
 SCIPY_DETREND = {"none": False, "segment mean": "constant"}
@@ -45,6 +46,20 @@ def test_equals_scipy(segment, overlap, n_fft, detrend):
     assert_allclose(ours.matrix, theirs, rtol=1e-13, atol=1e-13 * np.abs(theirs).max())
     density = np.einsum("iif->if", theirs).real
     assert_allclose(psd(ours), density, rtol=1e-13)
+
+
+@pytest.mark.parametrize("detrend", ["none", "mean", "segment mean"])
+def test_the_compiled_loops_of_long_recordings_equal_numpy(detrend, monkeypatch):
+    samples = noise(4, 40_011)
+    options = {"segment": 200, "overlap": 77, "n_fft": 256, "detrend": detrend}
+    by_numpy = cross_spectra(samples, RATE, **options)
+    monkeypatch.setattr(engine, "GROUP_VALUES", 2**14)
+    for before in (0, 2**16):  # from the start, and after some groups
+        monkeypatch.setattr(engine, "COMPILED_AFTER", before)
+        compiled = cross_spectra(samples, RATE, **options)
+        limit = 1e-13 * np.abs(by_numpy.matrix).max()
+        assert_allclose(compiled.matrix, by_numpy.matrix, rtol=1e-13, atol=limit)
+        assert_allclose(compiled.lit_segments, by_numpy.lit_segments, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["hann", "hamming", "blackman", "flat top", "rectangular"])

@@ -1,4 +1,4 @@
-"""The inner loops of notch filters and of tracking, compiled once and kept on disk."""
+"""The inner loops of spectra, notch filters and tracking, compiled once and kept on disk."""
 
 from typing import TypeAlias
 
@@ -12,6 +12,57 @@ IndexArray: TypeAlias = NDArray[np.int64]
 
 jit = numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, nogil=True)
 # not "nnan" and "ninf": a NaN in the samples must come out as a NaN
+
+
+@jit
+def window_segments(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
+    samples: FloatArray,
+    first: int,
+    step: int,
+    window: FloatArray,
+    offset: FloatArray,
+    segments: FloatArray,
+) -> None:
+    """Fill (n_segments, n_channels, n_fft) with windowed segments, `step` samples apart."""
+    n_segments, n_channels, _ = segments.shape
+    length = window.size
+    for s in range(n_segments):
+        start = first + s * step
+        for channel in range(n_channels):
+            source = samples[channel, start : start + length]
+            target = segments[s, channel]
+            shift = offset[channel]
+            for k in range(length):
+                target[k] = (source[k] - shift) * window[k]
+
+
+@jit
+def add_products(
+    spectra: FloatArray, real: FloatArray, imaginary: FloatArray, fourth: FloatArray
+) -> None:
+    """Add conj(X_i) X_j of every segment and pair i <= j to the real and imaginary sums.
+
+    The fourth powers of the magnitudes are added to `fourth`, (n_channels, n_frequencies).
+
+    `spectra` is (n_segments, n_channels, 2 n_frequencies), real and imaginary parts in turn;
+    the sums are (n_channels, n_channels, n_frequencies).
+    """
+    n_segments, n_channels, n_values = spectra.shape
+    n_frequencies = n_values // 2
+    for s in range(n_segments):
+        for i in range(n_channels):
+            for k in range(n_frequencies):
+                power = spectra[s, i, 2 * k] ** 2 + spectra[s, i, 2 * k + 1] ** 2
+                real[i, i, k] += power
+                fourth[i, k] += power * power
+            for j in range(i + 1, n_channels):
+                for k in range(n_frequencies):
+                    a_real = spectra[s, i, 2 * k]
+                    a_imaginary = spectra[s, i, 2 * k + 1]
+                    b_real = spectra[s, j, 2 * k]
+                    b_imaginary = spectra[s, j, 2 * k + 1]
+                    real[i, j, k] += a_real * b_real + a_imaginary * b_imaginary
+                    imaginary[i, j, k] += a_real * b_imaginary - a_imaginary * b_real
 
 
 @jit

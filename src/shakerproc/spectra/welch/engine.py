@@ -14,6 +14,13 @@ from shakerproc.spectra.welch.windows import effective_averages, window_samples
 GROUP_VALUES = 2**17
 """Samples windowed at once, 1 MiB: small enough for the cache, large enough for few calls."""
 
+COMPILED_AFTER = 2**25
+"""Values transformed before compiled loops take over from numpy: 10 minutes of 5 channels.
+
+Numpy takes twice as long, but the compiler half a second to load. What was loaded before does
+not count: the same samples give the same bits in every process.
+"""
+
 
 def cross_spectra(
     blocks: Iterable[FloatArray] | FloatArray,
@@ -163,9 +170,12 @@ class _Sums:
         self.span = (self.group - 1) * self.step + self.window.size
         self.tail = np.zeros((n_channels, self.span))
         self.segments = np.zeros((self.group, n_channels, self.n_fft))
-        shape = (n_frequencies, n_channels, n_channels)
-        self.products = np.zeros(shape, dtype=np.complex128)
-        self.spectra = np.zeros((n_channels, n_frequencies), dtype=np.complex128)
+        shape = (n_channels, n_frequencies)
+        self.products = np.zeros((n_channels, *shape), dtype=np.complex128)
+        self.transformed = np.zeros((self.group, *shape), dtype=np.complex128)
+        self.conjugates = np.zeros_like(self.transformed)
+        self.pairs = np.zeros_like(self.transformed)
+        self.spectra = np.zeros(shape, dtype=np.complex128)
         self.fourth = np.zeros((n_channels, n_frequencies))
         self.offset = np.zeros(n_channels)
         self.totals = np.zeros(n_channels)
@@ -184,23 +194,30 @@ class _Sums:
 
     def _add_group(self, samples: FloatArray, first: int, count: int) -> None:
         """Add `count` segments, the first of which starts at sample `first`."""
-        self._fill_segments(samples, first, count)
-        spectra = np.fft.rfft(self.segments[:count])
+        if self.detrend == "mean":
+            self._add_means(samples, first, count * self.step)
+        if self.n_segments * self.n_channels * self.n_fft < COMPILED_AFTER:
+            self._fill_segments(samples, first, count)
+            spectra = self._transform(count)
+            with np.errstate(invalid="ignore"):  # samples that are no numbers: refused later
+                self._multiply(spectra)
+        else:
+            self._fill_segments_compiled(samples, first, count)
+            spectra = self._transform(count)
+            self._multiply_compiled(spectra)
         if self.detrend == "mean":
             self.spectra += spectra.sum(axis=0)
-        by_bin = np.ascontiguousarray(spectra.transpose(2, 1, 0))
-        power = spectra.real**2 + spectra.imag**2
-        with np.errstate(invalid="ignore"):  # samples that are no numbers are refused later
-            self.products += by_bin.conj() @ by_bin.swapaxes(1, 2)
-        self.fourth += np.einsum("scf,scf->cf", power, power)
         self.n_segments += count
+
+    def _transform(self, count: int) -> ComplexArray:
+        """Return the spectra of the windowed segments, (count, n_channels, n_frequencies)."""
+        return np.fft.rfft(self.segments[:count], out=self.transformed[:count])
 
     def _fill_segments(self, samples: FloatArray, first: int, count: int) -> None:
         """Put windowed segments where they are transformed."""
         length = self.window.size
         span = samples[:, first : first + (count - 1) * self.step + length]
         if self.detrend == "mean":
-            self._add_means(samples, first, count * self.step)
             span = span - self.offset[:, np.newaxis]
         overlapping = np.lib.stride_tricks.sliding_window_view(span, length, axis=1)
         pieces = overlapping[:, :: self.step].swapaxes(0, 1)
@@ -209,6 +226,36 @@ class _Sums:
             np.subtract(pieces, pieces.mean(axis=-1, keepdims=True), out=target)
             pieces = target
         np.multiply(pieces, self.window, out=target)
+
+    def _fill_segments_compiled(self, samples: FloatArray, first: int, count: int) -> None:
+        """Do the same, at once where no mean of the segment is taken away."""
+        if self.detrend == "segment mean":
+            self._fill_segments(samples, first, count)
+            return
+        from shakerproc.spectra.kernels import window_segments  # loads the compiler: late
+
+        segments = self.segments[:count]
+        window_segments(samples, first, self.step, self.window, self.offset, segments)
+
+    def _multiply(self, spectra: ComplexArray) -> None:
+        """Add the products of pairs i <= j, and the fourth powers of the magnitudes."""
+        count = len(spectra)
+        conjugates = np.conjugate(spectra, out=self.conjugates[:count])
+        for i in range(self.n_channels):
+            pairs = self.pairs[:count, i:]
+            np.multiply(conjugates[:, i : i + 1], spectra[:, i:], out=pairs)
+            self.products[i, i:] += np.add.reduce(pairs, axis=0)
+            power = pairs[:, 0].real
+            self.fourth[i] += np.einsum("sf,sf->f", power, power)
+
+    def _multiply_compiled(self, spectra: ComplexArray) -> None:
+        """Do the same."""
+        from shakerproc.spectra.kernels import add_products  # loads the compiler: late
+
+        real, imaginary = np.zeros((2, *self.products.shape))
+        add_products(spectra.view(np.float64), real, imaginary, self.fourth)
+        self.products.real += real
+        self.products.imag += imaginary
 
     def _add_means(self, samples: FloatArray, first: int, count: int) -> None:
         """Add to the sums of the samples, less the mean of the first segment."""
@@ -250,7 +297,7 @@ class _Sums:
 
     def lit_segments(self) -> FloatArray:
         """Return (sum of powers)² over the sum of their squares, for each channel and bin."""
-        total = np.diagonal(self.products, axis1=1, axis2=2).real.T ** 2
+        total = np.diagonal(self.products).real.T ** 2
         lit = np.zeros(total.shape)
         np.divide(total, self.fourth, out=lit, where=self.fourth > 0.0)
         return lit
@@ -258,7 +305,7 @@ class _Sums:
     def _matrix(self) -> ComplexArray:
         """Return the sums as a full matrix, Hermitian to the last bit."""
         row, column = np.triu_indices(self.n_channels)
-        matrix = np.ascontiguousarray(self.products.transpose(1, 2, 0))
+        matrix = self.products.copy()
         matrix[column, row] = matrix[row, column].conj()
         every = np.arange(self.n_channels)
         matrix[every, every] = matrix[every, every].real
