@@ -19,7 +19,6 @@ from functools import lru_cache
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.spectra.peaks.mode_fit import Kind, ModesFit
@@ -185,7 +184,7 @@ def steady_chance(
     factor = np.concatenate(parts, axis=1)
     factor = np.concatenate([factor.real, factor.imag])
     noise = _noise(missing, leaked) / (2.0 * smearing.averages)
-    pattern = scipy.linalg.toeplitz(smearing.noise_correlation(frequency.size))
+    pattern = _correlated(smearing, frequency.size)
     covariance: FloatArray = factor @ factor.T / worth + np.kron(np.eye(2), noise * pattern)
     return Chance(covariance, -bias / worth, frequency.size)
 
@@ -195,11 +194,17 @@ def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) ->
 
     `errors` are in the unit of the values.
     """
-    pattern = scipy.linalg.toeplitz(smearing.noise_correlation(errors.size))
+    pattern = _correlated(smearing, errors.size)
     covariance = pattern * errors * errors[:, np.newaxis]
     parts = np.eye(2) if is_complex else np.eye(1)
     every = np.asarray(np.kron(parts, covariance), dtype=np.float64)
     return Chance(every, np.zeros(errors.size), errors.size)
+
+
+def _correlated(smearing: Smearing, n_bins: int) -> FloatArray:
+    """Return how errors by noise are correlated between bins, (n_bins, n_bins)."""
+    bins = np.arange(n_bins)
+    return smearing.noise_correlation(n_bins)[np.abs(bins - bins[:, np.newaxis])]
 
 
 def modelled(
