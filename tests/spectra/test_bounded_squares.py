@@ -38,7 +38,8 @@ def slopes_of(residual):
 def test_finds_scipys_minimum(shift, ratio, times, seed):
     truth = np.log([5.0, ratio])
     values = decay(truth) + 0.01 * np.random.default_rng(seed).standard_normal(TIME.size)
-    start, lower, upper = truth + [shift, np.log(times)], truth - [1, 4], truth + [1, 4]
+    start, apart = truth + np.array([shift, np.log(times)]), np.array([1.0, 4.0])
+    lower, upper = truth - apart, truth + apart
 
     def residual(point):
         return decay(point) - values

@@ -1,4 +1,4 @@
-"""Least squares of a few unknowns within limits: scipy.optimize has them, but loads for 0.4 s."""
+"""Least squares of a few unknowns within limits: scipy.optimize loads for 0.4 s."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
