@@ -18,7 +18,7 @@ FromList: Final = Field(strict=False)
 class Section(BaseModel):
     """A part of a file: unknown keys are refused, and nothing is converted silently."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

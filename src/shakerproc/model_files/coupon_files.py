@@ -110,7 +110,7 @@ class CouponSchema(Section):
     clamp: ClampSection
     damping_ratio: Annotated[float | None, in_unit("1", not_negative=True)] = None
     modes: ModesSection | None = None
-    stiffness: StiffnessSection = StiffnessSection()
+    stiffness: StiffnessSection = Field(default_factory=StiffnessSection)
     joint: JointSection | None = None
 
 

@@ -90,7 +90,7 @@ class StudySection(Section):
     coupon: str | None = None
     formula: str = ""
     run: RunSection | None = None
-    measure: MeasureSection = MeasureSection()
+    measure: MeasureSection = Field(default_factory=MeasureSection)
     vary: Annotated[tuple[VariationSection, ...], FromList] = ()
     claim: ClaimSection | None = None
     options: dict[str, Any] = Field(default_factory=dict)

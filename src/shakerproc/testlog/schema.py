@@ -238,12 +238,12 @@ class ProcessingSection(Section):
     bad_rows: BadRows | None = None
     group: Text | None = None
     measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
-    welch: WelchSection = WelchSection()
+    welch: WelchSection = Field(default_factory=WelchSection)
     detrend: Literal["none", "mean", "segment mean"] | None = None
     band: BandSection | None = None
-    peaks: PeaksSection = PeaksSection()
-    notch: NotchSection = NotchSection()
-    tolerance: ToleranceSection = ToleranceSection()
+    peaks: PeaksSection = Field(default_factory=PeaksSection)
+    notch: NotchSection = Field(default_factory=NotchSection)
+    tolerance: ToleranceSection = Field(default_factory=ToleranceSection)
     stitch: bool | None = None
     shock: ShockSection | None = None
     octaves: OctavesSection | None = None
@@ -254,7 +254,7 @@ class ProcessingSection(Section):
     splitting: SplittingSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
-    hammer: HammerSection = HammerSection()
+    hammer: HammerSection = Field(default_factory=HammerSection)
 
 
 class ExpectSection(Section):
@@ -364,8 +364,8 @@ class TestSection(Section):
     profile: Text | None = None
     tags: dict[Text, str | int | float | bool] = Field(default_factory=dict)
     channels: Channels = Field(default_factory=dict)
-    processing: ProcessingSection = ProcessingSection()
-    expect: ExpectSection = ExpectSection()
+    processing: ProcessingSection = Field(default_factory=ProcessingSection)
+    expect: ExpectSection = Field(default_factory=ExpectSection)
 
 
 class ShakerSection(Section):
@@ -404,10 +404,10 @@ class LogSection(Section):
     report: HeaderSection | None = None
     calibration: str | None = None
     channels: Channels = Field(default_factory=dict)
-    processing: ProcessingSection = ProcessingSection()
-    expect: ExpectSection = ExpectSection()
-    shaker: ShakerSection = ShakerSection()
-    modal: ModalSection = ModalSection()
+    processing: ProcessingSection = Field(default_factory=ProcessingSection)
+    expect: ExpectSection = Field(default_factory=ExpectSection)
+    shaker: ShakerSection = Field(default_factory=ShakerSection)
+    modal: ModalSection = Field(default_factory=ModalSection)
     profiles: dict[Text, ProfileSection] = Field(default_factory=dict)
     specimens: Annotated[
         Annotated[str, Tag("<file>")] | Annotated[Joints, Tag("<inline>")],

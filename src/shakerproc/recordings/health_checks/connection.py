@@ -81,7 +81,10 @@ class _Averages:
         self.power = np.zeros((count, bins))
         self.cross = np.zeros((count, len(self.references), bins), dtype=np.complex128)
         self.moved = np.zeros(count, dtype=bool)
-        self._caught = np.zeros(count)
+        self._others = [  # of two references, one against the other is enough
+            np.setdiff1d(np.arange(count), self.references[: column + 1])
+            for column in range(len(self.references))
+        ]
 
     @property
     def pieces(self) -> int:
@@ -104,25 +107,28 @@ class _Averages:
         self._rest, self._base = joined[:, keep:].copy(), base + keep
 
     def _transform(self, piece: FloatArray) -> None:
-        self.moved |= np.ptp(piece, axis=1) > 0.0
-        level = piece - (piece @ self._line.T) @ self._line
-        seen = level * self._window
-        self._caught += np.einsum("ij,ij->i", seen, seen) / np.sum(self._window**2)
+        if not self.moved.all():
+            self.moved |= np.ptp(piece, axis=1) > 0.0
+        seen = piece - (piece @ self._line.T) @ self._line
+        seen *= self._window
         spectrum = np.fft.rfft(seen, axis=1)
         self.power += spectrum.real**2 + spectrum.imag**2
-        for column, row in enumerate(self.references):
-            self.cross[:, column] += spectrum * np.conj(spectrum[row])
+        mirrored = spectrum.conj()
+        for column, others in enumerate(self._others):
+            row = self.references[column]
+            self.cross[others, column] += spectrum[others] * mirrored[row]
 
     def caught(self) -> FloatArray:
         """Return the mean power of each channel in the pieces [its unit, squared]."""
-        return self._caught / max(self.pieces, 1)
+        both = 2.0 * self.power.sum(axis=1) - self.power[:, 0] - self.power[:, -1]  # Parseval
+        return both / (self.size * np.sum(self._window**2) * max(self.pieces, 1))
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with which references, by row and column."""
         found = np.zeros(self.cross.shape[:2], dtype=bool)
-        for row in np.flatnonzero(self.moved).tolist():
-            for column, reference in enumerate(self.references):
-                if row != reference and self.moved[reference]:
+        for column, others in enumerate(self._others):
+            for row in others[self.moved[others]].tolist():
+                if self.moved[self.references[column]]:
                     found[row, column] = self._p_value(row, column, keep) < SIGNIFICANCE
         return found
 
