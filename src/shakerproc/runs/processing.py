@@ -26,7 +26,7 @@ from shakerproc.runs.tracking import density_against_time, swept_readings, track
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.testlog import Test, TestLog
 
-IN_MEMORY: Final = 3.2e7
+IN_MEMORY: Final = 1e8
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
 
 STILL: Final = (None, "random")

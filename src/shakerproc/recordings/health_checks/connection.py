@@ -121,7 +121,7 @@ class _Averages:
     def caught(self) -> FloatArray:
         """Return the mean power of each channel in the pieces [its unit, squared]."""
         both = 2.0 * self.power.sum(axis=1) - self.power[:, 0] - self.power[:, -1]  # Parseval
-        return both / (self.size * np.sum(self._window**2) * max(self.pieces, 1))
+        return np.asarray(both / (self.size * np.sum(self._window**2) * max(self.pieces, 1)))
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with which references, by row and column."""

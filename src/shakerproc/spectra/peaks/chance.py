@@ -204,7 +204,7 @@ def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) ->
 def _correlated(smearing: Smearing, n_bins: int) -> FloatArray:
     """Return how errors by noise are correlated between bins, (n_bins, n_bins)."""
     bins = np.arange(n_bins)
-    return smearing.noise_correlation(n_bins)[np.abs(bins - bins[:, np.newaxis])]
+    return np.asarray(smearing.noise_correlation(n_bins)[np.abs(bins - bins[:, np.newaxis])])
 
 
 def modelled(

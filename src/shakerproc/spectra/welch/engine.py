@@ -90,7 +90,7 @@ def cross_spectra(
     matrix = products / (sample_rate * sums.n_segments * float(weights @ weights))
     matrix[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
-        frequency=np.fft.rfftfreq(length, 1.0 / sample_rate),
+        frequency=np.array(np.fft.rfftfreq(length, 1.0 / sample_rate), dtype=np.float64),
         matrix=matrix,
         sample_rate=sample_rate,
         n_samples=sums.n_samples,

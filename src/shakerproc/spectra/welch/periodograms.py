@@ -32,4 +32,4 @@ def periodogram(samples: FloatArray, sample_rate: float) -> tuple[FloatArray, Fl
     spectrum = np.array([np.abs(np.fft.rfft(row)) ** 2 for row in samples])
     spectrum /= sample_rate * n_samples
     spectrum[:, 1 : (n_samples + 1) // 2] *= 2.0
-    return np.fft.rfftfreq(n_samples, 1.0 / sample_rate), spectrum
+    return np.array(np.fft.rfftfreq(n_samples, 1.0 / sample_rate), dtype=np.float64), spectrum

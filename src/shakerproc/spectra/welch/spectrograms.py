@@ -98,7 +98,7 @@ def spectrogram(
     density[:, 1 : (segment + 1) // 2] *= 2.0
     return Spectrogram(
         time=np.array(times) / sample_rate,
-        frequency=np.fft.rfftfreq(segment, 1.0 / sample_rate),
+        frequency=np.array(np.fft.rfftfreq(segment, 1.0 / sample_rate), dtype=np.float64),
         density=density,
     )
 
