@@ -60,7 +60,12 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     say("linear model")
     signs, late = signs_and_delays(model, tests)
     found = _with_chain(model, turned(tests, signs, late), say)
-    return replace(found, signs=tuple(map(float, signs)), late=tuple(map(float, late)))
+    return replace(
+        found,
+        signs=tuple(map(float, signs)),
+        late=tuple(map(float, late)),
+        recorded=tuple(tests),
+    )
 
 
 def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
