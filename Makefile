@@ -3,16 +3,19 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # where it is set, each of some hundred processes of the tests compiles every module anew
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test quick long check lint types kernels docs oldest benchmark verdicts fuzz blind
 .PHONY: chaos healthy real clean
 
+# uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything
 $(READY): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	$(PIP) uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --editable ".[dev]" || \
+		$(PIP) --no-compile --editable ".[dev]"
 	touch $@
 
 demo: $(READY)  ## the main job on sample_data, then the hidden gap
