@@ -39,9 +39,9 @@ def within():
         yield
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def processes(within):
-    """Have batches of a module start processes, as they do for a user."""
+    """Have batches of a test start processes, as they do for a user."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Machines, "executor", BY_PROCESSES)
         yield
