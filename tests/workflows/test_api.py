@@ -215,6 +215,7 @@ def test_calls_in_threads_are_those_one_after_the_other(given):
             assert DataFrame.equals(spectra, alone[1])
 
 
+@pytest.mark.usefixtures("processes")
 def test_a_batch_in_memory_is_that_of_the_folder_and_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = sp.read_log(SAMPLE / "testlog.yaml")
