@@ -124,7 +124,7 @@ def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | N
         f", from {recording.start_time:%Y-%m-%d %H:%M:%S} UTC" if recording.start_time else ""
     )
     output.data(
-        f"{path.name}: {_channels(recording.channels)}, {length}{start}, "
+        f"{path.name}: {_count(recording.channels)}, {length}{start}, "
         f"{recording.n_samples} samples at {recording.sample_rate:.9g} Hz",
         json_target=json,
     )
@@ -184,7 +184,7 @@ def _described(group: "RawGroup") -> str:
     at = f" at {', '.join(f'{rate:.6g}' for rate in rates)} Hz" if rates else ""
     copies = ", decimated copies" if group.reduced else ""
     return (
-        f"{group.name or 'of all channels'}: {_channels(group.channels)}, "
+        f"{group.name or 'of all channels'}: {_count(group.channels)}, "
         f"{' or '.join(map(str, lengths))} samples{at}{copies}"
     )
 
@@ -211,5 +211,5 @@ def _show_group(group: "RawGroup", json: str | None) -> None:
     output.print_table(columns, rows, json_target=json)
 
 
-def _channels(found: Sequence[object]) -> str:
+def _count(found: Sequence[object]) -> str:
     return f"{len(found)} channel{'s' * (len(found) != 1)}"
