@@ -31,7 +31,7 @@ from shakerproc.diagnosis.selection.errors import (
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
-from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
+from shakerproc.diagnosis.selection.proposing import Unexercised, as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
@@ -130,7 +130,7 @@ def _effects(fit: Fit) -> list[Finding]:
 
 def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
     """Return the kinds that predict as well as the chosen one and are no richer."""
-    tied = ties(standing)
+    tied = as_good(standing)
     own = standing[0].fit.hypothesis.kinds if standing else ()
     kinds = (kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own)
     return tuple(dict.fromkeys(kinds))

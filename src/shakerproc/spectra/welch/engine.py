@@ -265,7 +265,7 @@ class _Sums:
         n = self.n_channels
         row, column = self._pairs()
         matrix = np.empty((n, n, self.real.shape[1]), dtype=np.complex128)
-        with np.errstate(invalid="ignore"):  # samples that are no numbers are refused later
+        with np.errstate(invalid="ignore"):  # samples that are NaN are refused later
             matrix[row, column] = self.real + 1j * self.imaginary
         matrix[column, row] = matrix[row, column].conj()
         matrix[np.arange(n), np.arange(n)] = matrix[np.arange(n), np.arange(n)].real
