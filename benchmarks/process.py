@@ -1,4 +1,4 @@
-"""How long a 6-minute recording of 5 channels takes to work through, and --help to show."""
+"""How long a 6-minute recording of 5 channels takes to process, and --help to show."""
 
 import subprocess
 import sys

@@ -86,7 +86,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=20_000_000)
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--no-scipy", action="store_true", help="leave the slow rival out")
+    parser.add_argument(
+        "--no-scipy", action="store_true", help="leave out scipy, which is slow"
+    )
     options = parser.parse_args(arguments)
     samples = recording(options.samples)
     ours(samples[:, :100_000])

@@ -1,15 +1,15 @@
-"""A diagnosis of five effects, where seeking all of them is not the subject."""
+"""A diagnosis of few effects, where seeking all of them is not the subject."""
 
 from shakerproc.diagnosis import campaign
 
 FEW = {"gap", "offset_gap", "cubic_stiffness", "coulomb_friction", "quadratic_damping"}
 
 
-def seek_few(patch):
-    """Let a diagnosis in this process seek five effects only."""
+def seek_few(patch, few=FEW):
+    """Let a diagnosis in this process seek few effects only."""
     every = campaign.identifications
     patch.setattr(
         campaign,
         "identifications",
-        lambda scales: {kind: one for kind, one in every(scales).items() if kind in FEW},
+        lambda scales: {kind: one for kind, one in every(scales).items() if kind in few},
     )

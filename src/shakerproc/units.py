@@ -28,7 +28,7 @@ mega- = 1e6 = M-
 giga- = 1e9 = G-
 metre = [length] = m = meter
 second = [time] = s = sec
-gram = [mass] = gram
+gram = [mass]
 ampere = [current] = A
 kelvin = [temperature] = K
 radian = [angle] = rad
@@ -38,7 +38,7 @@ decibel = [level] = dB
 minute = 60 * second = min
 hour = 3600 * second = h
 hertz = 1 / second = Hz
-rpm = hertz / 60 = rpm
+rpm = hertz / 60
 degree = 0.017453292519943295 * radian = deg
 newton = 1000 * gram * metre / second**2 = N
 newton_metre = newton * metre = Nm

@@ -28,3 +28,5 @@ def test_what_is_hidden_is_named(seed, kind):
         held = trial.document["errors"]["held_out"]
         assert held["after"] < max(2.0 * trial.noise_floor, 0.005)
         assert held["after"] < held["before"]
+    if kind == "sensor_polarity":  # against the tests as recorded it leaves twice the response
+        assert 1.5 < held["before"] < 2.5

@@ -7,6 +7,7 @@ of a batch that nobody disturbed. Prints how many were compared and fails if one
 
 import hashlib
 import json
+import multiprocessing
 import os
 import random
 import shutil
@@ -16,16 +17,49 @@ import tempfile
 import time
 from pathlib import Path
 
+from tests.campaign import light_batch
 from tests.small_campaign import write_campaign
 
 from shakerproc.files import TEMPORARY_PREFIX
 
 LIGHT = (sys.executable, "-m", "tests.campaign.light_batch")
+FORKED = ("a light batch, forked",)
 REAL = (sys.executable, "-m", "shakerproc", "batch", "--no-figures", "--workers", "2")
 ROOT = Path(__file__).parents[2]
 
 
+class Forked:
+    """A light batch without workers, forked from a process that has imported all it needs."""
+
+    def __init__(self, log, out):
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload([light_batch.__name__])
+        environment = {"SOURCE_DATE_EPOCH": "1500000000", "CHAOS_WORKERS": "0"}
+        self.process = context.Process(
+            target=light_batch.main_with, args=(environment, log, out)
+        )
+        self.process.start()
+
+    @property
+    def returncode(self):
+        return self.process.exitcode
+
+    def wait(self, timeout):
+        self.process.join(timeout)
+        if self.process.is_alive():
+            raise subprocess.TimeoutExpired(FORKED, timeout)
+
+    def kill(self):
+        self.process.kill()
+
+    def communicate(self, timeout=None):
+        self.process.join(timeout)
+        return "", "what went wrong stands above"
+
+
 def start(command, log, out):
+    if command == FORKED:
+        return Forked(log, out)
     environment = os.environ | {"SOURCE_DATE_EPOCH": "1500000000"}
     tail = [str(log), str(out)] if command == LIGHT else [str(log), "--out", str(out)]
     return subprocess.Popen(

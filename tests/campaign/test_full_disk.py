@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from tests.campaign.chaos import fingerprints
+from tests.in_process import completed
 from tests.small_campaign import write_campaign
 
 BATCH = f"{sys.executable} -m shakerproc batch --no-figures --workers 1 {{log}} --out {{out}}"
@@ -35,7 +36,8 @@ def test_a_full_disk_ends_a_batch_in_one_line_and_the_next_call_resumes(tmp_path
     log, out = write_campaign(tmp_path, 2), tmp_path / "out"
     environment = os.environ | {"SOURCE_DATE_EPOCH": "1500000000"}
     batch = BATCH.format(log=log, out=out)
-    subprocess.run(batch.split(), env=environment, check=True, capture_output=True)
+    done = completed(*batch.split()[3:], env=environment)
+    assert done.returncode == 0, done.stderr
     calm = fingerprints(out)
     size = sum(p.stat().st_size for p in out.rglob("*") if p.is_file()) // 1024
     shutil.rmtree(out)

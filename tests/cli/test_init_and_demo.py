@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.few_effects import seek_few
 from typer.testing import CliRunner
 
 import shakerproc
@@ -67,7 +68,8 @@ def test_the_sample_data_are_found_beside_the_checkout():
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch, few_effects):
+def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
+    seek_few(monkeypatch, {"gap", "cubic_stiffness"})
     monkeypatch.setattr(example, "TESTS", short(example.TESTS, 4.0))
     module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
     monkeypatch.setattr(module, "sample_log", lambda: None)

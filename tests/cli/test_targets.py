@@ -235,6 +235,7 @@ def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("processes")
 def test_tables_and_trends_that_a_batch_no_longer_makes_do_not_stay(tmp_path, capsys):
     log, out = write_campaign(tmp_path, 3), tmp_path / "out"
     options = ("batch", log, "--out", out, "--no-figures", "--workers", "2")

@@ -28,7 +28,7 @@ FAULTS = {
     ),
     "NaN": (
         lambda x, _: np.where(np.arange(x.size) == x.size // 2, np.nan, x),
-        "holds values that are no numbers",
+        "holds values that are NaN or infinite",
     ),
 }
 
@@ -96,7 +96,7 @@ def test_compare_leaves_out_a_test_whose_channel_did_not_measure(case, tmp_path)
 SEVERAL = {
     "control 1 is constant": {"control 1": 0.0, "control 2": 0.0},
     "control 1 is an open input": {"control 1": NOISE, "control 2": NOISE},
-    "ch3 holds values that are no numbers": {"response 1": np.nan},
+    "ch3 holds values that are NaN or infinite": {"response 1": np.nan},
 }
 
 

@@ -103,8 +103,9 @@ def test_a_fit_finds_the_numbers_within_their_intervals(linear, tmp_path):
 
 
 @pytest.mark.slow
-def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path):
-    """Twenty noises on one motion; 95 % of 40 intervals, within four deviations."""
+@pytest.mark.parametrize("n_noises", [8, pytest.param(40, marks=pytest.mark.long)])
+def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path, n_noises):
+    """Noises on one motion; 95 % of twice as many intervals, within three deviations."""
     made = campaign(drives=(drive(),), seconds=2.0, noise=0.02)
     log, model = written(made, tmp_path, off(ONE_MASS, 1.01, 0.95))
     shaken_model = read_model(model)
@@ -112,7 +113,7 @@ def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path)
     rng = np.random.default_rng(9)
     run, inside = made.tests[0], []
     base = waveform(run.drive, 1, run.clean.shape[1])[:-1]
-    for _ in range(20):
+    for _ in range(n_noises):
         noisy, control = (
             x + 0.02 * np.std(x) * rng.standard_normal((n, base.size))
             for x, n in ((run.clean, 1), (base, 2))
@@ -124,7 +125,8 @@ def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path)
             p.low < t < p.high
             for p, t in zip(fitted.parameters, (JOINT.stiffness, JOINT.damping), strict=True)
         ]
-    assert 0.85 <= np.mean(inside) <= 1.0
+    deviation = np.sqrt(0.95 * 0.05 / len(inside))
+    assert np.mean(inside) >= 0.95 - 3.0 * deviation
 
 
 @pytest.fixture(scope="module")

@@ -44,11 +44,6 @@ def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
     assert found.worse == ""
 
 
-def test_the_joint_may_be_named_either_way_round(gap):
-    found = add_to_arrays("gap", one_mass(), gap, between=JOINT[::-1])
-    assert set(found.element.between) == set(JOINT)
-
-
 def test_what_is_no_gain_is_refused_unless_it_is_forced():
     tests = arrays_of(one_mass(), levels=(3.0,), seconds=2.0)
     with pytest.raises(DiagnosisError, match="base and mass: the held-out error"):
@@ -99,8 +94,10 @@ def test_what_cannot_be_is_said_before_the_long_work(gap, kind, more, says):
         add_to_arrays(kind, one_mass(), gap, **more)
 
 
-def test_numbers_to_start_from_do_no_harm_where_they_are_wrong(gap):
-    found = add_to_arrays("gap", one_mass(), gap, start={"clearance": 1e-6})
+def test_wrong_numbers_to_start_from_do_no_harm_nor_does_a_joint_named_the_other_way_round(gap):
+    start = {"clearance": 1e-6}
+    found = add_to_arrays("gap", one_mass(), gap, start=start, between=JOINT[::-1])
+    assert set(found.element.between) == set(JOINT)
     assert found.parameters["clearance"].value == pytest.approx(1.5e-4, rel=0.02)
 
 

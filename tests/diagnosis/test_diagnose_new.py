@@ -42,7 +42,7 @@ def test_where_nothing_is_missing_no_effect_is_named():
 
 
 @pytest.mark.slow
-def test_a_number_of_the_file_that_is_another_by_far_is_told_and_no_verdict():
+def test_a_number_of_the_file_that_is_another_by_far_is_told_and_no_verdict(few_effects):
     file = one_mass(damping=DAMPING / 40.0)
     found = diagnose_arrays(file, arrays_of(one_mass(), levels=(4.0,), seconds=1.5))
     assert found.verdict == "cannot tell"
@@ -52,7 +52,7 @@ def test_a_number_of_the_file_that_is_another_by_far_is_told_and_no_verdict():
 
 
 @pytest.mark.slow
-def test_a_joint_that_held_is_said_to_hold_and_nothing_is_named():
+def test_a_joint_that_held_is_said_to_hold_and_nothing_is_named(few_effects):
     rng = np.random.default_rng(0)
     tests = [
         replace(

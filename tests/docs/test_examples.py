@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.few_effects import seek_few
 
 FOLDER = Path(__file__).parents[2] / "examples"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
@@ -116,8 +117,9 @@ def finds_the_gap(example):
 
 
 @pytest.mark.slow
-def test_the_hidden_gap_is_found(example, few_effects):
-    """Among five effects; among all of them below."""
+def test_the_hidden_gap_is_found(example, monkeypatch):
+    """Of two effects; of all of them below, of five on the pages of the manual."""
+    seek_few(monkeypatch, {"gap", "cubic_stiffness"})
     finds_the_gap(example)
 
 

@@ -16,6 +16,7 @@ import pytest
 from tests.campaign.bad_work import work
 from tests.campaign.chaos import fingerprints
 from tests.executors.on_cluster import KINDS
+from tests.in_process import completed
 from tests.small_campaign import write_campaign
 
 from shakerproc.errors import ClusterError
@@ -120,6 +121,11 @@ def done(process):
     return out
 
 
+def done_here(*command):
+    ended = completed(*command, env=ENVIRONMENT)
+    assert ended.returncode == 0, ended.stderr
+
+
 def results(folder, *options):
     """Every file, without the options of the cluster in the command line that it tells."""
     told = "".join(f" {option}" for option in options).encode()
@@ -140,7 +146,7 @@ def n_done(out):
 @pytest.mark.slow
 def test_a_batch_gives_the_same_files_though_a_worker_is_killed(tmp_path, cluster):
     log, out = write_campaign(tmp_path, 6), tmp_path / "out"
-    done(start("batch", log, "--out", out, "--no-figures"))
+    done_here("batch", log, "--out", out, "--no-figures")
     alone = results(out)
     assert len(alone) > 20
     shutil.rmtree(out)
@@ -157,22 +163,21 @@ def test_a_batch_gives_the_same_files_though_a_worker_is_killed(tmp_path, cluste
 @pytest.mark.slow
 def test_recordings_are_fetched_through_fsspec(tmp_path, cluster):
     log, out = write_campaign(tmp_path, 3), tmp_path / "out"
-    done(start("batch", "--no-figures", log, "--out", out))
+    done_here("batch", "--no-figures", log, "--out", out)
     alone = results(out)
     (tmp_path / "recordings").rename(tmp_path / "elsewhere")
-    for place in (["--recordings", (tmp_path / "elsewhere").as_uri()],
-                  ["--recordings", (tmp_path / "elsewhere").as_uri(),
-                   "--scheduler", cluster.address]):  # fmt: skip
+    place = ["--recordings", (tmp_path / "elsewhere").as_uri()]
+    for options in (place, [*place, "--scheduler", cluster.address]):
         shutil.rmtree(out)
-        done(start("batch", "--no-figures", log, "--out", out, *place))
-        assert results(out, *place) == alone
+        done_here("batch", "--no-figures", log, "--out", out, *options)
+        assert results(out, *options) == alone
 
 
 @pytest.mark.slow
 def test_a_study_gives_the_same_table(tmp_path, cluster):
     study = ROOT / "configs" / "studies" / "temperature.yaml"
     for name, more in (("alone", ()), ("cluster", ("--scheduler", cluster.address))):
-        done(start("study", study, "--no-figures", "--out", tmp_path / name, *more))
+        done_here("study", study, "--no-figures", "--out", tmp_path / name, *more)
     alone = fingerprints(tmp_path / "alone")
     assert len(alone) > 5
     assert fingerprints(tmp_path / "cluster") == alone

@@ -13,30 +13,29 @@ from tests.fuzz.seeds import make_seeds
 from shakerproc.data import Channel, SkippedRows, recording_of_arrays
 
 resource = pytest.importorskip("resource", reason="no memory figures on this system")
-EVERY, FIRST = 58, 17
-"""Which mutants are taken: some five thousand, of every seed and kind."""
+SHARES = ((145, 17), pytest.param(29, 11, marks=pytest.mark.long))
+"""Every so many mutants, and from which on: some two thousand, some ten thousand."""
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(
     not hasattr(resource, "getrusage"), reason="no memory figures on this system"
 )
-def test_five_thousand_damaged_recordings(tmp_path):
+@pytest.mark.parametrize(("every", "first"), SHARES)
+def test_thousands_of_damaged_recordings(tmp_path, every, first):
     seeds = make_seeds(tmp_path)
     judge = Judge(tmp_path, seeds)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     counts: Counter[str] = Counter()
     bad = []
-    every = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
-    for number, mutant in enumerate(every):
-        if number % EVERY != FIRST:
-            continue
+    damaged = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
+    for number, mutant in itertools.islice(enumerate(damaged), first, None, every):
         outcome, message = judge.outcome(mutant)
         counts[outcome] += 1
         if outcome not in GOOD:
             bad.append((mutant.seed.name, mutant.kind, number, outcome, message))
     assert not bad
-    assert sum(counts.values()) >= 5000
+    assert sum(counts.values()) >= 290_000 // every
     assert all(counts[outcome] for outcome in GOOD)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown < 200 * 1024

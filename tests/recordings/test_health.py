@@ -276,7 +276,7 @@ def test_a_knock_on_one_control_is_found_and_one_on_the_table_is_none(kind):
     after = np.exp(-np.arange(N - 20_000) / RATE / 0.0008)
     knock = 30.0 * np.std(samples[:2], axis=1, keepdims=True) * after
     samples[1, 20_000:] += knock[1]
-    assert kinds(samples) == [("knock", "ch2")]
+    assert kinds(samples) == [("transient", "ch2")]
     samples[[0, 2, 3], 20_000:] += knock[0]
     assert kinds(samples) == []
 
@@ -289,7 +289,7 @@ def test_the_knock_of_the_sample_campaign_is_found():
     for path in folder.glob("*/*.tdms"):
         with open_recording(path) as recording:
             found[path.parent.name] = {(flag.kind, flag.channel) for flag in health(recording)}
-    assert found.pop("Test_13") == {("knock", "control 2")}
+    assert found.pop("Test_13") == {("transient", "control 2")}
     assert found.pop("Test_11") == {("incomplete", "")}
     assert set.union(*found.values()) == set()
 

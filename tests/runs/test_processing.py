@@ -237,7 +237,7 @@ def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():
         crop = replace(test.processing.crop, hold=hold)
         chosen = replace(test, processing=replace(test.processing, crop=crop))
         kinds[hold] = {flag.kind for flag in process_test(log, chosen).flags}
-    assert {"knock", "crop", "duration"} <= kinds[0.0]
+    assert {"transient", "crop", "duration"} <= kinds[0.0]
     assert not kinds[0.05]
 
 

@@ -62,6 +62,16 @@ def test_the_import_alone_loads_nothing_slow():
     assert done.stdout.strip() == b"[]"
 
 
+def test_reading_leaves_nothing_in_the_log_of_a_program_that_uses_it():
+    code = (
+        "import logging, sys, shakerproc as sp; logging.basicConfig(level=logging.INFO); "
+        "sp.read_log(sys.argv[1]); sp.read_model(sys.argv[2])"
+    )
+    files = (SAMPLE / "testlog.yaml", SAMPLE / "model.yaml")
+    done = subprocess.run([sys.executable, "-c", code, *files], capture_output=True, check=True)
+    assert (done.stdout, done.stderr) == (b"", b"")
+
+
 def test_no_room_has_the_name_of_a_function():
     rooms = {module.name for module in pkgutil.iter_modules(sp.__path__)}
     assert not rooms & set(sp.API)
@@ -71,6 +81,17 @@ def test_no_room_has_the_name_of_a_function():
         assert name in dir(sp)
     with pytest.raises(AttributeError, match="no attribute 'unheard_of'"):
         _ = sp.unheard_of
+
+
+def test_a_log_and_a_model_show_themselves_in_a_line():
+    log, model = sp.read_log(SAMPLE / "testlog.yaml"), sp.read_model(SAMPLE / "model.yaml")
+    assert repr(log) == (
+        f"Test log {SAMPLE / 'testlog.yaml'}: Simulated coupons on radial and slot joints; "
+        "15 tests, 1 of them discarded"
+    )
+    assert repr(model).endswith(
+        "; spring between base and coupon, damper between base and coupon"
+    )
 
 
 def test_a_recording_is_what_another_reader_reads():
@@ -215,6 +236,7 @@ def test_calls_in_threads_are_those_one_after_the_other(given):
             assert DataFrame.equals(spectra, alone[1])
 
 
+@pytest.mark.usefixtures("processes")
 def test_a_batch_in_memory_is_that_of_the_folder_and_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = sp.read_log(SAMPLE / "testlog.yaml")

@@ -3,33 +3,30 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from tests.small_campaign import write_campaign
 
-SAMPLE = Path(__file__).parents[2] / "sample_data"
 LINES = """
-from dataclasses import replace
 import shakerproc as sp
 print("once")
 log = sp.read_log({path!r})
-few = replace(log, tests=log.tests[:2])
-found = sp.batch(few, out="out", figures=False)
+found = sp.batch(log, out="out", figures=False)
 print(*(run.status for run in found.runs))
 """
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["file", "standard input", "event loop"])
+@pytest.mark.parametrize("way", ["file", "event loop on standard input"])
 def test_a_script_runs_once_whatever_processes_work_for_it(way, tmp_path):
-    lines = LINES.format(path=str(SAMPLE / "testlog.yaml"))
-    if way == "event loop":
+    lines = LINES.format(path=str(write_campaign(tmp_path, 2)))
+    if way == "event loop on standard input":
         inner = "".join(f"    {line}\n" for line in lines.splitlines())
         lines = f"import asyncio\nasync def cell():\n{inner}\nasyncio.run(cell())\n"
     script = tmp_path / "script.py"
     script.write_text(lines, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-" if way == "standard input" else script],
+        [sys.executable, script if way == "file" else "-"],
         check=False, input=lines, cwd=tmp_path, capture_output=True, text=True, timeout=100.0,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )  # fmt: skip

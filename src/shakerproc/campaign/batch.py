@@ -124,7 +124,7 @@ def run_batch(
     accept_changed : bool
         Whether a recording may differ from what was seen first.
     only : collection of ids, optional
-        Tests to work through now; what is known of the others stays as it is, and those that
+        Tests to process now; what is known of the others stays as it is, and those that
         were never processed are not in the result. By default all.
     progress : Progress
         What is told meanwhile; by default nothing.

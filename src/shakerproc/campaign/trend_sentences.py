@@ -29,7 +29,7 @@ def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
 def shift_sentence(tests: Sequence[Seen], name: str) -> str:
     """Return what a frequency does with clearance or level; empty if nothing is known.
 
-    Of several series (joints, orientations) the one that moves most is told.
+    Of several series (joints, orientations) the one with the largest shift is told.
     """
     for column, excitation, equal in _ASKED:
         request = TrendRequest("", "", "", column, equal, (("excitation", excitation),))

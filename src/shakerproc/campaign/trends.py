@@ -37,7 +37,7 @@ def main_peak(run: RunSummary, channel: str) -> PeakSummary | None:
 
 
 def trend_channel(runs: Sequence[RunSummary]) -> str:
-    """Return the response channel that moves most: the largest sum of ranks over the runs."""
+    """Return the channel of the largest response: the largest sum of ranks over the runs."""
     score: dict[str, float] = {}
     for run in (run for run in runs if not run.unusable):
         responses = [c for c in run.channels if c.role == "response" and c.psd_peaks]

@@ -1,11 +1,12 @@
 """What the search found: every hypothesis with its held-out score."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import final
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -53,6 +54,8 @@ class Found:
         By how much each sensor was found late and was advanced before all else [s].
     hums : tuple of Hum
         Hum of the mains that was taken away.
+    recorded : tuple of Test
+        The tests as recorded; those of `data` where none are given.
     """
 
     data: DataSet
@@ -69,6 +72,7 @@ class Found:
     signs: tuple[float, ...] = ()
     late: tuple[float, ...] = ()
     hums: tuple[Hum, ...] = ()
+    recorded: tuple[Test, ...] = ()
     _left: dict[Score, float] = field(default_factory=dict)
     _floors: dict[Score, dict[int, FloatArray]] = field(default_factory=dict)
 
@@ -76,6 +80,13 @@ class Found:
     def best(self) -> Score:
         """The hypothesis that predicts best."""
         return min((self.linear, *self.effects), key=lambda score: score.mean)
+
+    @cached_property
+    def as_recorded(self) -> DataSet:
+        """The tests as recorded, nothing turned, advanced or taken away."""
+        turned = any(sign < 0.0 for sign in self.signs)
+        changed = turned or any(self.late) or self.hums or self.corrected
+        return replace(self.data, tests=self.recorded) if changed else self.data
 
     @property
     def left(self) -> float:

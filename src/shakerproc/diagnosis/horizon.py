@@ -26,7 +26,7 @@ motions that are predicted: beyond, a test cannot be predicted, whatever the mod
 FEWEST_BLOCKS: Final = 3
 """Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
-FORETOLD: Final = 24
+PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""
 
 LONGER: Final = 1.1
@@ -137,7 +137,7 @@ def compared(
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         forms[i] = form.knowing(campaign.data, best)
         there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
-        if i and (there is None or not _foretold(campaign, there, forms[i])):
+        if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
         scores = _scores_beside(campaign, best, there, standing, forms[i])
         if not scores:
@@ -165,7 +165,7 @@ def _at_once(
     there = carried(campaign.data, best, [form], rounds=BEST_ROUNDS)
     if there is None or not is_mostly_noise(campaign, there):
         return None
-    if not _foretold(campaign, there, form):
+    if not _is_predicted(campaign, there, form):
         return None
     scores = _scores_beside(campaign, best, there, standing, form)
     if not scores:
@@ -190,8 +190,8 @@ def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
     return own, [score for score in scores if score.fit.hypothesis.added]
 
 
-def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
-    """Return whether a fit at a horizon foretells it.
+def _is_predicted(campaign: Campaign, there: Fit, form: Form) -> bool:
+    """Return whether a fit at a horizon predicts it.
 
     Noise may part the motion by `PARTED` at most, and so may the spread of its numbers: else a
     good fit is judged by where motions part. The numbers of one that leaves no more than noise
@@ -199,12 +199,12 @@ def _foretold(campaign: Campaign, there: Fit, form: Form) -> bool:
     """
     known = there.chi_square <= EXCESS**2
     numbers = None if known else drawn_numbers(there)
-    return parted(campaign.data, there, form.held_out.some(FORETOLD), numbers) <= PARTED
+    return parted(campaign.data, there, form.held_out.some(PREDICTED), numbers) <= PARTED
 
 
 def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:
     """Return whether an error at a horizon is no more than noise makes of the motion there."""
-    floors = floors_of(campaign.data, found, form.held_out.some(FORETOLD))
+    floors = floors_of(campaign.data, found, form.held_out.some(PREDICTED))
     return is_within(left, pooled_floor(floors))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
@@ -78,7 +79,7 @@ def hidden_pairs(
         own = np.zeros(len(linear.hypothesis.own))
         second = OneMore(
             data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None,
-            below=least,
+            condition=Condition(below=least),
         )  # fmt: skip
         found += second.found([other])
     return sorted(found, key=lambda pair: pair.level)

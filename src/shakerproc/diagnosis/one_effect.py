@@ -10,6 +10,7 @@ import numpy as np
 from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -150,7 +151,7 @@ def _in_component_tests(
     own = np.zeros(len(linear.hypothesis.own))
     one_more = OneMore(
         campaign.data, linear, campaign.known, campaign.stages, linear=own, say=say,
-        wanted=wanted.kind,
+        condition=Condition(wanted=wanted.kind),
     )  # fmt: skip
     fits = _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
     best = _best(fits, wanted)
@@ -225,7 +226,13 @@ def _effects(
         screen(data.model, campaign.fitted, tuple(looked_for), looked_for), wanted
     )
     one_more = OneMore(
-        data, linear, campaign.known, campaign.stages, linear=own, say=say, wanted=wanted.kind
+        data,
+        linear,
+        campaign.known,
+        campaign.stages,
+        linear=own,
+        say=say,
+        condition=Condition(wanted=wanted.kind),
     )
     return _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
 

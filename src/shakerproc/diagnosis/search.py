@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
+from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
     explains,
@@ -60,7 +61,12 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     say("linear model")
     signs, late = signs_and_delays(model, tests)
     found = _with_chain(model, turned(tests, signs, late), say)
-    return replace(found, signs=tuple(map(float, signs)), late=tuple(map(float, late)))
+    return replace(
+        found,
+        signs=tuple(map(float, signs)),
+        late=tuple(map(float, late)),
+        recorded=tuple(tests),
+    )
 
 
 def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -123,7 +129,13 @@ def _searched(
     )
     other = as_in(linear.hypothesis, linear_model.model)
     one_more = OneMore(
-        data, linear, campaign.known, stages, linear=other, say=say, explained=alone
+        data,
+        linear,
+        campaign.known,
+        stages,
+        linear=other,
+        say=say,
+        condition=Condition(explained=alone),
     )
     singles = one_more.found(starts)
     sampled = as_sampled(campaign, [linear, *singles])

@@ -29,9 +29,10 @@ def found_sentence(
     return f"The model lacks {_effects(effects)}: {_fall(errors)}{doubt}{beside}."
 
 
-def fault_sentence(faults: Sequence[Finding], errors: Errors) -> str:
-    """Return the verdict that only the measurement is at fault."""
-    return f"The measurement has a {_faults(faults)}; no physics is missing: {_fall(errors)}."
+def fault_sentence(faults: Sequence[Finding], errors: Errors, *, alone: bool) -> str:
+    """Return the verdict that the measurement is at fault, alone or before all else."""
+    physics = "; no physics is missing" if alone else ""
+    return f"The measurement has a {_faults(faults)}{physics}: {_fall(errors)}."
 
 
 def nothing_sentence(errors: Errors) -> str:
@@ -96,6 +97,15 @@ def remainder_note(left: float, floor: float) -> str:
     return (
         f"With it the model leaves {left:.3g} of the response where the noise "
         f"is {_noise(floor)}: the law is near, or something smaller is missing too."
+    )
+
+
+def unnamed_note(errors: Errors) -> str:
+    """Return that more is missing besides a fault, and nothing in the library explains it."""
+    return (
+        f"Corrected for that, the model still leaves {errors.held_out.after:.3g} of the "
+        f"response where the noise is {_noise(errors.noise_floor)}, which no effect of the "
+        "library explains."
     )
 
 

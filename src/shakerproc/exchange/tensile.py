@@ -146,6 +146,6 @@ def _number(path: Path, line: int, cells: list[str], column: int, separator: str
     if not np.isfinite(value):
         raise ExchangeError(
             f"{path.name}:{line}: column {column + 1} holds {text!r}, a number was wanted; "
-            f"delete the line or mend the export"
+            f"delete the line or repair the export"
         )
     return value

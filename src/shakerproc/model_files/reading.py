@@ -18,7 +18,7 @@ from shakerproc.units import near_miss, quoted
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ModelFile:
     """A model and where it stands.
 
@@ -38,6 +38,13 @@ class ModelFile:
     model: Model
     provenance: tuple[ProvenanceSection, ...]
     document: Document[ModelSchema]
+
+    def __repr__(self) -> str:
+        elements = ", ".join(
+            f"{element.effect.kind} between {' and '.join(element.between)}"
+            for element in self.model.elements
+        )
+        return f"Model {self.path}: {self.model.title}; {elements}"
 
 
 def read_model(path: Path) -> Model:

@@ -193,7 +193,8 @@ def _described(group: RawGroup) -> str:
     rates = {c.sample_rate for c in group.channels if c.promised}
     rate = rates.pop() if len(rates) == 1 else None
     at = f" at {rate:.6g} Hz" if rate else ""
-    return f"{shown(group.name)} ({len(group.channels)} channels{at})"
+    n = len(group.channels)
+    return f"{shown(group.name)} ({n} channel{'s' * (n != 1)}{at})"
 
 
 def _named_group(file: RawFile, wanted: str, run: str) -> RawGroup:

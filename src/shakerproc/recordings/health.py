@@ -135,7 +135,7 @@ class _Gaps:
             Flag(
                 "not a number",
                 channel.name,
-                f"{count} samples are no numbers, or beyond all measure, the first at "
+                f"{count} samples are NaN or infinite, the first at "
                 f"{first / rate:.6g} s. Keep them out of the crop, or export the recording "
                 "again.",
                 first / rate,

@@ -14,7 +14,7 @@ from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel
 
 UNKNOWN: Final = "?"
-"""Unit of a channel whose numbers are served as they stand in the file."""
+"""Unit of a channel whose numbers are kept as they stand in the file."""
 
 SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "Pa", "1")
 

@@ -1,4 +1,4 @@
-"""The modes of a coupon as maps seen along the bolt, and what their frequencies hang on."""
+"""The modes of a coupon as maps seen along the bolt, and what their frequencies depend on."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -89,7 +89,7 @@ def frequencies_over_clamp(
     published: Mapping[tuple[int, int], float],
     title: str,
 ) -> "Figure":
-    """Return how the frequencies hang on the clamped radius that nobody wrote down.
+    """Return how the frequencies depend on the clamped radius that nobody wrote down.
 
     Parameters
     ----------

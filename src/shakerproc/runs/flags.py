@@ -20,7 +20,7 @@ DURATION_TOLERANCE: Final = 0.05
 """How far a sweep may miss the time that its rate asks for [-]."""
 
 
-PASSING: Final = ("knock", "spike")
+PASSING: Final = ("transient", "spike")
 """Faults of a moment, which do no harm outside the crop."""
 
 BESIDE: Final = 0.05

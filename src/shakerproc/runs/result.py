@@ -200,7 +200,7 @@ class RunResult:
     spectrogram : Spectrogram, optional
         Density against time of channel `loudest`.
     loudest : int
-        Row of the response that moves most.
+        Row of the largest response.
     notch : NotchResult, optional
         The responses without the tone.
     notch_problem : str

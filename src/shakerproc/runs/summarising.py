@@ -228,7 +228,7 @@ def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
 
 
 def _drawn_in_time(result: RunResult) -> list[int]:
-    """Return one control and the response that moves most."""
+    """Return one control and the largest response."""
     chosen = list(result.controls[-1:])
     return [*chosen, result.loudest] if result.responses else chosen
 

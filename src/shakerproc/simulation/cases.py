@@ -256,7 +256,7 @@ def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:
     elif growth is not None and growth > SENSITIVE_GROWTH:
         notes.append(
             f"sensitive: a disturbance of 1e-10 grows {growth:.1e} times; a measured input "
-            f"does not foretell this time history"
+            f"does not predict this time history"
         )
     if stats[4] > 0.0:
         notes.append(f"{int(stats[4])} steps were taken past switchings that follow each other")

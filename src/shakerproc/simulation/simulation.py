@@ -11,7 +11,7 @@ from shakerproc.models.model import BASE
 from shakerproc.simulation.interpolation import InterpolationError
 
 SENSITIVE_GROWTH: Final = 1e4
-"""Past it no measured input is known well enough to foretell the motion in time [-]."""
+"""Past it no measured input is known well enough to predict the motion in time [-]."""
 
 CHAOTIC_GROWTH: Final = 1e8
 """A disturbance of 1e-10 that grows more than this becomes a hundredth of the motion [-]."""

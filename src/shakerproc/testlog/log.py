@@ -14,7 +14,7 @@ from shakerproc.units import near_miss
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TestLog:
     """The log sheet of a campaign.
 
@@ -51,6 +51,12 @@ class TestLog:
     shaker: Shaker = field(default_factory=Shaker)
     modal: Modal = field(default_factory=Modal)
     header: Header | None = None
+
+    def __repr__(self) -> str:
+        tests = f"{len(self.tests)} test{'s' * (len(self.tests) != 1)}"
+        left_out = len(self.tests) - len(self.active)
+        discarded = f", {left_out} of them discarded" if left_out else ""
+        return f"Test log {self.path}: {self.title}; {tests}{discarded}"
 
     @property
     def active(self) -> tuple[Test, ...]:

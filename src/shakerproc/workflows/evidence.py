@@ -192,7 +192,7 @@ def decays_judged(
 ) -> "Decays | None":
     """Return decays of a model and of the one that a diagnosis leads to, beside those measured.
 
-    None where something drives the tests: `judged` holds whole tests against them.
+    None where something drives the tests: `judged` compares whole tests with them.
     """
     from shakerproc.comparison.decays import DecayComparison, decays_of
     from shakerproc.diagnosis.updated import updated_model

@@ -189,6 +189,7 @@ def _test_document(one: TestModes) -> dict[str, Any]:
             {"test": test, "file": name, "sha256": sha256}
             for test, name, sha256 in one.recordings
         ],
+        "recording_sha256": one.recordings[0][2] if one.recordings else None,  # former key
         "method": modes.method,
         "intervals_from": modes.interval_from,
         "band_hz": list(one.band),

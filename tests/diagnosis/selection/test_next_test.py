@@ -9,8 +9,8 @@ from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.selection.excitations import level_text, most_of
 from shakerproc.diagnosis.selection.next_test import (
+    Alternative,
     Laboratory,
-    Rival,
     closing,
     slipping,
     telling_apart,
@@ -73,12 +73,12 @@ def test_a_sine_is_held_against_each_limit(shaker, most):
 def test_a_cubic_spring_is_told_from_none_by_a_louder_test():
     """Its share of the force grows with the square of the motion."""
     cubic = one_mass(effect=EFFECTS["cubic_stiffness"](4e10))
-    rivals = [Rival((), LINEAR, ONE), Rival(("cubic_stiffness",), cubic, ONE)]
-    (found,) = telling_apart(laboratory(), rivals[0], rivals[1:])
+    alternatives = [Alternative((), LINEAR, ONE), Alternative(("cubic_stiffness",), cubic, ONE)]
+    (found,) = telling_apart(laboratory(), alternatives[0], alternatives[1:])
     assert found.separates == ("cubic_stiffness",)
     assert rms_of(found) > 1.9 * rms_of_loudest()
     limit = 0.8 * np.sqrt(2.0) * rms_of(found)
-    (held,) = telling_apart(laboratory(acceleration=limit), rivals[0], rivals[1:])
+    (held,) = telling_apart(laboratory(acceleration=limit), alternatives[0], alternatives[1:])
     assert rms_of(held) <= limit / (1.0 if held.excitation == "random" else np.sqrt(2.0)) * 1.01
 
 
@@ -87,7 +87,7 @@ def rms_of_loudest():
 
 
 def test_the_same_law_under_two_names_is_said_not_to_be_told_apart():
-    same = [Rival((name,), LINEAR, ONE) for name in ("gap", "stop")]
+    same = [Alternative((name,), LINEAR, ONE) for name in ("gap", "stop")]
     (found,) = telling_apart(laboratory(), same[0], same[1:])
     assert found.separates == ("gap", "stop")
     assert "too little to tell them apart" in found.reason
@@ -110,8 +110,8 @@ def test_a_clearance_is_closed_by_the_level_that_is_proposed():
     reach = float(np.max(np.abs(moved)))
     clearance = 1.4 * reach
     contact = one_mass(effect=EFFECTS["gap"](1e5, clearance))
-    rivals = [Rival((), LINEAR, ONE), Rival(("gap",), contact, ONE)]
-    (found,) = closing(laboratory(), *rivals, clearance, reach)
+    alternatives = [Alternative((), LINEAR, ONE), Alternative(("gap",), contact, ONE)]
+    (found,) = closing(laboratory(), *alternatives, clearance, reach)
     louder = rms_of(found) / rms_of_loudest()
     shaken = simulate(LINEAR, louder * LOUDEST.input, RATE, growth=False).displacement[0]
     assert np.max(np.abs(shaken)) > 1.2 * clearance

@@ -10,7 +10,7 @@ from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.selection.next_test import Laboratory
-from shakerproc.diagnosis.selection.proposing import proposed, ties, unexercised
+from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.models import EFFECTS
 from shakerproc.testlog import Shaker
 
@@ -34,9 +34,9 @@ FOUND = SimpleNamespace(
 
 def test_richer_hypotheses_and_those_of_the_same_kinds_are_no_ties():
     richer, same = score("gap", "coupling", size=7), score("cubic_stiffness")
-    assert ties([CUBIC, GAP, richer, same]) == []
-    assert ties([GAP, CUBIC, richer, same]) == [CUBIC, same]
-    assert ties([]) == []
+    assert as_good([CUBIC, GAP, richer, same]) == []
+    assert as_good([GAP, CUBIC, richer, same]) == [CUBIC, same]
+    assert as_good([]) == []
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def demo(
         )
         _say("batch", sample, "--out", folder / "everyday", json=json)
         log = read_testlog(sample)
-        everyday = _worked_through(log, folder / "everyday", figures=figures, json=json)
+        everyday = _processed(log, folder / "everyday", figures=figures, json=json)
     else:
         output.message("no sample_data beside the program: going on to the simulated campaign")
     output.data("\n2. The loop: a gap hidden in a simulated campaign", json_target=json)
@@ -57,7 +57,7 @@ def sample_log() -> Path | None:
     return log if log.is_file() else None
 
 
-def _worked_through(
+def _processed(
     log: "TestLog",
     root: Path,
     *,
@@ -133,7 +133,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     documents = [(what, path, sha256(path)) for what, path in files]
     inputs = inputs_of(documents, [test.measured for test in before.tests])
     evidence = Evidence(models, diagnosis, inputs)
-    _worked_through(
+    _processed(
         log, folder / "results", figures=figures, json=json, evidence=evidence, verdict=verdict
     )
     _tell(before, after, json)

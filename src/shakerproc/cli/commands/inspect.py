@@ -1,5 +1,6 @@
 """``shakerproc inspect``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -123,7 +124,7 @@ def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | N
         f", from {recording.start_time:%Y-%m-%d %H:%M:%S} UTC" if recording.start_time else ""
     )
     output.data(
-        f"{path.name}: {len(recording.channels)} channels, {length}{start}, "
+        f"{path.name}: {_count(recording.channels)}, {length}{start}, "
         f"{recording.n_samples} samples at {recording.sample_rate:.9g} Hz",
         json_target=json,
     )
@@ -183,7 +184,7 @@ def _described(group: "RawGroup") -> str:
     at = f" at {', '.join(f'{rate:.6g}' for rate in rates)} Hz" if rates else ""
     copies = ", decimated copies" if group.reduced else ""
     return (
-        f"{group.name or 'of all channels'}: {len(group.channels)} channels, "
+        f"{group.name or 'of all channels'}: {_count(group.channels)}, "
         f"{' or '.join(map(str, lengths))} samples{at}{copies}"
     )
 
@@ -208,3 +209,7 @@ def _show_group(group: "RawGroup", json: str | None) -> None:
     ]
     columns = ("number", "channel", "unit in the file", "samples", "rate Hz", "problem")
     output.print_table(columns, rows, json_target=json)
+
+
+def _count(found: Sequence[object]) -> str:
+    return f"{len(found)} channel{'s' * (len(found) != 1)}"

@@ -117,7 +117,7 @@ def write(
     output.write_json(written, json)
     for row in written:
         output.data(str(out / str(row["deck"])), json_target=json)
-    output.message(f"{len(written)} decks in {out}")
+    output.message(f"{len(written)} deck{'s' * (len(written) != 1)} in {out}")
 
 
 @nastran.command("read")

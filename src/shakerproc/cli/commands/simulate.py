@@ -129,7 +129,7 @@ def simulate(
     output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
     _print(found, json)
     place = excitation.parent if out is None else out
-    output.message(f"{len(found)} recordings below {place}")
+    output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
 
 
 def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:

@@ -7,6 +7,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.condition import NONE, Condition
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
@@ -61,18 +62,14 @@ class OneMore:
         Effects that could not be simulated, with the reason.
     least : float
         Least level (see `Fit`) that was reached in the shortest windows [-].
-    explained : bool
-        Whether the hypothesis leaves no more than noise: then what goes on has to outdo it.
     """
 
     def __init__(
         self, data: DataSet, on: Fit, known: Known, stages: Stages, *, linear: FloatArray,
-        say: Callable[[str], None], wanted: str = "", below: float = np.inf,
-        explained: bool = False,
+        say: Callable[[str], None], condition: Condition = NONE,
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
-        self.linear, self.wanted, self.below = linear, wanted, below
-        self.explained = explained
+        self.linear, self.condition = linear, condition
         self.failed: dict[str, str] = {}
         self.least = np.inf
 
@@ -81,7 +78,7 @@ class OneMore:
 
         Every effect is first fitted to the shortest windows, the simple ones before those
         that contain them and then begin where they ended; the best go on, of those whose level
-        (see `Fit`) is `below` what something else reaches there.
+        (see `Fit`) is below that of the condition.
         """
         groups = grouped([start for start in starts if start.kept])
         order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
@@ -95,7 +92,7 @@ class OneMore:
                 first[group] = best
         self.say("longer windows")
         self.least = min((one.level for one in first.values()), default=np.inf)
-        first = {group: one for group, one in first.items() if one.level < self.below}
+        first = {group: one for group, one in first.items() if one.level < self.condition.below}
         promising = self._promising(groups, first)
         screened = {kind: self._screened(start) for kind, start in promising.items()}
         standing = {group: first[group] for group in promising}
@@ -112,7 +109,7 @@ class OneMore:
             standing = {
                 group: one
                 for group, one in fits.items()
-                if one in worth or group[0] == self.wanted
+                if one in worth or group[0] == self.condition.wanted
             }
         return sorted(standing.values(), key=lambda one: one.level)
 
@@ -123,7 +120,7 @@ class OneMore:
         """
         scores = self._scores(fits)
         on = self.on
-        if not (self.explained or on.hypothesis.added):
+        if not (self.condition.explained or on.hypothesis.added):
             return worth_a_fit(scores, self.known)
         alone = self._scores([
             fit(self.data, on.hypothesis, on.x, windows, rounds=rounds, channels=on.channels)
@@ -149,7 +146,7 @@ class OneMore:
         screened = sorted(first, key=lambda group: min(s.left for s in groups[group]))
         scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
         near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
-        asked = [group for group in order if group[0] == self.wanted]
+        asked = [group for group in order if group[0] == self.condition.wanted]
         chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
         return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
 

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.scores import SURE, Score, gain, is_better, simplest_alike
 
 SHARE: Final = 0.5
@@ -53,6 +54,17 @@ def is_outside(found: Found, chosen: Score) -> bool:
     if chosen.fit.hypothesis.added or not np.isfinite(found.floor):
         return False
     return found.left_by(chosen) > NEGLIGIBLE and not found.is_explained_by(chosen)
+
+
+def is_at_fault(found: Found, chosen: Score) -> bool:
+    """Return whether what is corrected of the measurement explains most of what a model leaves.
+
+    Of the tests as recorded the same numbers would leave twice as much at least.
+    """
+    if found.as_recorded is found.data:
+        return False
+    recorded = error_of(found.as_recorded, chosen.fit, found.form.held_out)
+    return found.left_by(chosen) <= SHARE * recorded
 
 
 def without_any(found: Found, score: Score) -> Score:

@@ -45,7 +45,7 @@ AVERAGED_S: Final = 0.5
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Rival:
+class Alternative:
     """A hypothesis that competes.
 
     Attributes
@@ -109,18 +109,18 @@ class Laboratory:
         )
 
 
-def rival_of(score: Score) -> Rival | None:
-    """Return a scored hypothesis as a rival; None where no model can have its numbers."""
+def alternative_of(score: Score) -> Alternative | None:
+    """Return a scored hypothesis as an alternative; None if no model can have its numbers."""
     fit = score.fit
     try:
         model = fit.hypothesis.model_at(fit.x)
     except ModelError:
         return None
-    return Rival(fit.hypothesis.kinds, model, fit.gain)
+    return Alternative(fit.hypothesis.kinds, model, fit.gain)
 
 
 def telling_apart(
-    laboratory: Laboratory, first: Rival, others: Sequence[Rival]
+    laboratory: Laboratory, first: Alternative, others: Sequence[Alternative]
 ) -> tuple[NextTest, ...]:
     """Return the test in which the responses of one hypothesis and all others differ most.
 
@@ -166,7 +166,11 @@ def slipping(
 
 
 def closing(
-    laboratory: Laboratory, linear: Rival, touching: Rival, clearance: float, reach: float
+    laboratory: Laboratory,
+    linear: Alternative,
+    touching: Alternative,
+    clearance: float,
+    reach: float,
 ) -> tuple[NextTest, ...]:
     """Return the lowest level at which a clearance that never closed shows.
 
@@ -174,7 +178,7 @@ def closing(
     ----------
     laboratory : Laboratory
         What the test has to keep to.
-    linear, touching : Rival
+    linear, touching : Alternative
         The model without a contact and with it.
     clearance, reach : float
         Clearance, and the largest motion so far [m].
@@ -206,29 +210,37 @@ def _proposed(trial: Trial, times: float, kinds: tuple[str, ...], reason: str) -
     return NextTest(trial.excitation, trial.words(times), kinds, reason, trial.band, trial.like)
 
 
-def _separated(rivals: Sequence[Rival]) -> tuple[str, ...]:
-    """Return the kinds that some rivals have and others have not."""
-    kinds = dict.fromkeys(kind for rival in rivals for kind in rival.kinds)
-    shared = set(rivals[0].kinds).intersection(*(rival.kinds for rival in rivals))
+def _separated(alternatives: Sequence[Alternative]) -> tuple[str, ...]:
+    """Return the kinds that some alternatives have and others have not."""
+    kinds = dict.fromkeys(kind for alternative in alternatives for kind in alternative.kinds)
+    shared = set(alternatives[0].kinds).intersection(
+        *(alternative.kinds for alternative in alternatives)
+    )
     return tuple(kind for kind in kinds if kind not in shared)
 
 
 def _least_apart(
-    laboratory: Laboratory, first: Rival, others: Sequence[Rival], trial: Trial, times: float
+    laboratory: Laboratory,
+    first: Alternative,
+    others: Sequence[Alternative],
+    trial: Trial,
+    times: float,
 ) -> float | None:
-    """Return how far the nearest of several rivals is from the first; None if one runs away.
+    """Return how far the nearest alternative is from the first; None if one runs away.
 
     Mean magnitude of the logarithm of the ratio of their spectra [-].
     """
     samples = times * trial.samples
-    spectra = [_spectrum(laboratory, rival, samples) for rival in (first, *others)]
+    spectra = [_spectrum(laboratory, alternative, samples) for alternative in (first, *others)]
     if any(found is None for found in spectra):
         return None
     one, *rest = (np.log(found) for found in spectra if found is not None)
     return min(float(np.mean(np.abs(one - other))) for other in rest)
 
 
-def _spectrum(laboratory: Laboratory, rival: Rival, samples: FloatArray) -> FloatArray | None:
+def _spectrum(
+    laboratory: Laboratory, alternative: Alternative, samples: FloatArray
+) -> FloatArray | None:
     """Return densities of the responses and their noise, in the compared band [unit^2/Hz].
 
     None where the motion runs away.
@@ -237,11 +249,13 @@ def _spectrum(laboratory: Laboratory, rival: Rival, samples: FloatArray) -> Floa
     rate = test.sample_rate
     given = prepare(samples, rate)
     found = free_runs(
-        rival.model, Runs((given,), np.array([(0, 0, given.n_samples)])), tolerance=TOLERANCE
+        alternative.model,
+        Runs((given,), np.array([(0, 0, given.n_samples)])),
+        tolerance=TOLERANCE,
     )
     if found.failed[0]:
         return None
-    rows = rival.gain[:, np.newaxis] * found.outputs[0]
+    rows = alternative.gain[:, np.newaxis] * found.outputs[0]
     size = min(round(AVERAGED_S * rate), rows.shape[1])
     frequency, density = scipy.signal.welch(rows, rate, nperseg=size)
     inside = (frequency >= test.band[0]) & (frequency <= test.band[1])

@@ -11,10 +11,10 @@ from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of, scales_of
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import NextTest
 from shakerproc.diagnosis.selection.next_test import (
+    Alternative,
     Laboratory,
-    Rival,
+    alternative_of,
     closing,
-    rival_of,
     slipping,
     telling_apart,
 )
@@ -22,8 +22,8 @@ from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.models import Element
 from shakerproc.models.effects import Gap
 
-RIVALS: Final = 3
-"""Hypotheses that are compared with the best: as many ties as a verdict may have [-]."""
+ALTERNATIVES: Final = 3
+"""Hypotheses compared with the best: the most that a verdict calls indistinguishable [-]."""
 
 
 @final
@@ -63,7 +63,7 @@ def unexercised(found: Found, clearances: Sequence[float]) -> Unexercised | None
     return Unexercised(joint, min(beyond), reaches[joint]) if beyond else None
 
 
-def ties(standing: Sequence[Score]) -> list[Score]:
+def as_good(standing: Sequence[Score]) -> list[Score]:
     """Return the hypotheses beside the chosen one that have other kinds and are no richer."""
     if not standing:
         return []
@@ -114,28 +114,30 @@ def proposed(
         return slipping(laboratory, locked, tuple(kinds))
     if unclosed is not None:
         return _closing(found, laboratory, unclosed)
-    return _between(laboratory, [*standing[:1], *ties(standing)])
+    return _between(laboratory, [*standing[:1], *as_good(standing)])
 
 
 def _between(laboratory: Laboratory, competing: Sequence[Score]) -> tuple[NextTest, ...]:
     """Return the test between the first of several hypotheses and the others."""
-    rivals = [rival for rival in map(rival_of, competing) if rival is not None]
-    others: dict[tuple[str, ...], Rival] = {}
-    for rival in rivals[1:]:
-        others.setdefault(rival.kinds, rival)
+    alternatives = [
+        alternative for alternative in map(alternative_of, competing) if alternative is not None
+    ]
+    others: dict[tuple[str, ...], Alternative] = {}
+    for alternative in alternatives[1:]:
+        others.setdefault(alternative.kinds, alternative)
     if not others:
         return ()
-    return telling_apart(laboratory, rivals[0], list(others.values())[:RIVALS])
+    return telling_apart(laboratory, alternatives[0], list(others.values())[:ALTERNATIVES])
 
 
 def _closing(found: Found, laboratory: Laboratory, open_: Unexercised) -> tuple[NextTest, ...]:
     """Return the test that closes a clearance: behind it the joint is as stiff as it is now."""
-    linear = rival_of(found.linear)
+    linear = alternative_of(found.linear)
     if linear is None:
         return ()
     data, joint = found.data, open_.between
     steepness = scales_of(linear.model, data.tests, joint, data.across(joint)).steepness
     contact = Element(Gap(steepness, open_.clearance), joint)
     model = replace(linear.model, elements=(*linear.model.elements, contact))
-    touching = Rival((contact.effect.kind,), model, linear.gain)
+    touching = Alternative((contact.effect.kind,), model, linear.gain)
     return closing(laboratory, linear, touching, open_.clearance, open_.reach)

@@ -59,7 +59,7 @@ class Score:
 
     @property
     def is_mostly_noise(self) -> bool:
-        """Whether no more is left of most blocks, however far motions part in a few."""
+        """Whether no more is left of most blocks, however far motions diverge in a few."""
         return self.mean <= float(np.log1p(EXCESS**2))
 
 

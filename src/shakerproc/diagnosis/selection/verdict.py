@@ -17,16 +17,21 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
 )
-from shakerproc.diagnosis.selection.choice import bare, further, is_outside, standing_of
+from shakerproc.diagnosis.selection.choice import (
+    bare,
+    further,
+    is_at_fault,
+    is_outside,
+    standing_of,
+)
 from shakerproc.diagnosis.selection.errors import (
     error_of,
-    error_of_scored,
     scored_tests,
 )
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
-from shakerproc.diagnosis.selection.proposing import Unexercised, proposed, ties, unexercised
+from shakerproc.diagnosis.selection.proposing import Unexercised, as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
@@ -57,7 +62,7 @@ def judged(
     data, form = found.data, found.form
     parts = (form.scored_fitted, form.held_out)
     before = [scored_tests(data, found.before, part) for part in parts]
-    errors = _errors(found, chosen, *map(error_of_scored, before))
+    errors = _errors(found, chosen)
     alike = _indistinguishable(standing)
     effects = _effects(fit)
     faults, locked, outside = faults_of(found, fit), _locked(found, fit, effects), None
@@ -65,7 +70,8 @@ def judged(
     far = {} if found.rigid else far_numbers(fit)
     open_ones = doubted(found, chosen, faults)
     faults = [fault for fault in faults if fault not in open_ones]
-    if is_outside(found, chosen):
+    missing = is_outside(found, chosen)
+    if missing and not (faults and is_at_fault(found, chosen)):
         verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
         outside = _curve(found)
     elif locked:
@@ -74,7 +80,8 @@ def judged(
         verdict = "effect found"
         sentence = wording.found_sentence(effects, faults, errors, alike)
     elif faults:
-        verdict, sentence = "measurement fault", wording.fault_sentence(faults, errors)
+        verdict = "measurement fault"
+        sentence = wording.fault_sentence(faults, errors, alone=not missing)
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed, far)
@@ -100,6 +107,11 @@ def judged(
             *_notes(found),
             *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
             *(_remaining(found, chosen, more) if effects else ()),
+            *(
+                [wording.unnamed_note(errors)]
+                if missing and verdict != "outside library"
+                else ()
+            ),
             *([wording.doubted_note(open_ones)] if open_ones else ()),
         ),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
@@ -118,7 +130,7 @@ def _effects(fit: Fit) -> list[Finding]:
 
 def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
     """Return the kinds that predict as well as the chosen one and are no richer."""
-    tied = ties(standing)
+    tied = as_good(standing)
     own = standing[0].fit.hypothesis.kinds if standing else ()
     kinds = (kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own)
     return tuple(dict.fromkeys(kinds))
@@ -136,11 +148,15 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
     return tuple(map(FurtherMode.of, found.data.model.modes[known:]))
 
 
-def _errors(found: Found, chosen: Score, before_fitted: float, before_held: float) -> Errors:
+def _errors(found: Found, chosen: Score) -> Errors:
+    """Return the errors of the model as it is, in tests as recorded, and of what was chosen."""
     form, data = found.form, found.data
     return Errors(
-        Pair(before_fitted, error_of(data, chosen.fit, form.scored_fitted)),
-        Pair(before_held, found.left_by(chosen)),
+        Pair(
+            error_of(found.as_recorded, found.before, form.scored_fitted),
+            error_of(data, chosen.fit, form.scored_fitted),
+        ),
+        Pair(error_of(found.as_recorded, found.before, form.held_out), found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
     )

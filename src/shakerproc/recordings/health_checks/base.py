@@ -18,7 +18,7 @@ FAULTS: Final[Mapping[str, str]] = MappingProxyType({
     "stuck": "is stuck",
     "zero tail": "ends in zeros",
     "dropout": "drops out",
-    "not a number": "holds values that are no numbers",
+    "not a number": "holds values that are NaN or infinite",
 })
 """What a channel that does not measure is or does, by the kind of its flag."""
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
@@ -147,15 +148,8 @@ class _Averages:
         tries = 2.0 * len(self.references)
         at_one = used.size * float(np.exp(-depth.max()))
         apart = depth[::APART]
-        at_all = _gamma_above(apart.size, float(apart.sum()))
+        at_all = float(scipy.special.gammaincc(apart.size, apart.sum()))
         return min(1.0, tries * min(at_one, at_all))
-
-
-def _gamma_above(shape: int, value: float) -> float:
-    """Return how likely Gamma(shape) exceeds a value: Poisson counts fewer than its shape."""
-    counts = np.arange(1, shape)
-    terms = np.cumsum(np.log(max(value, 1e-300) / counts))
-    return float(np.exp(-value) + np.exp(terms - value).sum())
 
 
 @final

@@ -28,7 +28,7 @@ STANDING: Final = 16
 """Equal samples in a row that make it a dropout instead."""
 
 UNIQUE: Final = 0.4
-"""Largest step near a knock over that of the knock: impacts come in series."""
+"""Largest step near a transient over that of the transient: impacts come in series."""
 
 
 @final
@@ -64,13 +64,13 @@ class Transients(AbstractHealthCheck):
         controls = control_rows(self._recording)
         for row in controls if len(controls) > 1 else ():
             others = [i for i in controls if i != row]
-            knocks = self._knocks(row, sudden[row], sudden[others].max(axis=0))
-            if knocks:
-                found.append(self._flag(self._recording.channels[row].name, knocks))
+            times = self._of_channel(row, sudden[row], sudden[others].max(axis=0))
+            if times:
+                found.append(self._flag(self._recording.channels[row].name, times))
         return found
 
-    def _knocks(self, row: int, mine: FloatArray, others: FloatArray) -> list[float]:
-        """Return the times [s] of the knocks of one channel."""
+    def _of_channel(self, row: int, mine: FloatArray, others: FloatArray) -> list[float]:
+        """Return the times [s] of the transients of one channel."""
         rate = self._recording.sample_rate
         reach = max(4, round(QUIET * rate / self._window))
         found = []
@@ -95,9 +95,9 @@ class Transients(AbstractHealthCheck):
         return wide and still.max(initial=0.0) < STANDING - 1
 
     def _flag(self, name: str, times: list[float]) -> Flag:
-        often = "A knock" if len(times) == 1 else f"{len(times)} knocks, the first"
+        often = "A transient" if len(times) == 1 else f"{len(times)} transients, the first"
         return Flag(
-            "knock",
+            "transient",
             name,
             f"{often} at {times[0]:.6g} s that the other controls do not show: the "
             "cable or the sensor was touched. Keep it out of the crop (minimum hold).",

@@ -19,6 +19,7 @@ from functools import lru_cache
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.spectra.peaks.mode_fit import Kind, ModesFit
@@ -78,7 +79,7 @@ class Smearing:
 
     def __init__(self, spectra: CrossSpectra) -> None:
         window, rate = spectra.window, spectra.sample_rate
-        spectrum = np.fft.rfft(window, OVER * window.size)
+        spectrum = scipy.fft.rfft(window, OVER * window.size)
         turn = np.pi * np.arange(spectrum.size) / (OVER * window.size) * (window.size - 1)
         power = float(window @ window) * rate
         self.amplitude = (spectrum * np.exp(1j * turn)).real / np.sqrt(power)
@@ -184,7 +185,7 @@ def steady_chance(
     factor = np.concatenate(parts, axis=1)
     factor = np.concatenate([factor.real, factor.imag])
     noise = _noise(missing, leaked) / (2.0 * smearing.averages)
-    pattern = _correlated(smearing, frequency.size)
+    pattern = scipy.linalg.toeplitz(smearing.noise_correlation(frequency.size))
     covariance: FloatArray = factor @ factor.T / worth + np.kron(np.eye(2), noise * pattern)
     return Chance(covariance, -bias / worth, frequency.size)
 
@@ -194,17 +195,11 @@ def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) ->
 
     `errors` are in the unit of the values.
     """
-    pattern = _correlated(smearing, errors.size)
+    pattern = scipy.linalg.toeplitz(smearing.noise_correlation(errors.size))
     covariance = pattern * errors * errors[:, np.newaxis]
     parts = np.eye(2) if is_complex else np.eye(1)
     every = np.asarray(np.kron(parts, covariance), dtype=np.float64)
     return Chance(every, np.zeros(errors.size), errors.size)
-
-
-def _correlated(smearing: Smearing, n_bins: int) -> FloatArray:
-    """Return how errors by noise are correlated between bins, (n_bins, n_bins)."""
-    bins = np.arange(n_bins)
-    return np.asarray(smearing.noise_correlation(n_bins)[np.abs(bins - bins[:, np.newaxis])])
 
 
 def modelled(

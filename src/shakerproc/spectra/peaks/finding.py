@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Final, TypeAlias, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
@@ -117,7 +117,7 @@ def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> Ind
     own = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
     saddle = saddles(level, own)
     prominence = level[own] - level[saddle]
-    z = NormalDist().inv_cdf(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
+    z = scipy.special.ndtri(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
     sure = errors[known]
     return np.asarray(known[own[prominence > z * (sure[own] + sure[saddle])]])
 

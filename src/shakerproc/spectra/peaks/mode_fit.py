@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.peaks.bounded_squares import least_squares
 from shakerproc.spectra.welch.windows import AbstractCorrelation
 
 Kind: TypeAlias = Literal["response", "density"]
@@ -27,7 +27,7 @@ MOST_STEPS: Final = 60
 
 
 CLOSE: Final = 1e-4
-"""Relative fall of the squares at which a search ends [-]."""
+"""Relative step and relative fall of the squares at which a search ends [-]."""
 
 
 @final
@@ -166,12 +166,20 @@ def fit_modes(
     begin = np.clip(start, lower + 1e-9, upper - 1e-9)
     try:
         with np.errstate(invalid="raise", divide="raise"):
-            found = least_squares(
-                problem.residual, problem.jacobian, begin, lower, upper, MOST_STEPS, CLOSE
+            found = scipy.optimize.least_squares(
+                problem.residual,
+                begin,
+                problem.jacobian,
+                bounds=(lower, upper),
+                x_scale=np.concatenate([ratio, np.ones(n)]),
+                max_nfev=MOST_STEPS,
+                xtol=CLOSE,
+                ftol=CLOSE,
+                gtol=None,
             )
     except FloatingPointError:  # no slope at all: a channel that is a multiple of the control
         return problem.solved(begin, converged=False)
-    return problem.solved(found.point, converged=found.converged)
+    return problem.solved(found.x, converged=found.status > 0 and not found.active_mask.any())
 
 
 def best_ratio(
@@ -254,7 +262,9 @@ class _Problem:
         below = self.errors[:, np.newaxis]
         columns = np.column_stack([*(mode / below for mode, _, _ in shapes), self.background])
         self.basis, triangle = np.linalg.qr(columns)
-        self.weights = np.linalg.solve(triangle, self.basis.T @ self.target)
+        self.weights = scipy.linalg.solve_triangular(
+            triangle, self.basis.T @ self.target, check_finite=False
+        )
         self.left = columns @ self.weights - self.target
         parts = self.weights[: 2 * n].reshape(n, 2)
         slopes = np.column_stack([

@@ -8,7 +8,6 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.responses.chi_square import chi_square_quantile
 from shakerproc.spectra.responses.estimators import coherence, h1
 from shakerproc.spectra.welch.cross import CrossSpectra
 from shakerproc.spectra.welch.density import psd
@@ -60,24 +59,16 @@ def psd_bounds(spectra: CrossSpectra, confidence: float = 0.95) -> Bounds:
     ----------
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 8.
     """
-    tail, density = _tail(confidence), psd(spectra)
-    return Bounds(
-        density * _times(spectra, 1.0 - tail),
-        density * _times(spectra, tail),
-    )
-
-
-def _times(spectra: CrossSpectra, probability: float) -> FloatArray:
-    """Return the limit over the density in every bin, (n_frequencies,) [-]."""
-    complex_bin, real_bin = (
-        freedom / chi_square_quantile(probability, freedom)
-        for freedom in (spectra.degrees_of_freedom, 0.5 * spectra.degrees_of_freedom)
-    )
-    times = np.full(spectra.frequency.size, complex_bin)
-    times[0] = real_bin
+    freedom = np.full(spectra.frequency.size, spectra.degrees_of_freedom)
+    freedom[0] /= 2.0
     if spectra.n_fft % 2 == 0:
-        times[-1] = real_bin
-    return times
+        freedom[-1] /= 2.0
+    tail = _tail(confidence)
+    density = psd(spectra)
+    return Bounds(
+        density * freedom / (2.0 * scipy.special.gammaincinv(freedom / 2.0, 1.0 - tail)),
+        density * freedom / (2.0 * scipy.special.gammaincinv(freedom / 2.0, tail)),
+    )
 
 
 def gain_random_error(coherence: FloatArray, n_averages: float) -> FloatArray:

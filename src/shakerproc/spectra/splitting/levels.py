@@ -1,10 +1,10 @@
 """Where the level of a vibration changes, and whether it stays the same between changes."""
 
 from itertools import pairwise
-from statistics import NormalDist
 from typing import Final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
@@ -133,5 +133,5 @@ def has_trend(mean_square: FloatArray, known: NDArray[np.bool_]) -> bool:
     sizes = np.diff(np.append(edges, kept.shape[1]))
     means = np.add.reduceat(kept, edges, axis=1) / sizes
     spread = np.sqrt(GROUPS * (2 * GROUPS + 5) * (GROUPS - 1) / 72.0)
-    far = NormalDist().inv_cdf(1.0 - 0.5 * CHANCE / len(means)) * spread
+    far = float(scipy.special.ndtri(1.0 - 0.5 * CHANCE / len(means))) * spread
     return any(abs(arrangements(row) - arrangements(row[::-1])) > 2.0 * far for row in means)

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
@@ -138,7 +138,7 @@ def beside_lines(
 
 def _most_by_chance(spectra: CrossSpectra, n_tries: int) -> float:
     """Return how many segments random vibration lights at most, in so many bins."""
-    z = NormalDist().inv_cdf(1.0 - BY_CHANCE / max(1, n_tries))
+    z = float(scipy.special.ndtri(1.0 - BY_CHANCE / max(1, n_tries)))
     return 0.5 * spectra.n_segments * (1.0 + z / float(np.sqrt(spectra.effective_averages)))
 
 

@@ -137,7 +137,7 @@ def swept_response(
         try:
             track = track_of(control, ridge, section, sample_rate)
             sweeps.append(_sweep(read, list(controls), track, sample_rate, n_harmonics))
-        except SpectrumError as error:  # a knock before the sweep, say
+        except SpectrumError as error:  # a transient before the sweep, say
             problem = str(error)
     if not sweeps:
         raise SpectrumError(problem)
