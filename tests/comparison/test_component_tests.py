@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from shakerproc import comparison
+from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 
@@ -68,3 +69,23 @@ def test_the_force_of_the_true_model_is_that_measured_and_friction_is_missed_wit
     assert rubbing.tests[0].floor.refuted.responses == ("band above the excitation",)
     assert rubbing.tests[0].floor.source == "unknown"
     assert comparison.document_of(rubbing)["tests"][0]["noise_floor"] is None
+
+
+def test_a_drive_that_is_another_sine_than_the_log_says_is_left_out(folder, tmp_path):
+    t = np.arange(round(RATE * SECONDS)) / RATE
+    x = 1e-3 * np.sin(2.0 * np.pi * 8.4 * t)
+    force = STIFFNESS * x + DAMPING * np.gradient(x, t)
+    np.savetxt(
+        tmp_path / "run.csv", np.column_stack([t, x, force]), delimiter=",",
+        header="time [s],stroke [m],load [N]", comments="", fmt="%.9g",
+    )  # fmt: skip
+    said = "excitation: random, from: 2 Hz, to: 40 Hz"
+    log = tmp_path / "log.yaml"
+    model = read_model(folder / "linear.yaml")
+    log.write_text(LOG.replace(said, "excitation: sine, frequency: 15 Hz"))
+    with pytest.raises(
+        DiagnosisError, match=r"left out: .* 15 Hz, but stroke moves at 8\.33 Hz"
+    ):
+        comparison.compare(model, read_testlog(log))
+    log.write_text(LOG.replace(said, "excitation: sine, frequency: 8.4 Hz"))
+    assert comparison.compare(model, read_testlog(log)).error < 1e-3

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from configs.benchmarks import convert
 
+import shakerproc
 from shakerproc.model_files import read_model
 from shakerproc.runs import open_test
 from shakerproc.testlog import read_testlog
@@ -43,6 +44,13 @@ def test_the_recordings_of_a_set_are_read_at_their_rate(shared, tmp_path, name):
                     most = PEAKS.get(channel.name)
                     if most is not None and name != "shaking_table":
                         assert 0.2 * most < np.abs(row).max() <= most
+
+
+@pytest.mark.shared
+def test_peaks_of_a_real_damper_are_fitted_where_modes_merge(shared, tmp_path):
+    folder = convert.folder_of("mr_damper", tmp_path, shared / "data")
+    log = read_testlog(folder / "testlog.yaml")
+    assert shakerproc.process(log.tests[1]).to_pandas().size
 
 
 @pytest.mark.shared

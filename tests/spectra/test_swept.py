@@ -174,6 +174,14 @@ def test_steady_tone_is_measured_to_many_digits():
     assert tone.residual.max() < 1e-4
 
 
+@pytest.mark.parametrize("said", [85.0, 150.0])
+def test_a_control_that_is_another_sine_is_refused_with_its_frequency(said):
+    t = np.arange(30_000) / RATE
+    samples = np.sin(2 * np.pi * 84.0 * t)[None]
+    with pytest.raises(SpectrumError, match=rf"no sine of {said:g} Hz: .* 84 Hz"):
+        tone_response(samples, RATE, [0], frequency=said)
+
+
 def test_residual_is_the_noise():
     rng = np.random.default_rng(3)
     t = np.arange(40_000) / RATE

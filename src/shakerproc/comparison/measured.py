@@ -9,7 +9,13 @@ import numpy as np
 
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, band_above, noise_of
 from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.not_measured import NotMeasuredError, check_measured, check_sizes
+from shakerproc.comparison.not_measured import (
+    AROUND,
+    NotMeasuredError,
+    check_frequency,
+    check_measured,
+    check_sizes,
+)
 from shakerproc.comparison.part import Part, free_part, part_of
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.sensors import (
@@ -288,7 +294,9 @@ def measure(
             part = free_part(recording, test, part, rows)
         samples = recording.samples(part.first, part.last)
         check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
+        run = samples[:, part.start - part.first : part.stop - part.first]
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
+        check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
         found = _measured(
@@ -344,5 +352,5 @@ def _error_band(test: Test, own: Channels, noise: Noise) -> tuple[float, float]:
 def _excited(test: Test, rate: float) -> tuple[float, float]:
     low, high = test.processing.band or test.band or (_DEFAULT_LOW_HZ, HIGHEST * rate)
     if test.frequency_hz is not None and test.band is None:
-        low, high = 0.8 * test.frequency_hz, 1.25 * test.frequency_hz
+        low, high = (share * test.frequency_hz for share in AROUND)
     return max(low, LOWEST), min(high, HIGHEST * rate)

@@ -13,9 +13,16 @@ from shakerproc.data import (
 )
 from shakerproc.errors import DiagnosisError
 from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
+from shakerproc.testlog import Test
 
 MOST_RATIO: Final = 1e8
 """Responses above so many times the drive, or below its inverse, have a wrong unit [-]."""
+
+AROUND: Final = (0.8, 1.25)
+"""Band of a sine over its frequency: a third of an octave to both sides [-]."""
+
+MOST_OF_IT: Final = 0.5
+"""Share of the power of a drive that lies in the band of its sine: the larger half [-]."""
 
 
 class NotMeasuredError(DiagnosisError):
@@ -85,3 +92,42 @@ def check_sizes(
                 f"{channel.unit} rms, {ratio:.2g} times the drive. Check its unit and "
                 "sensitivity in the log."
             )
+
+
+def check_frequency(
+    recording: Recording, test: Test, samples: FloatArray, inputs: list[int]
+) -> None:
+    """Pass a drive that is the sine that the log says, where it says one.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    test : Test
+        What the log says of it.
+    samples : (n_channels, n_samples) array
+        The run.
+    inputs : list of int
+        Rows of what drives the model.
+
+    Raises
+    ------
+    NotMeasuredError
+        If most of its power lies elsewhere than `AROUND` that frequency: it would be compared
+        in a band in which nothing moves.
+    """
+    if not inputs or test.frequency_hz is None or test.band is not None:
+        return
+    drive = samples[inputs].mean(axis=0)
+    power = np.abs(np.fft.rfft((drive - drive.mean()) * np.hanning(drive.size))) ** 2
+    frequency = np.fft.rfftfreq(drive.size, 1.0 / recording.sample_rate)
+    low, high = (share * test.frequency_hz for share in AROUND)
+    inside = float(power[(frequency >= low) & (frequency <= high)].sum() / power.sum())
+    if inside < MOST_OF_IT:
+        name = recording.channels[inputs[0]].name
+        raise NotMeasuredError(
+            f"{recording.run} is left out: the log says a sine of {test.frequency_hz:g} Hz, "
+            f"but {name} moves at {frequency[power.argmax()]:.3g} Hz most of all, with "
+            f"{inside:.2g} of its power from {low:.3g} to {high:.3g} Hz. Correct frequency in "
+            "the log."
+        )

@@ -262,9 +262,8 @@ class _Problem:
         below = self.errors[:, np.newaxis]
         columns = np.column_stack([*(mode / below for mode, _, _ in shapes), self.background])
         self.basis, triangle = np.linalg.qr(columns)
-        self.weights = scipy.linalg.solve_triangular(
-            triangle, self.basis.T @ self.target, check_finite=False
-        )
+        # of shapes that are alike, as those of two equal modes, any share will do
+        self.weights = np.linalg.lstsq(triangle, self.basis.T @ self.target, rcond=None)[0]
         self.left = columns @ self.weights - self.target
         parts = self.weights[: 2 * n].reshape(n, 2)
         slopes = np.column_stack([

@@ -23,6 +23,9 @@ FIRST_PART: Final = 0.3
 FEWEST: Final = 12.0
 """Periods that a dwell must hold."""
 
+MOST_APART: Final = 0.7
+"""Share of the rms of the control that a tone may leave: half of the power [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +94,8 @@ def tone_response(
     Raises
     ------
     SpectrumError
-        If there are fewer than three periods, or the tone lies above half the sample rate.
+        If there are fewer than three periods, the tone lies above half the sample rate, or
+        less than half of the control's power is that of the tone and its harmonics.
 
     References
     ----------
@@ -112,6 +116,11 @@ def tone_response(
     every = np.concatenate([samples, control[np.newaxis]])
     weights = np.linalg.solve(waves @ waves.T, waves @ every.T)
     residual = np.sqrt(np.mean((every - weights.T @ waves) ** 2, axis=1))
+    if residual[-1] > MOST_APART * np.std(control):
+        raise SpectrumError(
+            f"the control is no sine of {frequency:g} Hz: what it moves at most is "
+            f"{tallest_line(control, sample_rate):.4g} Hz"
+        )
     amplitude = weights[1::2].T - 1j * weights[2::2].T
     turn = np.exp(-1j * np.angle(amplitude[-1, 0]))
     harmonics = np.full((samples.shape[0], n_harmonics), np.nan, dtype=np.complex128)
@@ -124,6 +133,16 @@ def tone_response(
         harmonics=harmonics,
         residual=residual[:-1],
     )
+
+
+def tallest_line(samples: FloatArray, sample_rate: float) -> float:
+    """Return the frequency at which a signal has most power [Hz].
+
+    `samples` is (n_samples,), `sample_rate` in [Hz].
+    """
+    spectrum = np.fft.rfft((samples - samples.mean()) * np.hanning(samples.size))
+    place = int(np.argmax(np.abs(spectrum[1:]))) + 1
+    return place * sample_rate / samples.size
 
 
 def stepped_response(
