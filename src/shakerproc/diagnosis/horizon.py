@@ -49,6 +49,8 @@ def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
     fits : sequence of Fit
         The best of these tells.
     """
+    if campaign.data.points:
+        return campaign
     best = min(fits, key=lambda one: one.level)
     points = replace(campaign.data, points=True)
     means, values = as_fitted(campaign.data, best), as_fitted(points, best)
@@ -103,7 +105,7 @@ def _blocks(data: DataSet, windows: Windows) -> int:
 
 def compared(
     campaign: Campaign, linear: Fit, singles: Sequence[Fit]
-) -> tuple[list[Form], Score, list[Score]]:
+) -> tuple[Campaign, list[Form], Score, list[Score]]:
     """Return hypotheses at the longest horizon at which the best is as good as at shorter ones.
 
     Its free-run error is as small there, or no more than noise makes of it.
@@ -119,9 +121,10 @@ def compared(
 
     Returns
     -------
-    list of Form, Score, list of Score
-        The horizons, the last of which hypotheses are compared in; the model without any
-        effect there; and those that may explain the tests.
+    Campaign, list of Form, Score, list of Score
+        The tests, with accelerations compared as the recorder took them: what has arrived at a
+        horizon tells that best. The horizons, the last of which hypotheses are compared in; the
+        model without any effect there; and those that may explain the tests.
     """
     forms = usable_forms(campaign)
     best = min((linear, *singles), key=lambda one: one.level)
@@ -129,7 +132,7 @@ def compared(
         found = _at_once(campaign, best, [linear, *singles], forms[-1])
         if found is not None:
             form, scores = found
-            return [form], *_parted(linear, scores)
+            return campaign, [form], *_parted(linear, scores)
     standing, scores = [linear, *singles], list[Score]()
     least, chosen = np.inf, 0
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
@@ -139,9 +142,15 @@ def compared(
         there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
-        scores = _scores_beside(campaign, best, there, standing, forms[i])
+        sampled = campaign if there is None else as_sampled(campaign, [there])
+        if there is not None and sampled is not campaign:
+            forms[i] = form.knowing(sampled.data, there)
+            there = carried(sampled.data, there, [forms[i]], rounds=BEST_ROUNDS)
+            least = np.inf
+        scores = _scores_beside(sampled, best, there, standing, forms[i])
         if not scores:
             continue
+        campaign = sampled
         best = min(scores, key=lambda score: score.mean).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
@@ -149,7 +158,7 @@ def compared(
         least = min(least, left)
         chosen = i
         base, effects = _parted(linear, scores)
-    return forms[: chosen + 1], base, effects
+    return campaign, forms[: chosen + 1], base, effects
 
 
 def _at_once(

@@ -121,7 +121,8 @@ def _fitted(
     best = _best(fits, wanted)
     say("at the horizon")
     campaign = as_sampled(campaign, [linear, best])
-    forms, without, effects = compared(campaign, linear, [] if wanted.is_free_law else [best])
+    singles = [] if wanted.is_free_law else [best]
+    campaign, forms, without, effects = compared(campaign, linear, singles)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]
     found = _as_fitted(original, campaign, forms[-1], scores, best)
     return replace(found, notes=linear_model.notes)

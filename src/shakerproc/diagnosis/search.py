@@ -145,7 +145,7 @@ def _searched(
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
     say("at the horizon")
     campaign = as_sampled(campaign, [linear, *singles, *hidden]) if hidden else sampled
-    forms, base, effects = compared(campaign, linear, [*singles, *hidden])
+    campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
     found = Found(
         data=campaign.data,

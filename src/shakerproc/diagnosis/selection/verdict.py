@@ -103,17 +103,7 @@ def judged(
         linear=linear_estimates(fit),
         modes=_further_modes(found),
         further=tuple(_beside(chosen, more)),
-        notes=(
-            *_notes(found),
-            *([wording.far_sentence(far)] if far and verdict != "cannot tell" else ()),
-            *(_remaining(found, chosen, more) if effects else ()),
-            *(
-                [wording.unnamed_note(errors)]
-                if missing and verdict != "outside library"
-                else ()
-            ),
-            *([wording.doubted_note(open_ones)] if open_ones else ()),
-        ),
+        notes=_notes(found, chosen, verdict, errors, more=more, far=far, doubted=open_ones),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
         seed=seed,
@@ -212,7 +202,11 @@ def _nothing(
     return "nothing missing", wording.nothing_sentence(errors)
 
 
-def _notes(found: Found) -> tuple[str, ...]:
+def _notes(
+    found: Found, chosen: Score, verdict: str, errors: Errors, *,
+    more: Score | None, far: Mapping[str, tuple[float, Estimate]], doubted: Sequence[Finding],
+) -> tuple[str, ...]:  # fmt: skip
+    """Return what is to be known beside the verdict."""
     notes = list(found.linear_model.notes)
     if found.data.points:
         notes.append(
@@ -225,6 +219,14 @@ def _notes(found: Found) -> tuple[str, ...]:
             "tests, in blocks, which took no part in the fit."
         )
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
+    if far and verdict != "cannot tell":
+        notes.append(wording.far_sentence(far))
+    if verdict == "effect found":
+        notes += _remaining(found, chosen, more)
+    if verdict == "measurement fault" and is_outside(found, chosen):
+        notes.append(wording.unnamed_note(errors))
+    if doubted:
+        notes.append(wording.doubted_note(doubted))
     return tuple(notes)
 
 
