@@ -128,16 +128,17 @@ def compared(
     """
     forms = usable_forms(campaign)
     best = min((linear, *singles), key=lambda one: one.level)
-    if is_mostly_noise(campaign, best):
-        found = _at_once(campaign, best, [linear, *singles], forms[-1])
-        if found is not None:
-            form, scores = found
-            return campaign, [form], *_parted(linear, scores)
     standing, scores = [linear, *singles], list[Score]()
-    least, chosen = np.inf, 0
+    least, chosen, near = np.inf, 0, False
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
+        if not near and is_mostly_noise(campaign, best):
+            near = True
+            found = _at_once(campaign, best, standing, forms[-1])
+            if found is not None:
+                longest, own = found
+                return campaign, [longest], *_parted(linear, own)
         forms[i] = form.knowing(campaign.data, best)
         there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
