@@ -14,11 +14,11 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
 from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import Score, ranked
+from shakerproc.diagnosis.selection.scores import FAR, Score, gain, ranked
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 
@@ -116,13 +116,30 @@ def with_more(
     scores = along(campaign, pairs[:FIRSTS], forms[-2:])
     scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
     say("a force without a name")
-    free = along(campaign, _free(campaign, found.linear.fit), forms)
-    return replace(
-        found,
-        effects=tuple(ranked([*found.effects, *scores])),
-        free=free[0] if free else None,
-        failed=failed,
-    )
+    effects = tuple(ranked([*found.effects, *scores]))
+    free = _free_along(campaign, found.linear.fit, (found.linear, *effects), forms)
+    return replace(found, effects=effects, free=free, failed=failed)
+
+
+def _free_along(
+    campaign: Campaign, linear: Fit, known: Sequence[Score], forms: Sequence[Form]
+) -> Score | None:
+    """Return the missing force without a name at the last horizon.
+
+    It is not fitted there where at the one before it predicts far worse than the best that is
+    known.
+    """
+    laws = _free(campaign, linear)
+    if len(forms) > 1 and laws:
+        shorter = along(campaign, laws, forms[:-1])
+        best = min(known, key=lambda score: score.mean).fit
+        other = scored_at(campaign, [best], forms[-2])
+        if shorter and other and gain(other[0], shorter[0]).t > FAR:
+            last = scored_at(campaign, [shorter[0].fit], forms[-1])
+            return last[0] if last else None
+        laws = [score.fit for score in shorter]
+    last = along(campaign, laws, forms[-1:])
+    return last[0] if last else None
 
 
 def _beside(say: Callable[[str], None], kind: str) -> Callable[[str], None]:
