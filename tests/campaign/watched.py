@@ -11,6 +11,7 @@ import json
 import os
 import random
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,8 @@ def start(*command):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # it hears Ctrl-C even where the tests are run in the background of a shell
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
     )
 
 
