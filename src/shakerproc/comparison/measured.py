@@ -346,7 +346,10 @@ def _error_band(test: Test, own: Channels, noise: Noise) -> tuple[float, float]:
     if test.band is not None:
         low, high = test.band
         return max(low, LOWEST), min(high, HIGHEST * own.sample_rate)
-    return band_above(own, noise, (LOWEST, HIGHEST * own.sample_rate)) or own.excited
+    heard = band_above(own, noise, (LOWEST, HIGHEST * own.sample_rate)) or own.excited
+    if test.frequency_hz is None:
+        return heard
+    return min(heard[0], own.excited[0]), max(heard[1], own.excited[1])  # the sine is in it
 
 
 def _excited(test: Test, rate: float) -> tuple[float, float]:

@@ -74,5 +74,4 @@ def arrays(measured: Measured) -> TestArrays:
         test.level,
         test.level_unit or "",
         measured.excited,
-        measured.error_band,
     )

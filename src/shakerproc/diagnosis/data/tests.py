@@ -52,8 +52,6 @@ class TestArrays:
         Level of the excitation [SI] and its unit.
     band : (float, float)
         What is excited [Hz].
-    error_band : (float, float), optional
-        Band of the free-run error, that of `compare`; by default what is excited [Hz].
     """
 
     __test__: ClassVar[bool] = False  # not a test of pytest's
@@ -67,7 +65,6 @@ class TestArrays:
     level: float | None = None
     level_unit: str = ""
     band: tuple[float, float] = (5.0, 1000.0)
-    error_band: tuple[float, float] | None = None
 
 
 @final
@@ -123,11 +120,6 @@ class Test:
     def sample_rate(self) -> float:
         """Samples per second [Hz]."""
         return self.arrays.sample_rate
-
-    @property
-    def error_band(self) -> tuple[float, float]:
-        """Band of the free-run error, which `compare` prints as well [Hz]."""
-        return self.arrays.error_band or self.arrays.band
 
     @property
     def n_samples(self) -> int:
