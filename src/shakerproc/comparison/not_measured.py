@@ -13,6 +13,7 @@ from shakerproc.data import (
 )
 from shakerproc.errors import DiagnosisError
 from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
+from shakerproc.spectra import periodogram
 from shakerproc.testlog import Test
 
 MOST_RATIO: Final = 1e8
@@ -119,8 +120,8 @@ def check_frequency(
     if not inputs or test.frequency_hz is None or test.band is not None:
         return
     drive = samples[inputs].mean(axis=0)
-    power = np.abs(np.fft.rfft((drive - drive.mean()) * np.hanning(drive.size))) ** 2
-    frequency = np.fft.rfftfreq(drive.size, 1.0 / recording.sample_rate)
+    level = (drive - drive.mean())[np.newaxis]
+    frequency, (power,) = periodogram(level, recording.sample_rate)
     low, high = (share * test.frequency_hz for share in AROUND)
     inside = float(power[(frequency >= low) & (frequency <= high)].sum() / power.sum())
     if inside < MOST_OF_IT:

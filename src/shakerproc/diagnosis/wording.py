@@ -100,12 +100,11 @@ def remainder_note(left: float, floor: float) -> str:
     )
 
 
-def unnamed_note(errors: Errors) -> str:
-    """Return that more is missing besides a fault, and nothing in the library explains it."""
+def unnamed_note(left: float, floor: float) -> str:
+    """Return that besides a fault more is left [-] than the noise [-], which has no name."""
     return (
-        f"Corrected for that, the model still leaves {errors.held_out.after:.3g} of the "
-        f"response where the noise is {_noise(errors.noise_floor)}, which no effect of the "
-        "library explains."
+        f"Corrected for that, the model still leaves {left:.3g} of the response where the "
+        f"noise is {_noise(floor)}, which no effect of the library explains."
     )
 
 

@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from shakerproc.comparison.free_run_error import Scored
 from shakerproc.diagnosis import wording
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.intervals import estimates, far_numbers, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
@@ -26,6 +28,7 @@ from shakerproc.diagnosis.selection.choice import (
 )
 from shakerproc.diagnosis.selection.errors import (
     error_of,
+    error_of_scored,
     scored_tests,
 )
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
@@ -59,10 +62,9 @@ def judged(
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     fit = chosen.fit
-    data, form = found.data, found.form
-    parts = (form.scored_fitted, form.held_out)
-    before = [scored_tests(data, found.before, part) for part in parts]
-    errors = _errors(found, chosen)
+    data = found.data
+    before = _as_it_was(found, data)
+    errors = _errors(found, chosen, before)
     alike = _indistinguishable(standing)
     effects = _effects(fit)
     faults, locked, outside = faults_of(found, fit), _locked(found, fit, effects), None
@@ -103,7 +105,7 @@ def judged(
         linear=linear_estimates(fit),
         modes=_further_modes(found),
         further=tuple(_beside(chosen, more)),
-        notes=_notes(found, chosen, verdict, errors, more=more, far=far, doubted=open_ones),
+        notes=_notes(found, chosen, verdict, more, far, doubted=open_ones, missing=missing),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
         seed=seed,
@@ -138,15 +140,26 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
     return tuple(map(FurtherMode.of, found.data.model.modes[known:]))
 
 
-def _errors(found: Found, chosen: Score) -> Errors:
-    """Return the errors of the model as it is, in tests as recorded, and of what was chosen."""
+def _as_it_was(found: Found, data: DataSet) -> list[dict[int, Scored] | None]:
+    """Return tests as the model as it is simulates them, what was fitted and what held out."""
+    parts = (found.form.scored_fitted, found.form.held_out)
+    return [scored_tests(data, found.before, part) for part in parts]
+
+
+def _errors(
+    found: Found, chosen: Score, before: Sequence[Mapping[int, Scored] | None]
+) -> Errors:
+    """Return the errors of the model as it is, in tests as recorded, and of what was chosen.
+
+    `before` is the model as it is in the tests of the search, fitted and held out.
+    """
     form, data = found.form, found.data
+    if found.as_recorded is not data:
+        before = _as_it_was(found, found.as_recorded)
+    fitted, held_out = map(error_of_scored, before)
     return Errors(
-        Pair(
-            error_of(found.as_recorded, found.before, form.scored_fitted),
-            error_of(data, chosen.fit, form.scored_fitted),
-        ),
-        Pair(error_of(found.as_recorded, found.before, form.held_out), found.left_by(chosen)),
+        Pair(fitted, error_of(data, chosen.fit, form.scored_fitted)),
+        Pair(held_out, found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
     )
@@ -203,8 +216,8 @@ def _nothing(
 
 
 def _notes(
-    found: Found, chosen: Score, verdict: str, errors: Errors, *,
-    more: Score | None, far: Mapping[str, tuple[float, Estimate]], doubted: Sequence[Finding],
+    found: Found, chosen: Score, verdict: str, more: Score | None,
+    far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what is to be known beside the verdict."""
     notes = list(found.linear_model.notes)
@@ -223,8 +236,8 @@ def _notes(
         notes.append(wording.far_sentence(far))
     if verdict == "effect found":
         notes += _remaining(found, chosen, more)
-    if verdict == "measurement fault" and is_outside(found, chosen):
-        notes.append(wording.unnamed_note(errors))
+    if verdict == "measurement fault" and missing:
+        notes.append(wording.unnamed_note(found.left_by(chosen), found.floor_under(chosen)))
     if doubted:
         notes.append(wording.doubted_note(doubted))
     return tuple(notes)

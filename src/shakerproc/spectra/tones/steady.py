@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.spectra.welch.periodograms import periodogram
 from shakerproc.spectra.welch.ridges import reader_of, ridge_of
 
 STEADY: Final = 0.01
@@ -117,9 +118,10 @@ def tone_response(
     weights = np.linalg.solve(waves @ waves.T, waves @ every.T)
     residual = np.sqrt(np.mean((every - weights.T @ waves) ** 2, axis=1))
     if residual[-1] > MOST_APART * np.std(control):
+        places, power = periodogram((control - control.mean())[np.newaxis], sample_rate)
         raise SpectrumError(
-            f"the control is no sine of {frequency:g} Hz: what it moves at most is "
-            f"{tallest_line(control, sample_rate):.4g} Hz"
+            f"the control is no sine of {frequency:g} Hz: it moves most of all at "
+            f"{places[power[0].argmax()]:.4g} Hz"
         )
     amplitude = weights[1::2].T - 1j * weights[2::2].T
     turn = np.exp(-1j * np.angle(amplitude[-1, 0]))
@@ -133,16 +135,6 @@ def tone_response(
         harmonics=harmonics,
         residual=residual[:-1],
     )
-
-
-def tallest_line(samples: FloatArray, sample_rate: float) -> float:
-    """Return the frequency at which a signal has most power [Hz].
-
-    `samples` is (n_samples,), `sample_rate` in [Hz].
-    """
-    spectrum = np.fft.rfft((samples - samples.mean()) * np.hanning(samples.size))
-    place = int(np.argmax(np.abs(spectrum[1:]))) + 1
-    return place * sample_rate / samples.size
 
 
 def stepped_response(
