@@ -84,7 +84,7 @@ def test_a_drive_that_is_another_sine_than_the_log_says_is_left_out(folder, tmp_
     model = read_model(folder / "linear.yaml")
     log.write_text(LOG.replace(said, "excitation: sine, frequency: 15 Hz"))
     with pytest.raises(
-        DiagnosisError, match=r"left out: .* 15 Hz, but stroke moves at 8\.33 Hz"
+        DiagnosisError, match=r"left out: .* 15 Hz, but stroke has most power at 8\.33 Hz"
     ):
         comparison.compare(model, read_testlog(log))
     log.write_text(LOG.replace(said, "excitation: sine, frequency: 8.4 Hz"))

@@ -128,7 +128,7 @@ def check_frequency(
         name = recording.channels[inputs[0]].name
         raise NotMeasuredError(
             f"{recording.run} is left out: the log says a sine of {test.frequency_hz:g} Hz, "
-            f"but {name} moves at {frequency[power.argmax()]:.3g} Hz most of all, with "
-            f"{inside:.2g} of its power from {low:.3g} to {high:.3g} Hz. Correct frequency in "
+            f"but {name} has most power at {frequency[power.argmax()]:.3g} Hz, and "
+            f"{inside:.2g} of it from {low:.3g} to {high:.3g} Hz. Correct frequency in "
             "the log."
         )

@@ -120,7 +120,7 @@ def tone_response(
     if residual[-1] > MOST_APART * np.std(control):
         places, power = periodogram((control - control.mean())[np.newaxis], sample_rate)
         raise SpectrumError(
-            f"the control is no sine of {frequency:g} Hz: it moves most of all at "
+            f"the control is no sine of {frequency:g} Hz: it has most power at "
             f"{places[power[0].argmax()]:.4g} Hz"
         )
     amplitude = weights[1::2].T - 1j * weights[2::2].T
