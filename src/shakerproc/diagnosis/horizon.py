@@ -12,10 +12,11 @@ from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, Form, carried, for
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
+from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
-from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain, scored
+from shakerproc.diagnosis.selection.scores import Score, as_fitted, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
@@ -35,28 +36,14 @@ of the numbers add up over it by as much, what cannot be predicted or is not in 
 more [-]."""
 
 
-def as_sampled(campaign: Campaign, fits: Sequence[Fit]) -> Campaign:
+def as_sampled(campaign: Campaign, found: Fit) -> Campaign:
     """Return the campaign whose accelerations are compared as the recorder took them.
 
-    A recorder with a filter hears of a jump what lies below half the sample rate: means over
-    a sample alias next to nothing. One without takes values at the samples, in which jumps
-    alias; so does then the simulation. Smooth motion is the same in both.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Accelerations are compared as means.
-    fits : sequence of Fit
-        The best of these tells.
+    See `as_recorded`.
     """
     if campaign.data.points:
         return campaign
-    best = min(fits, key=lambda one: one.level)
-    points = replace(campaign.data, points=True)
-    means, values = as_fitted(campaign.data, best), as_fitted(points, best)
-    if means is None or values is None or gain(values, means).t < SURE:
-        return campaign
-    return replace(campaign, data=points)
+    return replace(campaign, data=as_recorded(campaign.data, found))
 
 
 def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
@@ -143,8 +130,8 @@ def compared(
         there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
-        sampled = campaign if there is None else as_sampled(campaign, [there])
-        if there is not None and sampled is not campaign:
+        sampled = campaign if there is None else as_sampled(campaign, there)
+        if there is not None and sampled.data is not campaign.data:
             forms[i] = form.knowing(sampled.data, there)
             there = carried(sampled.data, there, [forms[i]], rounds=BEST_ROUNDS)
             least = np.inf

@@ -20,7 +20,7 @@ from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.horizon import along, as_sampled, compared
+from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.screening import Start, free_laws, screen
@@ -120,7 +120,7 @@ def _fitted(
         fits = _effects(campaign, linear, linear_model, wanted, say)
     best = _best(fits, wanted)
     say("at the horizon")
-    campaign = as_sampled(campaign, [linear, best])
+    campaign = replace(campaign, data=best.data)
     singles = [] if wanted.is_free_law else [best]
     campaign, forms, without, effects = compared(campaign, linear, singles)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]

@@ -1,7 +1,8 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, signs_and_delays
@@ -27,7 +28,6 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import (
     along,
-    as_sampled,
     compared,
     is_mostly_noise,
     is_noise,
@@ -36,10 +36,8 @@ from shakerproc.diagnosis.horizon import (
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, screen
-from shakerproc.diagnosis.selection.scores import (
-    ranked,
-)
+from shakerproc.diagnosis.screening import Start, likely, screen
+from shakerproc.diagnosis.selection.scores import Score, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -117,51 +115,93 @@ def _searched(
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
     forms = usable_forms(campaign)  # before the long work
-    data, stages = campaign.data, campaign.stages
     say("the model's own numbers")
     linear = own_numbers(campaign)
-    rigid = rigid_joints(data)
-    say(f"{' and '.join(rigid[0])} held in every test" if rigid else "screening")
-    known = {} if rigid else campaign.known
+    rigid = rigid_joints(campaign.data)
+    if rigid:
+        say(f"{' and '.join(rigid[0])} held in every test")
+        outcome = _at_the_horizon(campaign, linear, [], say)
+        return replace(_told(original, linear_model, outcome, {}, ()), rigid=rigid)
+    say("screening")
     alone = is_noise(campaign, linear, forms[-1])
-    starts = (
-        screen(model, campaign.fitted, tuple(known), known, explained=alone) if known else ()
-    )
-    other = as_in(linear.hypothesis, linear_model.model)
+    known = campaign.known
+    starts = screen(model, campaign.fitted, tuple(known), known, explained=alone)
     one_more = OneMore(
-        data,
+        campaign.data,
         linear,
-        campaign.known,
-        stages,
-        linear=other,
+        known,
+        campaign.stages,
+        linear=as_in(linear.hypothesis, linear_model.model),
         say=say,
         condition=Condition(explained=alone),
     )
+    near = starts if alone else likely(starts, known)
+    first = None
+    if len(near) < len(starts):
+        singles = one_more.found(near)
+        first = _at_the_horizon(replace(campaign, data=one_more.data), linear, singles, say)
+        found = _told(original, linear_model, first, one_more.failed, starts)
+        if found.explained or found.best.is_mostly_noise:
+            return found
     singles = one_more.found(starts)
-    sampled = as_sampled(campaign, [linear, *singles])
-    hidden: list[Fit] = []
-    if not is_mostly_noise(sampled, min((linear, *singles), key=lambda one: one.level)):
+    campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
+    best = min((linear, *singles), key=lambda one: one.level)
+    if not is_mostly_noise(campaign, best):
         left = min((start.left for start in starts), default=0.0)
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
+    if first is None or hidden or not set(singles) <= set(first.singles):
+        first = _at_the_horizon(campaign, linear, singles, say, hidden)
+    found = _told(original, linear_model, first, one_more.failed, starts)
+    if found.explained or found.best.is_mostly_noise:
+        return found
+    return with_more(found, first.campaign, first.forms, first.singles, say)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outcome:
+    """What is left of hypotheses at the longest horizon at which they can be told apart."""
+
+    campaign: Campaign
+    forms: Sequence[Form]
+    linear: Score
+    effects: Sequence[Score]
+    singles: Sequence[Fit]
+
+
+def _at_the_horizon(
+    campaign: Campaign,
+    linear: Fit,
+    singles: Sequence[Fit],
+    say: Callable[[str], None],
+    hidden: Sequence[Fit] = (),
+) -> _Outcome:
+    """Return the model without and with effects there, and with the parts of pairs."""
     say("at the horizon")
-    campaign = as_sampled(campaign, [linear, *singles, *hidden]) if hidden else sampled
     campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
-    found = Found(
-        data=campaign.data,
+    return _Outcome(campaign, forms, base, ranked(effects), singles)
+
+
+def _told(
+    original: Model,
+    linear_model: LinearModel,
+    outcome: _Outcome,
+    failed: Mapping[str, str],
+    starts: Sequence[Start],
+) -> Found:
+    """Return the same as what was found, with what failed and what was not carried so far."""
+    return Found(
+        data=outcome.campaign.data,
         linear_model=linear_model,
-        form=forms[-1],
-        before=as_it_is(original, linear),
-        linear=base,
-        effects=tuple(ranked(effects)),
+        form=outcome.forms[-1],
+        before=as_it_is(original, outcome.linear.fit),
+        linear=outcome.linear,
+        effects=tuple(outcome.effects),
         free=None,
-        ruled_out=ruled_out(starts, singles),
-        failed=one_more.failed,
-        rigid=rigid,
+        ruled_out=ruled_out(starts, outcome.singles),
+        failed=failed,
     )
-    if rigid or found.explained or found.best.is_noise:
-        return found
-    return with_more(found, campaign, forms, singles, say)
 
 
 def own_numbers(campaign: Campaign) -> Fit:

@@ -83,7 +83,12 @@ def largest_states(model: Model) -> FloatArray:
 
 
 def free_runs(
-    model: Model, runs: Runs, *, tolerance: float = 1e-6, means: bool = True
+    model: Model,
+    runs: Runs,
+    *,
+    tolerance: float = 1e-6,
+    means: bool = True,
+    plain: bool = False,
 ) -> FreeRuns:
     """Return what the sensors of a model record in windows of tests, without an error raised.
 
@@ -100,13 +105,15 @@ def free_runs(
         measurement through the same box has them: jumps of stick and slip then do not alias.
         At the very end of a test, where there is no next sample, the last mean is repeated.
         All else are values at the samples.
+    plain : bool
+        Whether means keep what folds back of jumps (see `band_limited`).
     """
     system = assemble(model)
     counts = runs.windows[:, 2]
     offsets = np.concatenate(([0], np.cumsum(counts)))
     flat = np.zeros((len(model.sensors), offsets[-1]))
     failed = np.zeros(len(runs.windows), np.bool_)
-    walk = Walk(model, system, tolerance)
+    walk = Walk(model, system, tolerance, plain=plain)
     for test, given in enumerate(runs.inputs):
         members = np.flatnonzero(runs.windows[:, 0] == test)
         if members.size:

@@ -100,11 +100,15 @@ class Walk:
         What is shaken, and the same assembled.
     tolerance : float
         Error of a step as a share of the largest motion so far [-].
+    plain : bool
+        Whether mean accelerations keep what folds back of jumps.
     """
 
-    def __init__(self, model: Model, system: System, tolerance: float) -> None:
+    def __init__(
+        self, model: Model, system: System, tolerance: float, *, plain: bool = False
+    ) -> None:
         self._model, self._system, self._tolerance = model, system, tolerance
-        self._jumps = has_jumps(model)
+        self._jumps = not plain and has_jumps(model)
         self._rooms: dict[tuple[float, int], _Room | None] = {}
 
     def fill(

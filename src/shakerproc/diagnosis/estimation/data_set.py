@@ -124,6 +124,15 @@ class DataSet:
     tests: tuple[Test, ...]
     points: bool = False
 
+    def as_values(self) -> "DataSet":
+        """Return the tests with accelerations as values at the samples (see `points`)."""
+        other = replace(self, points=True)
+        same = {k: v for k, v in self.__dict__.items() if k in _WHATEVER_COMPARED}
+        other.__dict__.update(same)
+        if "shaken" in self.__dict__:
+            other.__dict__["shaken"] = tuple(one.as_values() for one in self.shaken)
+        return other
+
     @property
     def n_sensors(self) -> int:
         """Responses of each test."""
@@ -298,6 +307,13 @@ class DataSet:
             )
             for test in self.tests
         )
+
+
+_WHATEVER_COMPARED: Final = frozenset({
+    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "unit_s",
+    "_across", "_largest", "noise", "low_pass", "high_pass",
+})  # fmt: skip
+"""What was computed of a data set and does not depend on how accelerations are compared."""
 
 
 def frequency_of(motions: Sequence[JointMotion]) -> float:

@@ -11,6 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -85,7 +86,10 @@ def grown(
     found: Fit | None = None
     for windows, rounds in zip(stages.windows, stages.rounds, strict=True):
         if found is None:
-            found = fit(data, hypothesis, x, windows, rounds=rounds, channels=channels)
+            found = fit(
+                data, hypothesis, x, windows, rounds=rounds, channels=channels,
+                step=FARTHEST_STEP,
+            )  # fmt: skip
         else:
             found = lengthened(data, found, x, windows, rounds)
         if found is None:
@@ -115,4 +119,7 @@ def lengthened(
     starts = (found.x, other)
     levels = [level_at(data, found.hypothesis, x, windows, channels) for x in starts]
     x = starts[int(np.argmin(levels))]
-    return fit(data, found.hypothesis, x, windows, rounds=rounds, channels=channels)
+    return fit(
+        data, found.hypothesis, x, windows, rounds=rounds, channels=channels,
+        step=found.steps,
+    )  # fmt: skip

@@ -17,8 +17,8 @@ from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, Linearisation
-from shakerproc.diagnosis.estimation.window_starts import with_best_starts
+from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
 
@@ -68,6 +68,8 @@ class Fit:
         Whether the last step changed the cost by next to nothing.
     failed : int
         Windows that ran away.
+    steps : (n_x,) array
+        How far the search moved last: over what slopes are taken if it goes on [-].
     """
 
     data: DataSet
@@ -84,6 +86,7 @@ class Fit:
     count: int
     converged: bool
     failed: int
+    steps: FloatArray
 
     @property
     def channels(self) -> Channels:
@@ -136,6 +139,7 @@ def fit(
     rounds: int,
     channels: Channels | None = None,
     starts: FloatArray | None = None,
+    step: float | FloatArray = STEP,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
 
@@ -155,6 +159,8 @@ def fit(
         Gains, delays and offsets to start from; 1, 0 and 0.
     starts : array, optional
         Starts of windows to begin with; the measured ones.
+    step : float or (n_x,) array
+        Change of the coordinates for slopes at first; later as far as the search moves [-].
     """
     linearisation = Linearisation(data, hypothesis, windows)
     try:
@@ -170,18 +176,21 @@ def fit(
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
+    steps = np.broadcast_to(step, here.x.shape)
     for _ in range(rounds):
-        slopes = linearisation.linearise(here, (residual, predicted, cost))
+        slopes = linearisation.linearise(here, (residual, predicted, cost), steps=steps)
         better = _better(NormalEquations(linearisation, here, slopes), cost, damping)
-        if better is None:
-            converged = True
-            break
-        here, (residual, predicted, reached), damping = better
-        converged = cost - reached < SETTLED
-        linearisation.correlation = correlation_of(residual)
-        cost = linearisation.cost(residual, here)
+        fallen, change = 0.0, np.zeros_like(here.x)
+        if better is not None:
+            change = np.abs(better[0].x - here.x)
+            here, (residual, predicted, reached), damping = better
+            fallen = cost - reached
+            linearisation.correlation = correlation_of(residual)
+            cost = linearisation.cost(residual, here)
+        converged = fallen < SETTLED and bool(np.all(steps <= STEP))
         if converged:
             break
+        steps = np.clip(change, STEP, steps) if fallen > SETTLED else np.full(change.size, STEP)
     count = sum(r.size for r in residual)
     chi_square = sum(float(np.sum(r**2)) for r in residual) / count
     if chi_square > RUNAWAY**2:
@@ -201,6 +210,7 @@ def fit(
         count=count,
         converged=converged,
         failed=int(predicted.failed.sum()),
+        steps=steps,
     )
 
 
@@ -251,6 +261,8 @@ def _better(
     for _ in range(TRIALS):
         there = equations.taken(damping)
         tried = equations.linearisation.residual(there)
+        if tried is not None and tried[2] >= cost and equations.at.starts is not None:
+            there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
         if tried is not None and tried[2] < cost:
             return there, tried, max(damping / 10.0, LEAST_DAMPING)
         damping *= 10.0

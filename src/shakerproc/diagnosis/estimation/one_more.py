@@ -13,6 +13,8 @@ from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.own_starts import own_start, turned
 from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
+from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
@@ -34,8 +36,7 @@ KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
 
 LEAST_KEPT: Final = 2
-"""Of these so many however far behind the best, and as many that the screening found best:
-two steps tell little of a curved law [-]."""
+"""Of these so many however far behind the best: two steps tell little of a curved law [-]."""
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 """Kind, joint, and the words of the variant."""
@@ -72,18 +73,22 @@ class OneMore:
         self.linear, self.condition = linear, condition
         self.failed: dict[str, str] = {}
         self.least = np.inf
+        self._first_fits: dict[Group, Fit] = {}
+        self._grown: dict[tuple[Group, Windows], Fit | None] = {}
 
     def found(self, starts: Sequence[Start]) -> list[Fit]:
         """Return the effects that may be missing, fitted to windows that grew, best first.
 
         Every effect is first fitted to the shortest windows, the simple ones before those
         that contain them and then begin where they ended; the best go on, of those whose level
-        (see `Fit`) is below that of the condition.
+        (see `Fit`) is below that of the condition. What was fitted before is not fitted again.
         """
         groups = grouped([start for start in starts if start.kept])
         order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
-        first: dict[Group, Fit] = {}
+        first = self._first_fits
         for group in order:
+            if group in first:
+                continue
             self.say(f"{group[0]} between {' and '.join(group[1])}")
             best = self._first(group, groups[group], first)
             if best is None:
@@ -91,6 +96,7 @@ class OneMore:
             else:
                 first[group] = best
         self.say("longer windows")
+        first = self._first_fits = self._as_recorded(first)
         self.least = min((one.level for one in first.values()), default=np.inf)
         first = {group: one for group, one in first.items() if one.level < self.condition.below}
         promising = self._promising(groups, first)
@@ -101,8 +107,13 @@ class OneMore:
         ):
             fits: dict[Group, Fit] = {}
             for group in sorted(standing, key=lambda group: self._size(group[0], group[1])):
-                one = lengthened(self.data, standing[group], screened[group], windows, rounds)
-                one = self._from_simpler(group, one, fits, windows, rounds)
+                if (group, windows) not in self._grown:
+                    one = lengthened(
+                        self.data, standing[group], screened[group], windows, rounds
+                    )
+                    one = self._from_simpler(group, one, fits, windows, rounds)
+                    self._grown[group, windows] = one
+                one = self._grown[group, windows]
                 if one is not None:
                     fits[group] = one
             worth = self._worth_going_on(list(fits.values()), windows, rounds)
@@ -112,6 +123,33 @@ class OneMore:
                 if one in worth or group[0] == self.condition.wanted
             }
         return sorted(standing.values(), key=lambda one: one.level)
+
+    def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
+        """Return the fits with accelerations compared as the recorder took them.
+
+        The best of them tells, if it explains anything (see `as_recorded`).
+        """
+        if self.data.points or not first:
+            return first
+        best, on = min(first.values(), key=lambda one: one.level), self.on
+        alone = level_at(self.data, on.hypothesis, on.x, best.windows, on.channels)
+        data = as_recorded(self.data, best) if best.level < alone else self.data
+        if data is self.data:
+            return first
+        self.data = data
+        self._grown.clear()
+        return {
+            group: self._again(one, self.stages.rounds[0] if one.level < alone else 0)
+            for group, one in first.items()
+        }
+
+    def _again(self, one: Fit, rounds: int) -> Fit:
+        """Return a fit to the tests as they are compared now."""
+        again = fit(
+            self.data, one.hypothesis, one.x, one.windows, rounds=rounds,
+            channels=one.channels, starts=one.starts, step=FARTHEST_STEP,
+        )  # fmt: skip
+        return one if again is None else again
 
     def _worth_going_on(self, fits: Sequence[Fit], windows: Windows, rounds: int) -> list[Fit]:
         """Return the fits that may be the best where the windows are longer.
@@ -139,15 +177,23 @@ class OneMore:
     ) -> dict[Group, Start]:
         """Return the best few and those that are not far behind, with their best start.
 
-        Of the best few half are those that explained most in the screening: what remembers
-        longer than the shortest windows last shows in those as little as anything.
+        Besides the one that explained most in the screening: what remembers longer than the
+        shortest windows last shows in those as little as anything. Not where a law that it
+        contains leaves less.
         """
         order = sorted(first, key=lambda group: first[group].level)
-        screened = sorted(first, key=lambda group: min(s.left for s in groups[group]))
+        outdone = {
+            group
+            for group, one in first.items()
+            if any(own.level < one.level for own in self._contained(group, first).values())
+        }
+        screened = sorted(
+            first.keys() - outdone, key=lambda group: min(s.left for s in groups[group])
+        )
         scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
         near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
         asked = [group for group in order if group[0] == self.condition.wanted]
-        chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:LEAST_KEPT], *near])
+        chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:1], *near])
         return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
 
     def _screened(self, start: Start) -> FloatArray:
@@ -200,7 +246,8 @@ class OneMore:
         tried += self._beyond(group, simpler)
         fits = [
             fit(
-                self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS, channels=channels
+                self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS,
+                channels=channels, step=FARTHEST_STEP,
             )
             for h, x, channels in self._best(tried, simplest=not identification.contains)
         ]  # fmt: skip
@@ -226,6 +273,8 @@ class OneMore:
         others = [
             fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
             for hypothesis, x, channels in self._least(tried, windows)[:2]
+            if found is None
+            or level_at(self.data, hypothesis, x, windows, channels) < found.level
         ]
         good = [one for one in (found, *others) if one is not None]
         return min(good, key=lambda one: one.level, default=None)

@@ -32,11 +32,21 @@ DIRECTIONS: Final = 2
 """Directions of all numbers in which that is tried: their mean square over many samples [-]."""
 
 
-def prediction_of(data: DataSet, found: Fit, windows: Windows) -> Predicted | None:
-    """Return what a fit says in windows, from its starts there; None where it cannot."""
+FOLDED: Final = 0.25
+"""Share of what folds back of jumps that is left of it: up to a quarter, as was measured beside
+the recorders of `blind` [-]."""
+
+
+def prediction_of(
+    data: DataSet, found: Fit, windows: Windows, *, plain: bool = False
+) -> Predicted | None:
+    """Return what a fit says in windows, from its starts there; None where it cannot.
+
+    With `plain`, means keep what folds back of jumps.
+    """
     try:
         model = found.hypothesis.model_at(found.x)
-        return predict(data, model, windows, found.starts, found.offset)
+        return predict(data, model, windows, found.starts, found.offset, plain=plain)
     except ModelError:
         return None
 
@@ -95,7 +105,7 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     Two motions of a contact that is just missed part. There a residual tells little of a
     hypothesis, and its slopes hold for next to no change of the numbers. So what noise of the
     input becomes in each window counts as noise there, and so does what the residual departs
-    from its slopes for a small change of each number.
+    from its slopes for a small change of each number, and what folds back of jumps.
 
     Parameters
     ----------
@@ -119,11 +129,12 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
         return windows
     passed = []
     bent = _bent(data, settled, windows, still)
+    folded = _folded(data, settled, windows, still)
     for i, outputs in enumerate(still.outputs):
         test = int(windows.table[i, 0])
         squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
         length = max(1, round(data.block_s * data.tests[test].sample_rate))
-        passed.append(_envelope(squares + bent[i], length))
+        passed.append(_envelope(squares + bent[i] + folded[i], length))
     return replace(windows, passed=tuple(passed))
 
 
@@ -145,6 +156,17 @@ def _bent(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list
                 apart = 0.5 * (both[0].outputs[i] + both[1].outputs[i]) - outputs
                 bent[i] += apart**2 / DIRECTIONS
     return bent
+
+
+def _folded(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list[FloatArray]:
+    """Return the squares of what may be left of what folds back of jumps, in every window."""
+    kept = None if data.points else prediction_of(data, found, windows, plain=True)
+    if kept is None:
+        return [np.zeros_like(outputs) for outputs in still.outputs]
+    return [
+        (FOLDED * (one - other)) ** 2
+        for one, other in zip(kept.outputs, still.outputs, strict=True)
+    ]
 
 
 def _envelope(squares: FloatArray, length: int) -> FloatArray:

@@ -15,7 +15,13 @@ from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
 STEP: Final = 1e-4
-"""Change of a coordinate for slopes: the engine's 1e-6 makes them right to a per cent [-]."""
+"""Least change of a coordinate for slopes: the engine's 1e-6 makes them right to a per cent
+[-]."""
+
+FARTHEST_STEP: Final = 1e-2
+"""Change of a coordinate for slopes where nothing is known of how far it will move: where a
+force jumps, the slopes of a small change are spikes at the samples next to the jumps, which a
+step of the search passes by far [-]."""
 
 GAIN_SPREAD: Final = 0.01
 """Standard deviation of the gain of a sensor: the tolerance of data sheets [-]."""
@@ -168,8 +174,12 @@ class Linearisation:
         """Return x, gains, delays and offsets, each less what is expected of it."""
         return np.concatenate([at.x, at.gain - 1.0, at.delay, at.offset])
 
-    def linearise(self, at: Point, state: State, *, physics: bool = True) -> Linearised:
+    def linearise(
+        self, at: Point, state: State, *, physics: bool = True, steps: FloatArray | None = None
+    ) -> Linearised:
         """Return the slopes of the residual; without `physics`, by the starts alone.
+
+        They are those of chords over steps of the coordinates, `STEP` by default.
 
         Values at the samples jump where a jump of the acceleration crosses a sample, and have
         no slope there; what is expected of them has: their means.
@@ -180,7 +190,7 @@ class Linearisation:
             here = self.predict(at.x, at.starts, at.offset, evened=True) or predicted
         slopes: list[list[FloatArray]] = [[] for _ in self.stacks]
         if physics:
-            for change in self._by_coordinates(at, here):
+            for change in self._by_coordinates(at, here, steps):
                 _append(slopes, change)
             for columns, stack in zip(slopes, self.stacks, strict=True):
                 columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
@@ -196,10 +206,13 @@ class Linearisation:
             [_table(c, r, 0) for c, r in zip(own, residual, strict=True)],
         )
 
-    def _by_coordinates(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
+    def _by_coordinates(
+        self, at: Point, here: Predicted, steps: FloatArray | None
+    ) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each coordinate, away from its bound."""
+        sizes = np.full(at.x.size, STEP) if steps is None else steps
         for k in range(at.x.size):
-            step = STEP if at.x[k] + STEP <= self.high[k] else -STEP
+            step = sizes[k] if at.x[k] + sizes[k] <= self.high[k] else -sizes[k]
             moved = at.x.copy()
             moved[k] += step
             there = self.predict(moved, at.starts, at.offset, evened=True)

@@ -44,6 +44,7 @@ def predict(
     offset: FloatArray | None = None,
     *,
     evened: bool = False,
+    plain: bool = False,
 ) -> Predicted:
     """Return what the free-running model says.
 
@@ -62,6 +63,8 @@ def predict(
     evened : bool
         Whether accelerations, where they are values at the samples, are to be means over the
         sample before and the one after: what is expected of a jump somewhere between them.
+    plain : bool
+        Whether means keep what folds back of jumps.
 
     Raises
     ------
@@ -71,7 +74,7 @@ def predict(
     inputs = data.inputs if offset is None else data.inputs_with(offset)
     runs = Runs(inputs, windows.table, starts)
     means = evened or not data.points
-    found = free_runs(model, runs, tolerance=TOLERANCE, means=means)
+    found = free_runs(model, runs, tolerance=TOLERANCE, means=means, plain=plain)
     outputs = found.outputs
     if evened and data.points:
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])

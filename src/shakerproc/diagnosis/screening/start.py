@@ -33,6 +33,8 @@ class Start:
         Mean square of what is left, in units of the noise: 1 where all is explained [-].
     kept : bool
         Whether it is worth a fit.
+    told : bool
+        Whether a regression on the measured motion, which has no mean, sees it at all.
     """
 
     kind: str
@@ -45,6 +47,7 @@ class Start:
     t: float
     left: float
     kept: bool = True
+    told: bool = True
 
     @property
     def words(self) -> tuple[str, ...]:

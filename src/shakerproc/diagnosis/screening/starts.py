@@ -73,6 +73,7 @@ def _start(screening: Screening, law: Law, gains: Gains, i: int) -> Start:
         predicted=float(gains.predicted[i]),
         t=float(gains.t[i]),
         left=float(1.0 - gains.explained[i]) * cost / screening.equations.n_numbers,
+        told=not law.constant,
     )
 
 
@@ -166,7 +167,7 @@ def _marked(
         nothing = explained and surest[name] < _TOLD
         far = not law.sticks and 1.0 - best.predicted > _FAR * (1.0 - most)
         refuted = least < _EXPLAINED and best.left > _HOPELESS * least
-        kept = law.constant or not (far or refuted or nothing)
+        kept = not start.told or not (far or refuted or nothing)
         marked.append((law, replace(start, kept=kept)))
     return marked
 
