@@ -1,6 +1,6 @@
 """Recording files in, Recordings out: lazily and in bounded memory."""
 
-from shakerproc.recordings.choosing import ChannelNotFoundError, FilePart
+from shakerproc.recordings.choosing import ANOTHER_GROUP, ChannelNotFoundError, FilePart
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measuring, unusable
@@ -17,6 +17,7 @@ from shakerproc.recordings.writers import (
 )
 
 __all__ = [
+    "ANOTHER_GROUP",
     "FAULTS",
     "MOST_CLIPPED",
     "MOST_LOST",

@@ -174,7 +174,7 @@ _UNITS: Final = {
 
 
 IN_UNIT: Final = {
-    "unit": ("rms", "rms_there", "largest", "standard_deviation"),
+    "unit": ("rms", "rms_there", "largest", "standard_deviation", "demand_rms", "measured_rms"),
     "damage_unit": ("damage",),
 }
 """Columns of the summaries of analyses whose unit stands in a column of its own."""
