@@ -129,6 +129,12 @@ def _direction(written: object) -> tuple[float, ...]:
     return tuple(v / length for v in numbers)
 
 
+def _as_text(written: object) -> object:
+    """Return a number as text: what lacks its unit is told of by those who know which."""
+    return str(written) if type(written) in {int, float} else written
+
+
+Written: TypeAlias = Annotated[str, BeforeValidator(_as_text)]
 Metre: TypeAlias = Annotated[float, in_unit("m")]
 Text: TypeAlias = Annotated[str, AfterValidator(_checked_text)]
 Remark: TypeAlias = Annotated[str, AfterValidator(_checked_remark)]
@@ -305,7 +311,7 @@ class ProfileSection(Section):
 
     breakpoints: (
         Annotated[
-            tuple[Annotated[tuple[str, str], FromList], ...],
+            tuple[Annotated[tuple[Written, Written], FromList], ...],
             Field(strict=False, min_length=2, max_length=1000),
         ]
         | None
