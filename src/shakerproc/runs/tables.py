@@ -17,10 +17,10 @@ _SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s", "µ
 
 
 def spelled(unit: str, *, power: int = 1) -> str:
-    """Return how a header ends for a unit: ``_g``, ``_g2_per_hz`` for a density."""
+    """Return how a header ends for a unit: ``_g``, ``_m2_per_s2_per_hz`` for a density."""
     name = _SPELLED.get(unit, unit)
     if power == 2:
-        return f"_{name}2_per_hz" if name else "_per_hz"
+        return f"_{name.replace('_per_', '2_per_')}2_per_hz" if name else "_per_hz"
     return f"_{name}" if name else ""
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
-from shakerproc.data import BadRows, Role
+from shakerproc.data import ROLE_UNITS, BadRows, Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analysis_sections import (
     DistributionSection,
@@ -32,8 +32,8 @@ from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spell
 WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")
 """Names of windows, each also with ``periodic`` in front."""
 
-CHANNEL_UNITS = ("m/s^2", "N", "m", "m/s", "V")
-"""One unit of each quantity that a channel may measure."""
+CHANNEL_UNITS = tuple(dict.fromkeys(ROLE_UNITS.values()))
+"""SI unit of each quantity that a channel may measure."""
 
 Hertz: TypeAlias = Annotated[float | None, in_unit("Hz", positive=True)]
 Seconds: TypeAlias = Annotated[float | None, in_unit("s", not_negative=True)]
@@ -66,9 +66,9 @@ def _checked_unit(text: str) -> str:
 
 
 def _checked_sensitivity(text: str) -> str:
-    for unit in ("V/(m/s^2)", "V/N", "V/m", "V s/m"):
+    for unit in CHANNEL_UNITS if "/" in text else ():
         try:
-            if to_si(text, unit) != 0.0:
+            if to_si(text, f"V/({unit})") != 0.0:
                 return text
         except ValueError:
             continue
