@@ -169,7 +169,7 @@ def columns_of(rows: Sequence[Mapping[str, Value]]) -> Columns:
 _UNITS: Final = {
     "_db": "dB", "_hz": "Hz", "_s": "s", "_g": "g", "_m_per_s2": "m/s²", "_m_per_s": "m/s",
     "_mm_per_s": "mm/s", "_mm": "mm", "_n": "N", "_m": "m", "_share": "%",
-    "_ms": "ms", "_percent": "%",
+    "_ms": "ms", "_percent": "%", "_deg": "°", "_rev_per_min": "rev/min",
 }  # fmt: skip
 
 

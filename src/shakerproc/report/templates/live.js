@@ -54,7 +54,7 @@ const UP = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵"
 function tick(value, log) {
   if (value === null) return null;
   const power = Math.log10(Math.abs(value));
-  if (log && (power < -3.5 || power > 3.5)) {
+  if (log && (power < -3 - 1e-6 || power > 3.5)) {
     const whole = Math.floor(power + 1e-6), first = value / 10 ** whole;
     const ten = "10" + Array.from(String(whole), (c) => UP[c]).join("");
     return Math.abs(first - 1) < 1e-6 ? ten : `${Number(first.toPrecision(3))}·${ten}`;
