@@ -29,15 +29,13 @@ from shakerproc.testlog.processing import (
     TimeCrop,
     Welch,
 )
-from shakerproc.testlog.schema import (
-    ChannelSection,
-    ExpectSection,
-    ModalSection,
+from shakerproc.testlog.processing_sections import (
     ProcessingSection,
     ThresholdSection,
     TimeSection,
     WelchSection,
 )
+from shakerproc.testlog.schema import ChannelSection, ExpectSection, ModalSection
 from shakerproc.units import is_unit_of, near_miss, quoted, to_si
 
 T = TypeVar("T")
