@@ -11,7 +11,8 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from pydantic import BeforeValidator
+if TYPE_CHECKING:
+    from pydantic import BeforeValidator
 
 from shakerproc.data import STANDARD_GRAVITY
 
@@ -215,8 +216,9 @@ def quantity(unit: str) -> Any:
 
 def in_unit(
     unit: str, *, positive: bool = False, not_negative: bool = False
-) -> BeforeValidator:
+) -> "BeforeValidator":
     """Return what turns a pydantic float field into one that is written with a unit."""
+    from pydantic import BeforeValidator  # a worker that reads no log needs none of it
 
     def parsed(value: object) -> float:
         number = to_si(value, unit)

@@ -17,8 +17,8 @@ from shakerproc.testlog.analysis_sections import (
     SplittingSection,
     WaterfallSection,
 )
+from shakerproc.testlog.excitation_sections import HammerSection
 from shakerproc.testlog.fields import Decibels, Hertz, Seconds, Text
-from shakerproc.testlog.hammer import HammerSection
 from shakerproc.units import in_unit, near_miss, quoted
 
 WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from shakerproc.data import Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.excitation import Excitation
+from shakerproc.testlog.excitation_sections import MultisineSection
 from shakerproc.testlog.fields import (
     Decibels,
     Direction,
@@ -26,7 +27,6 @@ from shakerproc.testlog.fields import (
     Written,
 )
 from shakerproc.testlog.header_section import HeaderSection
-from shakerproc.testlog.multisine import MultisineSection
 from shakerproc.testlog.processing_sections import BandSection, ProcessingSection
 from shakerproc.units import in_unit
 
