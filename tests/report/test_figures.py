@@ -57,7 +57,7 @@ def test_bars_of_a_trend_on_the_page_reach_as_far_as_half_a_bin():
     (points,) = trend.series.values()
     ends = [
         (float(low), float(high))
-        for path in re.findall(r'<path class="c\d bar" d="([^"]*)"', text)
+        for path in re.findall(r'<path class="bar c\d" d="([^"]*)"', text)
         for low, high in re.findall(r"M\S+ (\d+)h\d+m-\d+ 0V(\d+)m", path)
     ]
     assert len(ends) == len(points)

@@ -231,7 +231,7 @@ def _bars(item: Curve, x_axis: Axis, y_axis: Axis, box: Box) -> Markup:
         f"M{a - CAP:.0f} {b:.0f}h{2 * CAP}m{-CAP} 0V{c:.0f}m{-CAP} 0h{2 * CAP}"
         for a, b, c in zip(left, low, high, strict=True)
     )
-    return Markup('<path class="c{} bar" d="{}"/>').format(item.style % 8, path)
+    return Markup('<path class="bar c{}" d="{}"/>').format(item.style % 8, path)
 
 
 def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: Box) -> str:
