@@ -58,7 +58,7 @@ import importlib, os, sys, time
 from shakerproc import cli
 module, name = sys.argv[1:3]
 build = cli.build_app
-def build_app():
+def build_app(*names):
     home = importlib.import_module(module)
     held = getattr(home, name)
     def started(*given, **named):
@@ -68,7 +68,7 @@ def build_app():
         print(time.process_time(), time.time(), file=sys.stderr, flush=True)
         os._exit(0)
     setattr(home, name, started)
-    return build()
+    return build(*names)
 cli.build_app = build_app
 sys.argv[:3] = ["shakerproc"]
 cli.main()

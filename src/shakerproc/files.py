@@ -239,9 +239,16 @@ def csv_text(columns: Mapping[str, Any]) -> str:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([csv_cell(name) for name in columns])
-    plain = [v.tolist() if hasattr(v, "tolist") else v for v in columns.values()]
-    writer.writerows([csv_cell(cell) for cell in row] for row in zip(*plain, strict=True))
+    writer.writerows(zip(*map(_cells, columns.values()), strict=True))
     return buffer.getvalue()
+
+
+def _cells(column: Any) -> list[str]:
+    """Return a column as cells; of an array of numbers sooner than one by one."""
+    values = column.tolist() if hasattr(column, "tolist") else column
+    if getattr(getattr(column, "dtype", None), "kind", "") == "f":
+        return ["" if value != value else repr(value) for value in values]  # noqa: PLR0124
+    return [csv_cell(value) for value in values]
 
 
 def write_csv(path: Path, columns: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Text with a unit, to SI numbers (pint, loaded when first needed).
+"""Text with a unit, to SI numbers (pint, loaded for the first unit that is no usual one).
 
 SI means the base units: `to_si("1 oct/min", "oct/min")` is 1/60, in octaves per second, and
 `to_si("23 degC", "K")` is 296.15. The unit that is wanted decides what `g` stands for: gravity
@@ -11,12 +11,12 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from pydantic import BeforeValidator
-
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.usual_units import USUAL
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
+    from pydantic import BeforeValidator
 
 _DEFINITIONS: Final = f"""
 pico- = 1e-12 = p-
@@ -215,8 +215,9 @@ def quantity(unit: str) -> Any:
 
 def in_unit(
     unit: str, *, positive: bool = False, not_negative: bool = False
-) -> BeforeValidator:
+) -> "BeforeValidator":
     """Return what turns a pydantic float field into one that is written with a unit."""
+    from pydantic import BeforeValidator  # a worker that reads no log needs none of it
 
     def parsed(value: object) -> float:
         number = to_si(value, unit)
@@ -375,6 +376,11 @@ def _is_temperature(unit: str) -> bool:
 
 def _parsed(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
     """Return the scale to SI and the dimensions of a unit, or what is wrong with it."""
+    return USUAL.get((written, gravity)) or _read(written, gravity)
+
+
+def _read(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
+    """Do as `_parsed`, by the registry."""
     plain = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m[0].translate(_SUPERSCRIPT), written)
     plain = plain.translate(_LOOK_ALIKE).replace("°", "deg")
     if problem := _problem_of(plain):

@@ -3,6 +3,8 @@
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -146,6 +148,30 @@ def test_an_interrupt_ends_it_at_once_and_the_page_stands_still(tmp_path):
     assert process.returncode == 130, errors
     assert errors.splitlines()[-1].startswith("interrupted; what is done stands")
     assert "data-refresh" not in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_no_port_is_opened(tmp_path):
+    """Python itself tells of every socket that is bound or connected, also in a thread."""
+    write_campaign(tmp_path, 1)
+    code = (
+        "import sys\nseen = []\n"
+        "sys.addaudithook(lambda event, _: seen.append(event) if event in"
+        " {'socket.bind', 'socket.connect'} else None)\n"
+        "from shakerproc.cli import main\n"
+        "try: main()\nfinally: print(seen, file=sys.stderr)"
+    )
+    words = ("watch", tmp_path / "recordings", "--log", tmp_path / "testlog.yaml", *QUICK)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "done" in done.stdout
+    assert done.stderr.splitlines()[-1] == "[]"
 
 
 def test_a_log_with_an_error_counts_as_it_was_until_it_is_corrected(tmp_path):

@@ -91,6 +91,19 @@ def test_a_figure_drawn_anew_has_the_numbers_of_the_run(browser, page, summaries
             assert_allclose(np.log(c["y"]), np.log(wanted.y), atol=0.01)
 
 
+def test_a_trend_drawn_anew_has_its_error_bars(browser, page):
+    browser.open(page)
+    show(browser, "#trends figure")
+    missing = browser.run(
+        "(() => { const f = read(document.querySelector('#trends figure data'));"
+        " return f.curves.filter(c => c.kind === MARKS).map(c =>"
+        " c.x.filter((x, i) => !(c.bars.get(`${x} ${c.y[i]}`) > 0))); })()"
+    )
+    assert missing
+    assert not any(missing)
+    assert browser.errors == []
+
+
 def test_a_name_takes_its_curve_away_and_back(browser, page):
     browser.open(page)
     show(browser, "#run-2 figure[data-kind=coherence]")

@@ -14,6 +14,7 @@ from shakerproc.report.analysis_figures import limits
 from shakerproc.report.run_figures import draw_run, run_figure
 from shakerproc.report.run_plots import IN_FILES
 from shakerproc.report.trend_figures import draw_trends, trend_figure
+from shakerproc.report.trend_view import drawings
 from shakerproc.runs import process_recording, process_test, summary_of
 from shakerproc.runs.analysis import Line, Scale
 from shakerproc.runs.curves import unbroken_phase
@@ -45,6 +46,25 @@ def test_a_trend_is_drawn(tmp_path):
     (path,) = draw_trends([trend], tmp_path)
     with Image.open(path) as image:
         assert image.size == (910, 613)
+
+
+def test_bars_of_a_trend_on_the_page_reach_as_far_as_half_a_bin():
+    """Read back from the path: steps of the drawing against the distance of two points."""
+    trend = trends.trend(FALLING, trends.standard_trends(FALLING)[0], "ch3")
+    (drawing,) = drawings([trend])
+    assert "Bars: width of a bin." in drawing.caption
+    text = str(drawing.drawing)
+    (points,) = trend.series.values()
+    ends = [
+        (float(low), float(high))
+        for path in re.findall(r'<path class="bar c\d" d="([^"]*)"', text)
+        for low, high in re.findall(r"M\S+ (\d+)h\d+m-\d+ 0V(\d+)m", path)
+    ]
+    assert len(ends) == len(points)
+    middle = [(low + high) / 2.0 for low, high in ends]
+    step = (middle[-1] - middle[0]) / (points[-1].frequency_hz - points[0].frequency_hz)
+    for (low, high), point in zip(ends, points, strict=True):
+        assert abs(high - low) == pytest.approx(abs(step) * point.bin_width_hz, abs=2.5)
 
 
 def test_a_trend_spells_the_peak_frequency_out():

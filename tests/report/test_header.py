@@ -109,6 +109,9 @@ def test_a_day_that_is_none_is_an_error_of_the_log(tmp_path):
     head = "report:\n  instruments: [{instrument: shaker, calibrated: soon}]\n"
     with pytest.raises(DocumentError, match=r"expected a day such as 2026-03-31, got .?soon"):
         read_testlog(log_with(tmp_path, head))
+    head = head.replace("soon", "2026-03-31, valid_until: 2025-03-31")
+    with pytest.raises(DocumentError, match=r"valid_until: expected a day after 2026-03-31"):
+        read_testlog(log_with(tmp_path, head))
 
 
 def test_pages_are_numbered_and_contents_lead_to_what_is_there(tmp_path):

@@ -36,7 +36,26 @@ def test_a_block_is_changed_text_stays_inert_and_the_policy_is_kept(tmp_path):
         (BASE + "{% block end %}{{ page.rows.append(1) }}{% endblock %}", "line 2: "),
         (BASE + "{% block end %}{{ 1 / 0 }}{% endblock %}", "line 2: division by zero"),
         (BASE + "{% include '/etc/passwd' %}", "line 2: no template /etc/passwd"),
-        (BASE + "{% block end %}{{ range(10**9) | list }}{% endblock %}", "Range too big"),
+        (
+            BASE + "{% block end %}{{ range(1000000000) | list }}{% endblock %}",
+            "ranges of more",
+        ),
+        (
+            BASE + "{% block end %}{% for a in range(1000) %}{% for b in range(1000) %}"
+            "{% endfor %}{% endfor %}{% endblock %}",
+            "line 2: ranges of more than 100000 items",
+        ),
+        (BASE + "{% block end %}{{ 10 ** (10 ** 10) }}{% endblock %}", "line 2: "),
+        (
+            BASE + "{% block end %}{{ 'x' * 20000000000 }}{% endblock %}",
+            "line 2: it takes more than 1 GB",
+        ),
+        (
+            BASE + "{% block end %}{% set n = namespace(x='abc') %}{% for i in range(60) %}"
+            "{% set n.x = n.x ~ n.x %}{% endfor %}{% endblock %}",
+            "line 2: it takes more than 1 GB",
+        ),
+        (BASE + "\n{% block ende %}{% endblock %}", "line 3: the page has no block"),
     ],
 )
 def test_what_a_template_must_not_is_one_line(tmp_path, text, told):

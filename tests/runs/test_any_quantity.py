@@ -8,10 +8,10 @@ from shakerproc.data import ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording
 from shakerproc.report.run_drawings import figures
-from shakerproc.runs import process_recording
+from shakerproc.runs import open_test, process_recording
 from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.tables import spectra_columns
-from shakerproc.testlog import Processing, Test
+from shakerproc.testlog import Processing, Test, read_testlog
 
 GRAVITY, RATE = 9.80665, 2000.0
 USES = (
@@ -48,7 +48,7 @@ def test_densities_and_response_functions_say_their_units(result):
     columns = spectra_columns(result)
     seen = columns["psd_table_g2_per_hz"]
     assert_allclose(columns["psd_mic_Pa2_per_hz"], 9.0 * seen, rtol=1e-6)
-    assert_allclose(columns["psd_gauge_um_per_m2_per_hz"], 400.0 * seen, rtol=1e-6)
+    assert_allclose(columns["psd_gauge_um2_per_m2_per_hz"], 400.0 * seen, rtol=1e-6)
     assert_allclose(columns["h1_mic_magnitude_Pa_per_g"], 3.0, rtol=1e-6)
     assert_allclose(columns["h1_gauge_magnitude_um_per_m_per_g"], 20.0, rtol=1e-6)
     assert_allclose(columns["h1_out_magnitude_V_per_g"], 0.1, rtol=1e-6)
@@ -71,3 +71,27 @@ def test_a_pressure_is_no_acceleration(tmp_path):
     )
     with pytest.raises(RecordingError, match="role: pressure"):
         open_recording(path, uses=(ChannelUse("mic", "response"),))
+
+
+@pytest.mark.parametrize(
+    ("entry", "factor"),
+    [
+        ("role: pressure, sensitivity: 50 mV/Pa", 20.0),
+        ("role: strain, sensitivity: 2 mV/(um/m)", 500e-6),
+        ("role: velocity, sensitivity: 100 mV/(mm/s)", 0.01),
+        ("role: pressure, unit: kPa, override: true", 1000.0),
+        ("role: strain, unit: '%', override: true", 0.01),
+    ],
+)
+def test_a_log_says_unit_or_sensitivity_of_any_quantity(tmp_path, entry, factor):
+    volts = np.random.default_rng(2).standard_normal(100)
+    rows = "".join(f"{i / RATE},{v!r}\n" for i, v in enumerate(volts.tolist()))
+    (tmp_path / "run.csv").write_text("time [s],sensor [V]\n" + rows)
+    log = tmp_path / "log.yaml"
+    log.write_text(
+        f"testlog: 1\nrecordings: .\nchannels: {{sensor: {{{entry}}}}}\n"
+        "tests: [{id: 1, recording: run.csv}]\n"
+    )
+    read = read_testlog(log)
+    with open_test(read, read.tests[0]) as recording:
+        assert_allclose(recording.samples()[0], factor * volts, rtol=1e-12)

@@ -105,6 +105,10 @@ def test_a_sensor_that_does_not_fit_is_one_line(campaign, change, match):
     [
         (["4711", "10", "g", "2017-05-01", ""], r"s\.csv:2: .*volts per unit.*\"10 g\""),
         (["4711", "10", "mV/g", "soon", ""], r"s\.csv:2: expected a date .*\"soon\""),
+        (
+            ["4711", "10", "mV/g", "2027-05-01", "2026-05-01"],
+            r'"4711": expected valid until after calibrated, got 2026-05-01 and 2027-05-01',
+        ),
         (["", "10", "mV/g", "", ""], r"s\.csv:2: no serial number"),
     ],
 )

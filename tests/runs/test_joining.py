@@ -170,6 +170,7 @@ def test_two_groups_of_one_file_at_two_rates_have_one_clock(tmp_path):
             ("fast", "base", ROWS[0], 1e-3),
             ("fast", "tip", ROWS[1], 1e-3),
             ("slow", "load", np.cos(2.0 * np.pi * 3.0 * slow), 1e-2),
+            ("spare", "tip", np.cos(slow), 1e-2),
         ):
             unit = "N" if group == "slow" else "m/s^2"
             known = {"wf_increment": step, "wf_samples": 1, "unit_string": unit}
@@ -185,6 +186,7 @@ def test_two_groups_of_one_file_at_two_rates_have_one_clock(tmp_path):
         assert recording.duration > 19.0
         assert_allclose(rows[0], motion(times), atol=1e-9)
         assert_allclose(rows[2], np.cos(2.0 * np.pi * 3.0 * times), atol=1e-3)
+        assert [one.name for one in recording.unused] == ["spare/tip"]
         assert "they have one clock; its 100 Hz were brought to 1000 Hz" in recording.notes[0]
 
 

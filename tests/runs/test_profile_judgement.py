@@ -53,6 +53,7 @@ def test_what_keeps_every_line_says_so_with_its_grms():
     result, lines = judged(lambda f: 0.0 * f)
     assert all(row["kept"] for row in lines.values())
     rms = np.sqrt(0.001 * 880.0)
+    assert_allclose([row["demand_rms"] for row in lines.values()], rms)
     assert f"Demanded {rms:.4g} g rms from 20 to 900 Hz" in result.analyses[0].told[1]
     columns = result.analyses[0].columns
     assert_allclose(columns["demand_g2_per_hz"], 0.001)
@@ -137,6 +138,21 @@ def test_check_names_every_line_that_was_not_kept(batch, capsys):
         assert f"test 2: profile bad: {name} line not kept, +" in out
         assert 10.0 - tolerance < lines[name].exceedance_db < 12.5 - tolerance  # and scatter
     assert "not kept: 2 of 8 lines" in out
+
+
+def test_check_and_table_say_both_rms_and_the_worst_of_each_test(batch, capsys):
+    good, bad = profiles_kept(batch / "out").worst
+    assert (good.kept, bad.kept, bad.unit) == (True, False, "g")
+    assert bad.line == "alarm low"
+    assert bad.exceedance_db == max(
+        o.exceedance_db for o in profiles_kept(batch / "out").broken
+    )
+    assert_allclose((good.demand_rms, bad.demand_rms), np.sqrt([0.385, 3.85]), rtol=1e-12)
+    assert_allclose((good.measured_rms, bad.measured_rms), np.sqrt(0.385), rtol=0.05)
+    run("check", batch / "out")
+    out = capsys.readouterr().out
+    assert "test 1: profile good: kept, worst -" in out
+    assert "demanded 1.962 g rms, measured 0.6" in out
 
 
 def test_report_and_tables_hold_the_verdict(batch):

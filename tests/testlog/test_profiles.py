@@ -81,6 +81,11 @@ MISTAKES = {
     "mixed": ("[[20 Hz, 1 g^2/Hz], [80 Hz, 1 g]]", "1 g"),
     "negative": ("[[20 Hz, 1 g^2/Hz], [80 Hz, -1 g^2/Hz]]", "level of more than 0"),
     "zero hertz": ("[[0 Hz, 1 g^2/Hz], [80 Hz, 1 g^2/Hz]]", "frequency of more than 0"),
+    "number for a level": ("[[20 Hz, 1 g^2/Hz], [80 Hz, 1]]", r"breakpoints\.2: .*unit of.*1"),
+    "number for a frequency": ("[[20 Hz, 1 g^2/Hz], [80, 1 g^2/Hz]]", "unit of Hz.*80"),
+    "a slope of a hundred decades": (
+        "[[20 Hz, 1 g^2/Hz], [80 Hz, 500 dB/oct]]", "at most 12 decades.*500 dB/oct over 2 oct"
+    ),
     "no unit": ("[[20 Hz, '1'], [80 Hz, '1']]", "a density such as"),
 }  # fmt: skip
 FILES = {

@@ -23,7 +23,7 @@ from shakerproc.testlog import (
     read_testlog,
     schema,
 )
-from shakerproc.testlog.schema import WINDOWS
+from shakerproc.testlog.processing_sections import WINDOWS
 
 G = 9.80665
 RANDOM = "random, from: 5 Hz, to: 9 Hz"

@@ -1,6 +1,6 @@
 """Whether the tests of a batch kept their profiles, as its tables say."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -39,6 +39,50 @@ class BrokenLine:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Worst:
+    """Where a test came closest to, or farthest beyond, a line of its profile.
+
+    Attributes
+    ----------
+    test, profile, line : str
+        Which.
+    kept : bool
+        Whether the test kept every line.
+    exceedance_db, at_hz : float
+        How far the control lies beyond that line [dB], negative within it, and where [Hz].
+    demand_rms, measured_rms : float, optional
+        Of the demand and of the control [`unit`]; of random tests only.
+    unit : str
+        Unit of both.
+    """
+
+    test: str
+    profile: str
+    line: str
+    kept: bool
+    exceedance_db: float
+    at_hz: float
+    demand_rms: float | None
+    measured_rms: float | None
+    unit: str
+
+    @property
+    def told(self) -> str:
+        """A sentence for people."""
+        rms = ""
+        if self.demand_rms is not None and self.measured_rms is not None:
+            rms = (
+                f"; demanded {self.demand_rms:.4g} {self.unit} rms, "
+                f"measured {self.measured_rms:.4g} {self.unit} rms"
+            )
+        return (
+            f"test {self.test}: profile {self.profile}: {'' if self.kept else 'not '}kept, "
+            f"worst {self.exceedance_db:+.2f} dB beyond {self.line} at {self.at_hz:.4g} Hz{rms}"
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Keeping:
     """How a batch kept its profiles.
 
@@ -50,6 +94,8 @@ class Keeping:
         Lines that were judged.
     broken : tuple of BrokenLine
         Those that were not kept.
+    worst : tuple of Worst
+        Of each test that was judged.
     missing : mapping
         Why tests were not judged, by test.
     """
@@ -57,6 +103,7 @@ class Keeping:
     path: Path
     judged: int
     broken: tuple[BrokenLine, ...]
+    worst: tuple[Worst, ...]
     missing: Mapping[str, str]
 
     @property
@@ -95,12 +142,15 @@ def profiles_kept(path: Path) -> Keeping:
             "judged; name a reference with --against"
         )
     table = read_table(file)
-    judged = {row["test"] for row in table.rows}
+    by_test: dict[str, list[Mapping[str, str]]] = {}
+    for row in table.rows:
+        by_test.setdefault(row["test"], []).append(row)
     return Keeping(
         file,
         len(table.rows),
-        tuple(_broken(row, table) for row in table.rows if _cell(row, table, "kept") != "true"),
-        _missing(file.parent / "runs.csv", judged),
+        tuple(_broken(row, table) for row in table.rows if not _is_kept(row, table)),
+        tuple(_worst(rows, table) for rows in by_test.values()),
+        _missing(file.parent / "runs.csv", set(by_test)),
     )
 
 
@@ -117,24 +167,49 @@ def _cell(row: Mapping[str, str], table: Table, name: str) -> str:
     return row[name].strip().lower() if name == "kept" else row[name]
 
 
-def _broken(row: Mapping[str, str], table: Table) -> BrokenLine:
-    """Return the broken line of a row.
+def _is_kept(row: Mapping[str, str], table: Table) -> bool:
+    return _cell(row, table, "kept") == "true"
+
+
+def _number(row: Mapping[str, str], table: Table, name: str) -> float:
+    """Return the number in a cell.
 
     Raises
     ------
     TableError
-        If a cell that should hold a number does not.
+        If it holds none.
     """
-    texts = [_cell(row, table, name) for name in ("exceedance_db", "at_hz")]
     try:
-        worst, at = (float(text) for text in texts)
+        return float(_cell(row, table, name))
     except ValueError as error:
         raise TableError(
             f"{table.path}: test {row['test']}: expected numbers: {error}"
         ) from error
+
+
+def _broken(row: Mapping[str, str], table: Table) -> BrokenLine:
     return BrokenLine(
-        row["test"], _cell(row, table, "profile"), _cell(row, table, "line"), worst, at
+        row["test"],
+        _cell(row, table, "profile"),
+        _cell(row, table, "line"),
+        _number(row, table, "exceedance_db"),
+        _number(row, table, "at_hz"),
     )
+
+
+def _worst(rows: Sequence[Mapping[str, str]], table: Table) -> Worst:
+    """Return the worst line of a test: of those that are broken, if any is."""
+    broken = [row for row in rows if not _is_kept(row, table)] or rows
+    row = max(broken, key=lambda row: _number(row, table, "exceedance_db"))
+    line = _broken(row, table)
+    demanded, measured = (
+        _number(row, table, name) if row.get(name) else None
+        for name in ("demand_rms", "measured_rms")
+    )
+    return Worst(
+        line.test, line.profile, line.line, broken is rows, line.exceedance_db, line.at_hz,
+        demanded, measured, row.get("unit", ""),
+    )  # fmt: skip
 
 
 def _missing(runs: Path, judged: set[str]) -> dict[str, str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ValidationError
 
 from shakerproc import __version__, files
 from shakerproc.errors import LogError
@@ -89,8 +89,6 @@ class Manifest:
 NOTHING: Final = Entry("failed", "", "")
 """What is known of a test that was never seen."""
 
-_FORM: Final = TypeAdapter(Manifest)
-
 
 def read_manifest(folder: Path) -> Manifest:
     """Return the manifest of a folder; an empty one where there is none yet.
@@ -104,12 +102,18 @@ def read_manifest(folder: Path) -> Manifest:
     if not path.exists():
         return Manifest()
     try:
-        return _FORM.validate_json(path.read_bytes())
+        return _read(path.read_bytes())
     except ValidationError as error:
         raise LogError(
             f"{path}: not a manifest of shakerproc. Remove the file to compute everything "
             "again, or choose another folder with --out."
         ) from error
+
+
+def _read(content: bytes) -> Manifest:
+    from pydantic import TypeAdapter  # where no manifest is there yet, nothing needs it
+
+    return TypeAdapter(Manifest).validate_json(content)
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:

@@ -4,6 +4,7 @@ import errno
 import gc
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -46,8 +47,8 @@ def _about(
     """From shaker recordings to the physical effect that the model left out."""
 
 
-def build_app() -> typer.Typer:
-    """Return the command-line application with every command registered."""
+def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
+    """Return the command-line application with these commands registered, by default all."""
     app = typer.Typer(
         no_args_is_help=True,
         pretty_exceptions_enable=False,
@@ -56,7 +57,8 @@ def build_app() -> typer.Typer:
         epilog=EPILOG,
     )
     app.callback()(_about)
-    for name, command in COMMANDS.items():
+    for name in names:
+        command = COMMANDS[name]
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
@@ -72,7 +74,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # an old Windows code page has no omega
     try:
-        build_app()()
+        build_app(sys.argv[1:2] if sys.argv[1:2] and sys.argv[1] in COMMANDS else COMMANDS)()
     except LockedError as error:
         _fail(f"{error}", 75)
     except ShakerprocError as error:

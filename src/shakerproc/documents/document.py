@@ -115,6 +115,8 @@ def _first_of(errors: list[ErrorDetails], path: Path, root: Place) -> DocumentEr
     """Return the error that stands first in the file."""
     together: dict[tuple[Key, ...], list[ErrorDetails]] = {}
     for error in errors:
+        if error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]:
+            continue  # long enough, but for items that have an error of their own
         aim = (*error["loc"], *error.get("ctx", {}).get("place", ()))
         missing = (aim[-1],) if error["type"] == "missing" else ()
         together.setdefault((*root.find(aim)[1], *missing), []).append(error)

@@ -2,6 +2,7 @@
 
 from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
 from shakerproc.executors.cluster import ClusterExecutor
+from shakerproc.executors.memory import limited_memory
 from shakerproc.executors.processes import Limits, ProcessExecutor
 from shakerproc.executors.threads import ThreadExecutor
 
@@ -15,4 +16,5 @@ __all__ = [
     "Task",
     "ThreadExecutor",
     "Work",
+    "limited_memory",
 ]

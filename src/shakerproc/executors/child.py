@@ -9,10 +9,10 @@ import threading
 import traceback
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 from shakerproc.errors import ShakerprocError
+from shakerproc.executors.memory import limit_memory
 
 
 def main() -> None:
@@ -42,7 +42,7 @@ def serve(connection: Connection, memory_limit: int) -> None:
             continue
         work = _ordered(content)
         if not limited:
-            _limit_memory(memory_limit)
+            limit_memory(memory_limit)
             limited = True
         connection.send_bytes(b"ready")
 
@@ -72,23 +72,6 @@ def _end_with_parent() -> None:
     while os.read(sys.stdin.fileno(), 1):
         pass
     os._exit(1)
-
-
-def _limit_memory(limit: int) -> None:
-    """Let allocations fail that would take more than `limit` bytes, where Linux can."""
-    status = Path("/proc/self/status")
-    if status.exists():
-        import resource
-
-        used = next(
-            int(line.split()[1]) * 1024
-            for line in status.read_text(encoding="ascii").splitlines()
-            if line.startswith("VmData:")
-        )
-        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-        wanted = used + limit
-        soft = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
-        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
 
 
 def _attempt(work: Callable[[Any], object], argument: bytes) -> bytes:

@@ -104,6 +104,8 @@ def drive_of_test(
 def _lacking(test: Test) -> str:
     if test.excitation is None:
         return "the log does not say what shakes it; add excitation, or leave this test out"
+    if test.excitation == "measured":
+        return "what shakes it stands in its recording alone; leave this test out"
     if test.excitation in PULSES:
         return f"a {test.excitation}: its width is no key of the log; leave this test out"
     return "the log does not say its level; add it"

@@ -126,6 +126,8 @@ def _needed(
 def _unclear(test: Test) -> str:
     if test.excitation is None:
         return "the log does not say what shakes it"
+    if test.excitation == "measured":
+        return "what shakes it stands in its recording alone"
     if test.excitation in PULSES:
         return (
             f"a {test.excitation}: its width is not in the log, so that its displacement is "

@@ -1,22 +1,31 @@
-"""Recording files in, Recordings out: lazily and in bounded memory."""
+"""Recording files in, Recordings out: lazily and in bounded memory.
 
-from shakerproc.recordings.choosing import ChannelNotFoundError, FilePart
+What writes recordings is loaded when it is first asked for.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from shakerproc.late import loaded
+from shakerproc.recordings.choosing import ANOTHER_GROUP, ChannelNotFoundError, FilePart
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measuring, unusable
 from shakerproc.recordings.health_checks import FAULTS, Flag
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.writers import (
-    WRITERS,
-    write_csv,
-    write_mat,
-    write_parquet,
-    write_tdms,
-    write_uff,
-)
+
+if TYPE_CHECKING:
+    from shakerproc.recordings.writers import (
+        WRITERS,
+        write_csv,
+        write_mat,
+        write_parquet,
+        write_tdms,
+        write_uff,
+    )
 
 __all__ = [
+    "ANOTHER_GROUP",
     "FAULTS",
     "MOST_CLIPPED",
     "MOST_LOST",
@@ -42,3 +51,9 @@ __all__ = [
     "write_tdms",
     "write_uff",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return loaded(f"shakerproc.recordings.writers:{name}")

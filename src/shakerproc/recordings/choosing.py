@@ -60,6 +60,9 @@ class FilePart:
     measurement: Measurement | None = None
 
 
+ANOTHER_GROUP: Final = "in another group"
+"""Why a channel is not used that stands in a group that was not chosen."""
+
 WHOLE: Final = FilePart()
 
 
@@ -272,7 +275,7 @@ def unused_channels(
         found.append(UnusedChannel(channel.name, why or "not named in the log"))
     others = [g for g in file.groups if g.name != group.name and not g.reduced]
     return tuple(found) + tuple(
-        UnusedChannel(f"{other.name}/{channel.name}", "in another group")
+        UnusedChannel(f"{other.name}/{channel.name}", ANOTHER_GROUP)
         for other in others
         for channel in other.channels
         if channel.promised > 0

@@ -29,33 +29,26 @@ from shakerproc.recordings.choosing import (
     with_numbers,
 )
 from shakerproc.recordings.common import common_length, common_rate
-from shakerproc.recordings.csv import read_csv
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import WatchedFile, open_regular
-from shakerproc.recordings.lvm import read_lvm
-from shakerproc.recordings.matlab import read_mat
-from shakerproc.recordings.numpy_file import read_npz
-from shakerproc.recordings.parquet import read_parquet
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.si import Scale, scale_of
-from shakerproc.recordings.tdms.reader import read_tdms
-from shakerproc.recordings.uff import read_uff
 
 READERS: Final = Readers({
-    ".tdms": read_tdms,
-    ".csv": read_csv,
-    ".txt": read_csv,
-    ".dat": read_csv,
-    ".lvm": read_lvm,
-    ".mat": read_mat,
-    ".npz": read_npz,
-    ".uff": read_uff,
-    ".unv": read_uff,
-    ".uf58": read_uff,
-    ".parquet": read_parquet,
+    ".tdms": "tdms.reader:read_tdms",
+    ".csv": "csv:read_csv",
+    ".txt": "csv:read_csv",
+    ".dat": "csv:read_csv",
+    ".lvm": "lvm:read_lvm",
+    ".mat": "matlab:read_mat",
+    ".npz": "numpy_file:read_npz",
+    ".uff": "uff:read_uff",
+    ".unv": "uff:read_uff",
+    ".uf58": "uff:read_uff",
+    ".parquet": "parquet:read_parquet",
 })
-"""What opens a file, by its ending in small letters."""
+"""What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"

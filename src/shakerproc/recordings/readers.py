@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final, final
 
 from shakerproc.errors import RecordingError
+from shakerproc.late import loaded
 from shakerproc.recordings.guard import foreign
 from shakerproc.recordings.raw import RawFile, Reader
 
@@ -18,17 +19,19 @@ dot, and the value a function from the path and the name of the run to a `RawFil
 class Readers(Mapping[str, Reader]):
     """What opens a file, by its ending in small letters.
 
-    Readers of installed packages are looked for when all are listed, or when an ending is asked
-    for that shakerproc does not know; they are loaded when they are asked for.
+    All are loaded when they are asked for. Readers of installed packages are looked for when
+    all are listed, or when an ending is asked for that shakerproc does not know.
     """
 
-    def __init__(self, known: Mapping[str, Reader]) -> None:
+    def __init__(self, known: Mapping[str, str]) -> None:
         self._known = dict(known)
         self._installed: dict[str, EntryPoint] | None = None
 
     def __getitem__(self, ending: str) -> Reader:
-        found = self._known.get(ending)
-        return loaded(self._entries()[ending]) if found is None else found
+        if ending not in self._known:
+            return of_entry(self._entries()[ending])
+        reader: Reader = loaded(f"shakerproc.recordings.{self._known[ending]}")
+        return reader
 
     def __iter__(self) -> Iterator[str]:
         return iter({**self._known, **self._entries()})
@@ -37,8 +40,8 @@ class Readers(Mapping[str, Reader]):
         return len({**self._known, **self._entries()})
 
     @property
-    def known(self) -> Mapping[str, Reader]:
-        """The readers of shakerproc itself."""
+    def known(self) -> Mapping[str, str]:
+        """Where the readers of shakerproc itself are, by ending."""
         return dict(self._known)
 
     def _entries(self) -> dict[str, EntryPoint]:
@@ -53,7 +56,7 @@ class Readers(Mapping[str, Reader]):
         return self._installed
 
 
-def loaded(entry: EntryPoint) -> Reader:
+def of_entry(entry: EntryPoint) -> Reader:
     """Return the reader that an entry point names, whatever it raises turned into one line.
 
     Raises

@@ -62,6 +62,8 @@ class Curve:
         Whether to draw a mark at each point, and the line thin.
     hollow : sequence of bool
         Which of the marks are hollow.
+    bars : sequence of float
+        How far an error bar reaches from each of the marks, up and down, in the unit of y.
     thin : bool
         Whether the line is a limit and no result.
     wide : bool
@@ -78,6 +80,7 @@ class Curve:
     style: int
     points: bool = False
     hollow: Sequence[bool] = ()
+    bars: Sequence[float] = ()
     thin: bool = False
     wide: bool = False
     dots: bool = False

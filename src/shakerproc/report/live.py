@@ -44,6 +44,8 @@ def payload(plot: Plot) -> Markup:
         values: list[Any] = [_text(row, y_axis, y_range, PLACES[1]) for row in _rows(item)]
         if isinstance(item, Curve) and any(item.hollow):
             values.append([j for j, empty in enumerate(item.hollow) if empty])
+        if isinstance(item, Curve) and len(item.bars):
+            values += [[]] * (2 - len(values)) + [[_rounded(bar) for bar in item.bars]]
         lines.append([item.label, item.style % 8, _kind(item), places, *values])
     content: dict[str, Any] = {
         "x": [*_axis(x_axis), *_short(x_range)],

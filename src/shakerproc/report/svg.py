@@ -27,6 +27,9 @@ __all__ = [
     "sparkline",
 ]
 
+CAP: Final = 12
+"""Half width of the ends of an error bar, in steps of a drawing."""
+
 MARKERS: Final = (
     "m-14 0a14 14 0 1 0 28 0a14 14 0 1 0-28 0",
     "m-12-12h24v24h-24z",
@@ -200,6 +203,7 @@ def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: Box) -> Marku
     if not item.points:
         line = _path(*line_inside(x, y), box)
         return Markup('<path class="c{}{}" d="{}"/>').format(style, _weight(item), line)
+    bars = _bars(item, x_axis, y_axis, box)
     hollow = np.zeros(x.size, dtype=bool)
     hollow[: len(item.hollow)] = item.hollow
     drawn = points_inside(x, y)
@@ -210,9 +214,24 @@ def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: Box) -> Marku
         )
         for which in (drawn & ~hollow, drawn & hollow)
     )
-    return Markup('<path class="p{0}" d="{1}"/><path class="h{0}" d="{2}"/>').format(
+    return bars + Markup('<path class="p{0}" d="{1}"/><path class="h{0}" d="{2}"/>').format(
         style, solid, empty
     )
+
+
+def _bars(item: Curve, x_axis: Axis, y_axis: Axis, box: Box) -> Markup:
+    """Return the error bars of the marks of a curve."""
+    if not len(item.bars):
+        return Markup("")
+    x, inside = x_axis.share(item.x), points_inside(x_axis.share(item.x), y_axis.share(item.y))
+    half = np.asarray(item.bars, dtype=float)
+    ends = (np.clip(y_axis.share(item.y + side * half), 0.0, 1.0) for side in (-1.0, 1.0))
+    (left, low), (_, high) = (_steps(x[inside], end[inside], box) for end in ends)
+    path = "".join(
+        f"M{a - CAP:.0f} {b:.0f}h{2 * CAP}m{-CAP} 0V{c:.0f}m{-CAP} 0h{2 * CAP}"
+        for a, b, c in zip(left, low, high, strict=True)
+    )
+    return Markup('<path class="bar c{}" d="{}"/>').format(item.style % 8, path)
 
 
 def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: Box) -> str:

@@ -1,7 +1,7 @@
 """The templates of the page: ours, and a user's own that changes parts of it in a sandbox."""
 
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
@@ -16,12 +16,17 @@ from jinja2 import (
     nodes,
 )
 from jinja2.loaders import ChoiceLoader
-from jinja2.sandbox import ImmutableSandboxedEnvironment
+from jinja2.sandbox import MAX_RANGE, ImmutableSandboxedEnvironment
 
 from shakerproc.errors import LogError
+from shakerproc.executors import limited_memory
+from shakerproc.units import quoted
 
 BASE: Final = "report.html.j2"
 """Our template, which a user's own extends: head and security policy stay ours."""
+
+MOST_MEMORY: Final = 1_000_000_000
+"""What a template of a log may take beside what is there already [byte]."""
 
 _OWN: Final = "own"
 _FROM_TEXT: Final = "<template>"
@@ -37,16 +42,44 @@ class Template:
     text: str
 
 
+class _Sandbox(ImmutableSandboxedEnvironment):
+    """The sandbox of Jinja, in which nothing takes more than a moment."""
+
+    intercepted_binops = frozenset({"**"})
+
+    def call_binop(self, context: object, operator: str, left: Any, right: Any) -> float:
+        """Return a power of floating-point numbers: those of integers have no end."""
+        del context, operator
+        return float(float(left) ** float(right))
+
+
+def _ranges() -> Callable[..., range]:
+    """Return ``range`` for one page: all that it gives is bounded, as are loops in loops."""
+    left = MAX_RANGE
+
+    def bounded(*ends: int) -> range:
+        nonlocal left
+        found = range(*ends)
+        left -= len(found)
+        if left < 0:
+            raise OverflowError(f"ranges of more than {MAX_RANGE} items in one page")
+        return found
+
+    return bounded
+
+
 def environment(own: Template | None = None) -> Environment:
     """Return the templates of the page, in a sandbox: no attribute that could do harm."""
     ours = PackageLoader("shakerproc.report")
-    return ImmutableSandboxedEnvironment(
+    found = _Sandbox(
         loader=ours if own is None else ChoiceLoader([DictLoader({_OWN: own.text}), ours]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    found.globals["range"] = _ranges()
+    return found
 
 
 def read_template(path: Path) -> Template:
@@ -59,7 +92,8 @@ def read_template(path: Path) -> Template:
     """
     try:
         own = Template(path.name, path.read_text(encoding="utf-8"))
-        parsed = environment().parse(own.text)
+        templates = environment()
+        parsed = templates.parse(own.text)
     except (TemplateError, OSError, UnicodeDecodeError) as error:
         raise LogError(_told(path.name, error)) from error
     first = next((one for one in parsed.body if not _is_blank(one)), None)
@@ -69,6 +103,13 @@ def read_template(path: Path) -> Template:
             f'{path.name}: line 1: expected {{% extends "{BASE}" %}} at the top: a template '
             "changes blocks of the page, and leaves its head and its security policy"
         )
+    blocks = templates.get_template(BASE).blocks
+    for one in parsed.find_all(nodes.Block):
+        if one.name not in blocks:
+            raise LogError(
+                f"{path.name}: line {one.lineno}: the page has no block {quoted(one.name)}, "
+                f"but {', '.join(blocks)}"
+            )
     return own
 
 
@@ -90,7 +131,8 @@ def rendered(templates: Environment, own: Template | None, content: Mapping[str,
     if own is None:
         return templates.get_template(BASE).render(content)
     try:
-        return templates.get_template(_OWN).render(content)
+        with limited_memory(MOST_MEMORY):
+            return templates.get_template(_OWN).render(content)
     except Exception as error:  # a template may fail in any way
         raise LogError(_told(own.name, error)) from error
 
@@ -102,5 +144,7 @@ def _told(name: str, error: Exception) -> str:
     line = getattr(error, "lineno", None) or next(reversed(own), None)
     place = f"line {line}: " if line else ""
     said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+    if isinstance(error, MemoryError):
+        said = f"it takes more than {MOST_MEMORY / 1e9:g} GB of memory"
     said = f"no template {said}" if isinstance(error, TemplateNotFound) else said
     return f"{name}: {place}{said}; correct the template, or take template out of report:"

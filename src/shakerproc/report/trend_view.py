@@ -34,10 +34,16 @@ def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
             curves.append(svg.Curve("", x, y, styles[name], thin=True))
         curves.append(
             svg.Curve(
-                name, x, y, styles[name], points=True, hollow=[p.incomplete for p in points]
+                name,
+                x,
+                y,
+                styles[name],
+                points=True,
+                hollow=[p.incomplete for p in points],
+                bars=[p.bin_width_hz / 2.0 for p in points],
             )
         )
-    caption = trend.caption
+    caption = f"{trend.caption} Bars: {trend.bars}."
     if any(p.incomplete for points in trend.series.values() for p in points):
         caption += " Hollow: incomplete recording."
     return Drawing(

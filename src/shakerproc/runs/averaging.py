@@ -13,6 +13,9 @@ from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blows import Blows
 from shakerproc.testlog import Test
 
+STEADY: Final = (None, "random", "measured")
+"""Kinds of excitation of which longer segments show the same spectrum, finer."""
+
 FINER: Final = 16
 """How many times longer the segments may be where damping is not resolved otherwise."""
 
@@ -104,7 +107,7 @@ def finer_spectra(
         times = 1
         while times < FINER and 2 * times * averaging.segment * SEGMENTS <= crop.n_samples:
             times *= 2
-        if times == 1 or averaging.n_fft is not None or test.excitation not in {None, "random"}:
+        if times == 1 or averaging.n_fft is not None or test.excitation not in STEADY:
             return None
         return spectra.cross_spectra(
             recording.blocks(crop.start, crop.stop),

@@ -10,9 +10,9 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile
+from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
 from shakerproc.errors import RecordingError, SpectrumError
-from shakerproc.recordings import sha256
+from shakerproc.recordings import ANOTHER_GROUP, sha256
 from shakerproc.runs.roles import row_named
 from shakerproc.spectra.clocks import TAPS, Clock, clock_against, interpolated
 
@@ -254,9 +254,18 @@ def side_by_side(
         source=BesideSource(main, other, clock, first),
         file=_files([main, other]),
         notes=(note, *main.notes, *other.notes),
-        unused=(*main.unused, *other.unused),
+        unused=_left_over(main, other),
         in_file=None,
     )
+
+
+def _left_over(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
+    """Return what neither uses; of groups of one file, what both leave."""
+    found = dict.fromkeys((*main.unused, *other.unused))
+    if main.path != other.path:
+        return tuple(found)
+    both = set(main.unused) & set(other.unused)
+    return tuple(one for one in found if one.why != ANOTHER_GROUP or one in both)
 
 
 def _by_stamps(main: Recording, other: Recording) -> float:

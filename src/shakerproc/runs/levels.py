@@ -128,7 +128,9 @@ def measured(
         None where no channel measures it, where no kind of level is known, or of a pulse.
     """
     wanted = demanded(test)
-    by_excitation: dict[str | None, Kind] = {"random": "density", "sine sweep": "amplitude"}
+    by_excitation: dict[str | None, Kind] = {
+        "random": "density", "sine sweep": "amplitude", "measured": "rms"
+    }  # fmt: skip
     kind = wanted.kind if wanted else by_excitation.get(test.excitation)
     if test.excitation == "sine" and not wanted:
         kind = "amplitude"

@@ -7,10 +7,10 @@ from typing import Final
 from shakerproc import spectra
 from shakerproc.data import ArraySource, Channel, Recording, UnusedChannel
 from shakerproc.errors import SpectrumError
+from shakerproc.late import loaded
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import analyses_of
-from shakerproc.runs.analyses.orders import shaft_of
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.crops import crop_channel, find_crop
 from shakerproc.runs.envelope import envelope
@@ -23,7 +23,9 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import is_called, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
+from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import Line, told
+from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test, TestLog
 
 IN_MEMORY: Final = 1e8
@@ -91,6 +93,16 @@ def held(recording: Recording) -> Recording:
     return replace(recording, source=ArraySource(recording.samples()), rows=rows)
 
 
+def _shaft(whole: Recording, crop: Crop, test: Test) -> Rotation | None:
+    """Return the rotation of the shaft, where the log asks for orders of it."""
+    if test.processing.orders is None:
+        return None
+    found: Rotation = loaded("shakerproc.runs.analyses.orders:shaft_of")(
+        whole, crop, test.processing.orders
+    )
+    return found
+
+
 def _process(whole: Recording, test: Test) -> RunResult:
     crop, recording = find_crop(whole, test), without_tachometers(whole)
     channels = recording.channels
@@ -144,7 +156,7 @@ def _process(whole: Recording, test: Test) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
-        shaft=shaft_of(whole, crop, test.processing.orders),
+        shaft=_shaft(whole, crop, test),
     )
     result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))

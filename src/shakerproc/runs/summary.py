@@ -2,16 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from pydantic import TypeAdapter
+from pydantic_core import to_json
 
 from shakerproc import files
 from shakerproc.data import UnusedChannel
 from shakerproc.recordings import FAULTS
 from shakerproc.runs.analysis import Look, Scale
 from shakerproc.runs.remarks import unused_lines
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]
 Value: TypeAlias = str | float | int | bool | None
@@ -380,14 +384,18 @@ class RunSummary:
         return f"incomplete, {self.duration_s:.2f} of {self.promised_s:.2f} s"
 
 
-_FORM: Final = TypeAdapter(RunSummary)
-
-
 def write_summary(path: Path, summary: RunSummary) -> None:
     """Write a summary as JSON, whole or not at all."""
-    files.write_bytes(path, _FORM.dump_json(summary))
+    files.write_bytes(path, to_json(summary, inf_nan_mode="null"))
 
 
 def read_summary(path: Path) -> RunSummary:
     """Return a summary that `write_summary` wrote."""
-    return _FORM.validate_json(path.read_bytes())
+    return _form().validate_json(path.read_bytes())
+
+
+@cache
+def _form() -> "TypeAdapter[RunSummary]":
+    from pydantic import TypeAdapter  # what only writes summaries needs none
+
+    return TypeAdapter(RunSummary)

@@ -17,10 +17,10 @@ _SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s", "µ
 
 
 def spelled(unit: str, *, power: int = 1) -> str:
-    """Return how a header ends for a unit: ``_g``, ``_g2_per_hz`` for a density."""
+    """Return how a header ends for a unit: ``_g``, ``_m2_per_s2_per_hz`` for a density."""
     name = _SPELLED.get(unit, unit)
     if power == 2:
-        return f"_{name}2_per_hz" if name else "_per_hz"
+        return f"_{name.replace('_per_', '2_per_')}2_per_hz" if name else "_per_hz"
     return f"_{name}" if name else ""
 
 
@@ -169,12 +169,12 @@ def columns_of(rows: Sequence[Mapping[str, Value]]) -> Columns:
 _UNITS: Final = {
     "_db": "dB", "_hz": "Hz", "_s": "s", "_g": "g", "_m_per_s2": "m/s²", "_m_per_s": "m/s",
     "_mm_per_s": "mm/s", "_mm": "mm", "_n": "N", "_m": "m", "_share": "%",
-    "_ms": "ms", "_percent": "%",
+    "_ms": "ms", "_percent": "%", "_deg": "°", "_rev_per_min": "rev/min",
 }  # fmt: skip
 
 
 IN_UNIT: Final = {
-    "unit": ("rms", "rms_there", "largest", "standard_deviation"),
+    "unit": ("rms", "rms_there", "largest", "standard_deviation", "demand_rms", "measured_rms"),
     "damage_unit": ("damage",),
 }
 """Columns of the summaries of analyses whose unit stands in a column of its own."""

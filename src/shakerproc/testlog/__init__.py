@@ -1,5 +1,11 @@
-"""The YAML log sheet of a campaign, read into a TestLog; every message with line and column."""
+"""The YAML log sheet of a campaign, read into a TestLog; every message with line and column.
 
+What reads it is loaded when it is first asked for: a process that works on a test needs none.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from shakerproc.late import loaded
 from shakerproc.testlog.analyses import ResponseFunction
 from shakerproc.testlog.chosen_units import ChosenUnits, chosen_units
 from shakerproc.testlog.equipment import Shaker, Specimen
@@ -7,9 +13,8 @@ from shakerproc.testlog.excitation import BROADBAND, PULSES, Excitation, Profile
 from shakerproc.testlog.expectations import check_expectation, nominal_duration
 from shakerproc.testlog.facts import facts_of
 from shakerproc.testlog.hammer import Hammer
-from shakerproc.testlog.levels import level_of
+from shakerproc.testlog.levels import level_of, threshold_of
 from shakerproc.testlog.log import TestLog
-from shakerproc.testlog.merging import threshold_of
 from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.one_test import Expectation, Test
 from shakerproc.testlog.processing import (
@@ -23,7 +28,9 @@ from shakerproc.testlog.processing import (
     Tolerance,
     Welch,
 )
-from shakerproc.testlog.reading import read_testlog
+
+if TYPE_CHECKING:
+    from shakerproc.testlog.reading import read_testlog
 
 __all__ = [
     "BROADBAND",
@@ -57,3 +64,9 @@ __all__ = [
     "read_testlog",
     "threshold_of",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name != "read_testlog":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return loaded("shakerproc.testlog.reading:read_testlog")

@@ -135,7 +135,8 @@ def _calibration(
     Raises
     ------
     LogError
-        If it has no serial number, no sensitivity in volts, or a date that is none.
+        If it has no serial number, no sensitivity in volts, a date that is none, or one that
+        ends before it begins.
     """
     cell = {key: cells[at] if at < len(cells) else "" for key, (at, _) in columns.items()}
     unit = cell.get("unit") or columns["sensitivity"][1]
@@ -148,6 +149,11 @@ def _calibration(
             f"100 mV/g, got {quoted(sensitivity)}"
         )
     dates = [_date(place, cell.get(key, "")) for key in ("calibrated", "valid_until")]
+    if all(dates) and dates[1] < dates[0]:
+        raise LogError(
+            f"{place}: sensor {quoted(cell['serial'])}: expected valid until after calibrated, "
+            f"got {dates[1]} and {dates[0]}"
+        )
     return Calibration(cell["serial"], sensitivity, *dates)
 
 

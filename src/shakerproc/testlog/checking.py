@@ -33,6 +33,7 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
     "shock": ("frequency", "rate"),
     "hammer": ("frequency", "rate"),
     "free decay": ("frequency", "rate"),
+    "measured": ("level", "frequency", "rate"),
 }
 """Fields that mean nothing for a kind of excitation."""
 

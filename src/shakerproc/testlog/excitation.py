@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
 Excitation: TypeAlias = Literal[
-    "sine sweep", "random", "sine", "multisine", "stepped sine", "shock", "hammer", "free decay"
-]
+    "sine sweep", "random", "sine", "multisine", "stepped sine", "shock", "hammer",
+    "free decay", "measured",
+]  # fmt: skip
 
 PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 """Kinds of excitation that are over soon, and whose shape no key of the log says."""

@@ -80,7 +80,7 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
     Raises
     ------
     MisfitError
-        If photo, template or a unit cannot be used.
+        If photo, template, a unit or the days of an instrument cannot be used.
     """
     found: dict[str, Path] = {}
     for key, name, check in (
@@ -96,6 +96,15 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
         shown = chosen_units(section.units)
     except ValueError as error:
         raise MisfitError(str(error), "units") from error
+    for i, one in enumerate(section.instruments):
+        if one.calibrated and one.valid_until and one.valid_until < one.calibrated:
+            raise MisfitError(
+                f"expected a day after {one.calibrated}, when it was calibrated, got "
+                f"{one.valid_until}",
+                "instruments",
+                i,
+                "valid_until",
+            )
     return Header(
         client=section.client or "",
         order=section.order or "",

@@ -53,6 +53,21 @@ def rate_of(written: object) -> tuple[float | None, float | None]:
     return _positive(to_si(written, "oct/min") * 60.0, written), None
 
 
+def threshold_of(written: object) -> float:
+    """Return a threshold in SI.
+
+    Raises
+    ------
+    ValueError
+        If it is no positive acceleration or force.
+    """
+    is_force = isinstance(written, str) and is_unit_of(written.lstrip("+-0123456789.eE "), "N")
+    value = to_si(written, "N" if is_force else "m/s^2")
+    if value <= 0.0:
+        raise ValueError(f"expected more than 0, such as 0.45 g, got {quoted(written)}")
+    return value
+
+
 def tidy(written: object) -> str:
     """Return a quantity with its number in the shortest form, so that 1.0 g and 1 g group."""
     text = " ".join(str(written).split())

@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
-from shakerproc.documents import Document
 from shakerproc.errors import LogError
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.one_test import Test
 from shakerproc.testlog.processing import Modal
 from shakerproc.units import near_miss
+
+if TYPE_CHECKING:
+    from shakerproc.documents import Document
 
 
 @final
@@ -47,7 +49,7 @@ class TestLog:
     folder: Path
     tests: tuple[Test, ...]
     specimens: tuple[Specimen, ...]
-    document: Document[Any]
+    document: "Document[Any]"
     shaker: Shaker = field(default_factory=Shaker)
     modal: Modal = field(default_factory=Modal)
     header: Header | None = None

@@ -19,6 +19,7 @@ from shakerproc.testlog.analyses import (
     Splitting,
     Waterfall,
 )
+from shakerproc.testlog.levels import threshold_of
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Expectation
 from shakerproc.testlog.processing import (
@@ -29,16 +30,14 @@ from shakerproc.testlog.processing import (
     TimeCrop,
     Welch,
 )
-from shakerproc.testlog.schema import (
-    ChannelSection,
-    ExpectSection,
-    ModalSection,
+from shakerproc.testlog.processing_sections import (
     ProcessingSection,
     ThresholdSection,
     TimeSection,
     WelchSection,
 )
-from shakerproc.units import is_unit_of, near_miss, quoted, to_si
+from shakerproc.testlog.schema import ChannelSection, ExpectSection, ModalSection
+from shakerproc.units import is_unit_of, near_miss, quoted
 
 T = TypeVar("T")
 
@@ -296,21 +295,6 @@ def _threshold_crop(
 def _overridden_crop(base: ThresholdCrop, given: Mapping[str, Any]) -> ThresholdCrop:
     kept = {name: getattr(base, name) for name in base.__dataclass_fields__}
     return ThresholdCrop(**(kept | {k: v for k, v in given.items() if v is not None}))
-
-
-def threshold_of(written: object) -> float:
-    """Return a threshold in SI.
-
-    Raises
-    ------
-    ValueError
-        If it is no positive acceleration or force.
-    """
-    is_force = isinstance(written, str) and is_unit_of(written.lstrip("+-0123456789.eE "), "N")
-    value = to_si(written, "N" if is_force else "m/s^2")
-    if value <= 0.0:
-        raise ValueError(f"expected more than 0, such as 0.45 g, got {quoted(written)}")
-    return value
 
 
 def _with_channel(crop: ThresholdCrop, channels: Sequence[ChannelUse]) -> ThresholdCrop:

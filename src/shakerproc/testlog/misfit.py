@@ -1,6 +1,9 @@
 """What does not fit together in a section of the log, and at which of its keys."""
 
-from shakerproc.documents import Key
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from shakerproc.documents import Key
 
 
 class MisfitError(Exception):
@@ -12,6 +15,6 @@ class MisfitError(Exception):
         Keys from the section to what does not fit.
     """
 
-    def __init__(self, message: str, *place: Key) -> None:
+    def __init__(self, message: str, *place: "Key") -> None:
         self.place = place
         super().__init__(message)

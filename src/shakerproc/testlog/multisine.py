@@ -1,12 +1,7 @@
-"""The periods and realisations of a multisine, and the keys that say so."""
+"""The periods and realisations of a multisine."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias, final
-
-from pydantic import Field
-
-from shakerproc.documents import Section
-from shakerproc.units import in_unit
+from typing import Literal, TypeAlias, final
 
 LineGrid: TypeAlias = Literal["all", "odd", "odd with detection"]
 
@@ -46,18 +41,3 @@ class Multisine:
             return None
         one = self.periods * self.period
         return one + (self.realisations - 1) * (one if self.every is None else self.every)
-
-
-class MultisineSection(Section):
-    """How a multisine repeats."""
-
-    period: Annotated[float, in_unit("s", positive=True)]
-    periods: Annotated[int, Field(ge=1, le=1_000_000)] | None = None
-    realisations: Annotated[int, Field(ge=1, le=10_000)] = 1
-    every: Annotated[float | None, in_unit("s", positive=True)] = None
-    lines: LineGrid = "odd with detection"
-
-
-def multisine_of(section: MultisineSection | None) -> Multisine | None:
-    """Return what the log says of a multisine; None where it says nothing."""
-    return None if section is None else Multisine(**dict(section))

@@ -15,6 +15,9 @@ from shakerproc.testlog.profile_csv import SLOPE, Raise, Written, read_breakpoin
 from shakerproc.testlog.schema import ProfileSection, TestSection
 from shakerproc.units import is_unit_of, near_miss, quoted, to_si
 
+MOST_DECADES: Final = 12
+"""Over how many powers of ten one slope of a profile may lead."""
+
 _UNITS: Final[tuple[LevelUnit, ...]] = ("(m/s^2)^2/Hz", "m/s^2", "N^2/Hz", "N")
 
 
@@ -174,7 +177,14 @@ def _levels(rows: Sequence[_Row], unit: LevelUnit, place: Raise) -> tuple[float,
         neighbour = levels[beside]
         if levels[i] is None and neighbour is not None:
             octaves = math.log2(rows[i].frequency / rows[beside].frequency)
-            levels[i] = neighbour * 10.0 ** (rows[i].slope * octaves / per_decade)
+            exponent = rows[i].slope * octaves / per_decade
+            if abs(exponent) > MOST_DECADES:
+                raise place(
+                    i,
+                    f"expected a slope over at most {MOST_DECADES} decades of level, got "
+                    f"{rows[i].slope:g} dB/oct over {abs(octaves):.3g} octaves",
+                )
+            levels[i] = neighbour * 10.0**exponent
     return tuple(level for level in levels if level is not None)
 
 
@@ -198,7 +208,7 @@ def _row(i: int, written: Written, unit: LevelUnit, place: Raise) -> _Row:
     numbers = {"frequency": at, "level": level, "alarm": alarm, "abort": abort}
     for what, number in numbers.items():
         if number is not None and not 0.0 < number < math.inf:
-            raise place(i, f"expected a {what} of more than 0, got {number:g} at {at:g} Hz")
+            raise place(i, f"expected {what} of more than 0, got {number:g} at {at:g} Hz")
     return _Row(at, level, 0.0 if slope is None else float(slope[1]), alarm, abort)
 
 

@@ -10,6 +10,7 @@ from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import LevelUnit, Profile
+from shakerproc.testlog.excitation_sections import multisine_of
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
@@ -21,7 +22,6 @@ from shakerproc.testlog.merging import (
     modal_of,
 )
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.multisine import multisine_of
 from shakerproc.testlog.one_test import Expectation, Tag, Test
 from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import Below, relative_path

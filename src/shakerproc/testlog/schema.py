@@ -1,138 +1,34 @@
 """The keys of a test log: what may stand where, and what each means.
 
-Quantities are written with their unit and held in SI; levels stay text until the kind of
-excitation is known. Whatever is not listed here is refused; further columns go under `tags`.
+Levels stay text until the kind of excitation is known. Whatever is not listed here is refused;
+further columns go under `tags`.
 """
 
-import math
-import re
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from shakerproc.data import BadRows, Role
+from shakerproc.data import Role
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.analysis_sections import (
-    DistributionSection,
-    FatigueSection,
-    IntegrationSection,
-    OctavesSection,
-    OrdersSection,
-    ResponseFunctionSection,
-    ShockSection,
-    SplittingSection,
-    WaterfallSection,
-)
 from shakerproc.testlog.excitation import Excitation
-from shakerproc.testlog.hammer import HammerSection
+from shakerproc.testlog.excitation_sections import MultisineSection
+from shakerproc.testlog.fields import (
+    Decibels,
+    Direction,
+    HashText,
+    Hertz,
+    Identity,
+    Length,
+    Metre,
+    Remark,
+    SensitivityText,
+    Text,
+    UnitText,
+    Written,
+)
 from shakerproc.testlog.header_section import HeaderSection
-from shakerproc.testlog.multisine import MultisineSection
-from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
-
-WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")
-"""Names of windows, each also with ``periodic`` in front."""
-
-CHANNEL_UNITS = ("m/s^2", "N", "m", "m/s", "V")
-"""One unit of each quantity that a channel may measure."""
-
-Hertz: TypeAlias = Annotated[float | None, in_unit("Hz", positive=True)]
-Seconds: TypeAlias = Annotated[float | None, in_unit("s", not_negative=True)]
-Length: TypeAlias = Annotated[float | None, in_unit("m", not_negative=True)]
-Decibels: TypeAlias = Annotated[float | None, in_unit("dB", positive=True)]
-
-
-def _checked_text(text: str) -> str:
-    if not text.strip() or not text.isprintable() or len(text) > 200:
-        raise ValueError(f"expected one line of text, got {quoted(text)}")
-    return text.strip()
-
-
-def _checked_remark(text: str) -> str:
-    if len(text) > 5000:
-        raise ValueError("expected text of at most 5000 characters")
-    return " ".join(text.split())
-
-
-def _checked_unit(text: str) -> str:
-    unit = spelled(text)
-    problem = problem_of_unit(unit)
-    if problem is None and not any(is_unit_of(unit, wanted) for wanted in CHANNEL_UNITS):
-        problem = "no channel measures that"
-    if problem is not None:
-        raise ValueError(
-            f"expected a unit such as g, m/s^2 or N, got {quoted(text)}; {problem}"
-        )
-    return unit
-
-
-def _checked_sensitivity(text: str) -> str:
-    for unit in ("V/(m/s^2)", "V/N", "V/m", "V s/m"):
-        try:
-            if to_si(text, unit) != 0.0:
-                return text
-        except ValueError:
-            continue
-    raise ValueError(f"expected volts per unit, such as 100 mV/g, got {quoted(text)}")
-
-
-def _checked_id(identity: int | str) -> int | str:
-    text = str(identity)
-    if len(text) > 60 or re.fullmatch(r"\w(?:[\w .,+=@()#-]*[\w)#+])?", text) is None:
-        raise ValueError(
-            f"expected an id of letters, digits and - _ . +, such as 7 or 7b, "
-            f"got {quoted(text)}; it becomes part of file names"
-        )
-    return identity
-
-
-def _checked_window(name: str) -> str:
-    if name.removeprefix("periodic ") not in WINDOWS:
-        from shakerproc.units import near_miss
-
-        meant = near_miss(name.removeprefix("periodic "), WINDOWS)
-        question = f'; did you mean "{meant}"?' if meant else ""
-        raise ValueError(
-            f"expected one of {', '.join(WINDOWS)} (or periodic hann, ...), "
-            f"got {quoted(name)}{question}"
-        )
-    return name
-
-
-def _checked_hash(text: str) -> str:
-    if re.fullmatch(r"[0-9a-fA-F]{64}", text) is None:
-        raise ValueError(f"expected 64 hexadecimal digits, got {quoted(text)}")
-    return text.lower()
-
-
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def _direction(written: object) -> tuple[float, ...]:
-    """Return the unit vector of a direction: an axis such as -z, or three numbers.
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
-    if isinstance(written, str) and written.strip().lower().lstrip("+-") in _AXES:
-        axis = written.strip().lower()
-        return tuple(-v if axis[0] == "-" and v else v for v in _AXES[axis.lstrip("+-")])
-    numbers = written if isinstance(written, list | tuple) else ()
-    plain = all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers)
-    length = math.hypot(*numbers) if plain and len(numbers) == 3 else 0.0
-    if not 0.0 < length < math.inf:
-        raise ValueError(
-            f"expected x, y, z, -x, -y, -z or three numbers such as [0, 0.5, 0.5], got "
-            f"{quoted(written)}"
-        )
-    return tuple(v / length for v in numbers)
-
-
-Metre: TypeAlias = Annotated[float, in_unit("m")]
-Text: TypeAlias = Annotated[str, AfterValidator(_checked_text)]
-Remark: TypeAlias = Annotated[str, AfterValidator(_checked_remark)]
-Identity: TypeAlias = Annotated[int | str, AfterValidator(_checked_id)]
+from shakerproc.testlog.processing_sections import BandSection, ProcessingSection
+from shakerproc.units import in_unit
 
 
 class ChannelSection(Section):
@@ -141,120 +37,17 @@ class ChannelSection(Section):
     role: Role
     name: Text | None = None
     at: Text | None = None
-    unit: Annotated[str, AfterValidator(_checked_unit)] | None = None
-    sensitivity: Annotated[str, AfterValidator(_checked_sensitivity)] | None = None
+    unit: UnitText | None = None
+    sensitivity: SensitivityText | None = None
     override: bool = False
     position: Annotated[tuple[Metre, Metre, Metre], FromList] | None = None
-    direction: Annotated[tuple[float, float, float], BeforeValidator(_direction)] | None = None
+    direction: Direction | None = None
     sensor: (
         Annotated[str, BeforeValidator(lambda v: str(v) if type(v) is int else v)] | None
     ) = None
 
 
 Channels: TypeAlias = dict[Text | Annotated[int, Field(ge=1, le=10_000)], ChannelSection]
-
-
-class ThresholdSection(Section):
-    """Crop by a threshold on a control channel."""
-
-    channel: Text | int | None = None
-    threshold: Any = None
-    absolute: bool | None = None
-    hold: Seconds = None
-    skip: Seconds = None
-    remove_offset: bool | None = None
-
-
-class TimeSection(Section):
-    """Crop by two times."""
-
-    start: Seconds = Field(None, alias="from")
-    stop: Seconds = Field(None, alias="to")
-
-
-def _kind_of_crop(crop: object) -> str:
-    if isinstance(crop, dict):
-        return "<times>" if "from" in crop or "to" in crop else "<threshold>"
-    return "<nothing>"
-
-
-CropSection: TypeAlias = Annotated[
-    Annotated[Literal["none"], Tag("<nothing>")]
-    | Annotated[TimeSection, Tag("<times>")]
-    | Annotated[ThresholdSection, Tag("<threshold>")],
-    Discriminator(_kind_of_crop),
-]
-
-
-class WelchSection(Section):
-    """Segments of which spectra are averages."""
-
-    segment: Annotated[int, Field(ge=8, le=2**24)] | None = None
-    overlap: Annotated[int, Field(ge=0, lt=2**24)] | None = None
-    window: Annotated[str, AfterValidator(_checked_window)] | None = None
-    n_fft: Annotated[int, Field(ge=8, le=2**26)] | None = None
-
-
-class BandSection(Section):
-    """Limits of tables and peaks."""
-
-    low: Annotated[float, in_unit("Hz", not_negative=True)] = Field(alias="from")
-    high: Annotated[float, in_unit("Hz", positive=True)] = Field(alias="to")
-
-
-class PeaksSection(Section):
-    """Which peaks are listed."""
-
-    distance: Annotated[float | None, in_unit("Hz", not_negative=True)] = None
-    count: Annotated[int, Field(ge=1, le=1000)] | None = None
-
-
-class NotchSection(Section):
-    """How the notch of a test is cut."""
-
-    width: Hertz = None
-    harmonics: (
-        Annotated[
-            tuple[Annotated[int, Field(ge=1, le=100)], ...],
-            Field(strict=False, min_length=1, max_length=50),
-        ]
-        | None
-    ) = None
-    trim: Seconds = None
-
-
-class ToleranceSection(Section):
-    """How far the control may stray from the demanded level."""
-
-    alarm: Decibels = None
-    abort: Decibels = None
-
-
-class ProcessingSection(Section):
-    """How recordings are processed."""
-
-    crop: CropSection | None = None
-    sample_rate: Hertz = None
-    bad_rows: BadRows | None = None
-    group: Text | None = None
-    measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
-    welch: WelchSection = Field(default_factory=WelchSection)
-    detrend: Literal["none", "mean", "segment mean"] | None = None
-    band: BandSection | None = None
-    peaks: PeaksSection = Field(default_factory=PeaksSection)
-    notch: NotchSection = Field(default_factory=NotchSection)
-    tolerance: ToleranceSection = Field(default_factory=ToleranceSection)
-    stitch: bool | None = None
-    shock: ShockSection | None = None
-    octaves: OctavesSection | None = None
-    integration: IntegrationSection | None = None
-    distribution: DistributionSection | None = None
-    orders: OrdersSection | None = None
-    waterfall: WaterfallSection | None = None
-    splitting: SplittingSection | None = None
-    fatigue: FatigueSection | None = None
-    response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
-    hammer: HammerSection = Field(default_factory=HammerSection)
 
 
 class ExpectSection(Section):
@@ -264,8 +57,8 @@ class ExpectSection(Section):
     duration_tolerance: Annotated[float | None, in_unit("%", not_negative=True)] = None
     sample_rate: Hertz = None
     channels: Annotated[int, Field(ge=1, le=10_000)] | None = None
-    unit: Annotated[str, AfterValidator(_checked_unit)] | None = None
-    sha256: Annotated[str, AfterValidator(_checked_hash)] | None = None
+    unit: UnitText | None = None
+    sha256: HashText | None = None
 
 
 class SpecimenSection(Section):
@@ -305,7 +98,7 @@ class ProfileSection(Section):
 
     breakpoints: (
         Annotated[
-            tuple[Annotated[tuple[str, str], FromList], ...],
+            tuple[Annotated[tuple[Written, Written], FromList], ...],
             Field(strict=False, min_length=2, max_length=1000),
         ]
         | None

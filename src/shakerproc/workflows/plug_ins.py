@@ -64,7 +64,7 @@ def _readers() -> list[PlugIn]:
         ending = f".{entry.name.lower()}"
         problem = f"{ending} is read by {taken[ending]}" if ending in taken else ""
         try:
-            readers.loaded(entry)
+            readers.of_entry(entry)
         except ShakerprocError as error:
             problem = problem or str(error)
         taken.setdefault(ending, f"the package {_package(entry)}")

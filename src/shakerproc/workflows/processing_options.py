@@ -65,21 +65,7 @@ def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
             "excitation",
             "a multisine needs its period: give a log with multisine: {period: ...} instead",
         )
-    test = replace(test, excitation=kind)
-    if level is not None:
-        try:
-            value, unit = level_of(level, kind)
-        except ValueError as error:
-            raise ArgumentError("level", str(error)) from error
-        test = replace(test, level=value, level_unit=unit, level_text=level)
-    elif excitation is not None and test.level_text:
-        try:
-            level_of(test.level_text, kind)
-        except ValueError as error:
-            raise ArgumentError(
-                "excitation",
-                f"the log's level {test.level_text} is none of a {kind} test; give --level too",
-            ) from error
+    test = _with_level(replace(test, excitation=kind), excitation, level)
     if "notch_hz" in said:
         test = replace(test, notch_hz=said["notch_hz"])
     from_hz, to_hz = said.get("from_hz"), said.get("to_hz")
@@ -88,6 +74,36 @@ def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
     return (
         _with_tone(test, from_hz, to_hz) if kind == "sine" else _with_band(test, from_hz, to_hz)
     )
+
+
+def _with_level(test: Test, said: str | None, level: str | None) -> Test:
+    """Return a test, whose kind of excitation is what is `said` of it, with its level.
+
+    Raises
+    ------
+    ArgumentError
+        If the level is none, or none of this kind.
+    """
+    kind = test.excitation
+    if kind == "measured":
+        if level is not None:
+            raise ArgumentError("level", "a measured excitation has none; leave it out")
+        return replace(test, level=None, level_unit=None, level_text="")
+    if level is not None:
+        try:
+            value, unit = level_of(level, kind)
+        except ValueError as error:
+            raise ArgumentError("level", str(error)) from error
+        return replace(test, level=value, level_unit=unit, level_text=level)
+    if said is not None and test.level_text:
+        try:
+            level_of(test.level_text, kind)
+        except ValueError as error:
+            raise ArgumentError(
+                "excitation",
+                f"the log's level {test.level_text} is none of a {kind} test; give --level too",
+            ) from error
+    return test
 
 
 def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:

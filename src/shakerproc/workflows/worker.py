@@ -9,8 +9,7 @@ from shakerproc.campaign.jobs import SUMMARY, Job, Products, check_recording
 from shakerproc.campaign.manifest import hashes
 from shakerproc.campaign.trends import shown
 from shakerproc.data import Recording
-from shakerproc.report.analysis_figures import draw_analyses
-from shakerproc.report.run_figures import draw_run
+from shakerproc.late import loaded
 from shakerproc.runs import (
     RunResult,
     open_path,
@@ -60,8 +59,8 @@ def write_products(
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
         title = title_of(result.test, result.run)
-        draw_run(result, title, folder)
-        draw_analyses(result, title, folder)
+        for draw in ("run_figures:draw_run", "analysis_figures:draw_analyses"):
+            loaded(f"shakerproc.report.{draw}")(result, title, folder)
 
 
 def title_of(test: Test, run: str) -> str:

@@ -1,55 +1,46 @@
 """The commands, one in each file, and the mapping of them all.
 
-Importing a command must stay light: heavy packages are imported inside the function.
+A command is loaded when it is asked for. That must stay light: heavy packages are imported
+inside its function.
 """
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Final, TypeAlias, final
 
-import typer
+from shakerproc.late import loaded
 
-from shakerproc.cli.commands.add import add
-from shakerproc.cli.commands.batch import batch
-from shakerproc.cli.commands.check import check
-from shakerproc.cli.commands.compare import compare
-from shakerproc.cli.commands.convert import convert
-from shakerproc.cli.commands.demo import demo
-from shakerproc.cli.commands.diagnose import diagnose
-from shakerproc.cli.commands.doctor import doctor
-from shakerproc.cli.commands.effects import effects
-from shakerproc.cli.commands.init import init
-from shakerproc.cli.commands.inspect import inspect
-from shakerproc.cli.commands.modal import modal
-from shakerproc.cli.commands.modes import modes
-from shakerproc.cli.commands.nastran import nastran
-from shakerproc.cli.commands.plan import plan
-from shakerproc.cli.commands.process import process
-from shakerproc.cli.commands.response import response
-from shakerproc.cli.commands.simulate import simulate
-from shakerproc.cli.commands.stiffness import stiffness
-from shakerproc.cli.commands.study import study
-from shakerproc.cli.commands.watch import watch
+if TYPE_CHECKING:
+    import typer
 
-COMMANDS: Mapping[str, Callable[..., None] | typer.Typer] = MappingProxyType({
-    "demo": demo,
-    "init": init,
-    "inspect": inspect,
-    "process": process,
-    "batch": batch,
-    "watch": watch,
-    "check": check,
-    "compare": compare,
-    "diagnose": diagnose,
-    "add": add,
-    "effects": effects,
-    "simulate": simulate,
-    "response": response,
-    "study": study,
-    "plan": plan,
-    "modal": modal,
-    "stiffness": stiffness,
-    "modes": modes,
-    "nastran": nastran,
-    "convert": convert,
-    "doctor": doctor,
-})
+Command: TypeAlias = "Callable[..., None] | typer.Typer"
+
+_NAMES: Final = (
+    "demo", "init", "inspect", "process", "batch", "watch", "check", "compare", "diagnose",
+    "add", "effects", "simulate", "response", "study", "plan", "modal", "stiffness", "modes",
+    "nastran", "convert", "doctor",
+)  # fmt: skip
+"""In the order of the help; each is also the name of its file, and of its function there."""
+
+
+@final
+class _Commands(Mapping[str, Command]):
+    """Every command by its name, loaded when it is asked for."""
+
+    def __getitem__(self, name: str) -> Command:
+        if name not in _NAMES:
+            raise KeyError(name)
+        command: Command = loaded(f"{__name__}.{name}:{name}")
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_NAMES)
+
+    def __len__(self) -> int:
+        return len(_NAMES)
+
+    def __contains__(self, name: object) -> bool:
+        return name in _NAMES
+
+
+COMMANDS: Final = _Commands()
+"""Every command by its name."""

@@ -110,12 +110,15 @@ def _check_profiles(table: Path, json: str | None) -> None:
             "holds": result.holds,
             "compared": {"lines": result.judged},
             "broken": result.broken,
+            "worst": result.worst,
             "missing": [{"test": test, "reason": why} for test, why in result.missing.items()],
         },
         json,
     )
     for line in result.broken:
         output.data(line.told, json_target=json)
+    for one in result.worst:
+        output.data(one.told, json_target=json)
     for test, why in result.missing.items():
         output.data(f"test {test}: not judged: {why}", json_target=json)
     output.data(result.told, json_target=json)

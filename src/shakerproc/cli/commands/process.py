@@ -25,7 +25,8 @@ def process(
     excitation: Annotated[
         str | None,
         typer.Option(
-            metavar="KIND", help="sine sweep, random, sine, shock, hammer or free decay."
+            metavar="KIND",
+            help="sine sweep, random, sine, shock, hammer, free decay or measured.",
         ),
     ] = None,
     level: Annotated[

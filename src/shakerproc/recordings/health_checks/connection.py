@@ -7,7 +7,7 @@ where no coherence with any other channel rises above what that leaves to chance
 others show that the same test finds a common motion.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final, final
 
 import numpy as np
@@ -59,13 +59,10 @@ HUM: Final = 0.5
 
 @final
 class _Averages:
-    """Cross spectra of all channels with the references over pieces of one length."""
+    """Cross spectra of all channels with the first ones over pieces of one length."""
 
-    def __init__(
-        self, n_samples: int, count: int, references: Sequence[int], size: int
-    ) -> None:
+    def __init__(self, n_samples: int, count: int, size: int) -> None:
         self.size = size
-        self.references = list(references)
         n_pieces = min(MOST, n_samples * 8 // (size * 9))
         stride = n_samples / max(n_pieces, 1)
         generator = np.random.default_rng(0)  # no tone keeps its phase from piece to piece
@@ -80,12 +77,11 @@ class _Averages:
         self._line = np.array([np.full(size, size**-0.5), time / np.sqrt(time @ time)])
         bins = size // 2 + 1
         self.power = np.zeros((count, bins))
-        self.cross = np.zeros((count, len(self.references), bins), dtype=np.complex128)
-        self.moved = np.zeros(count, dtype=bool)
-        self._others = [  # of two references, one against the other is enough
-            np.setdiff1d(np.arange(count), self.references[: column + 1])
-            for column in range(len(self.references))
+        self.cross = [  # of each reference with all that follow: once is enough
+            np.zeros((count - reference - 1, bins), dtype=np.complex128)
+            for reference in range(min(REFERENCES, count))
         ]
+        self.moved = np.zeros(count, dtype=bool)
 
     @property
     def pieces(self) -> int:
@@ -115,9 +111,8 @@ class _Averages:
         spectrum = np.fft.rfft(seen, axis=1)
         self.power += spectrum.real**2 + spectrum.imag**2
         mirrored = spectrum.conj()
-        for column, others in enumerate(self._others):
-            row = self.references[column]
-            self.cross[others, column] += spectrum[others] * mirrored[row]
+        for reference in range(len(self.cross)):
+            self.cross[reference] += spectrum[reference + 1 :] * mirrored[reference]
 
     def caught(self) -> FloatArray:
         """Return the mean power of each channel in the pieces [its unit, squared]."""
@@ -125,27 +120,31 @@ class _Averages:
         return np.asarray(both / (self.size * np.sum(self._window**2) * max(self.pieces, 1)))
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which channels share a motion with which references, by row and column."""
-        found = np.zeros(self.cross.shape[:2], dtype=bool)
-        for column, others in enumerate(self._others):
-            for row in others[self.moved[others]].tolist():
-                if self.moved[self.references[column]]:
-                    found[row, column] = self._p_value(row, column, keep) < SIGNIFICANCE
+        """Return which channels share a motion with which others, by row and column."""
+        count = self.moved.size
+        found = np.zeros((count, count), dtype=bool)
+        for reference in range(len(self.cross)):
+            for row in range(reference + 1, count):
+                if self.moved[reference] and self.moved[row]:
+                    chance = self._p_value(row, reference, keep)
+                    found[row, reference] = chance < SIGNIFICANCE
         return found
 
-    def _p_value(self, row: int, column: int, keep: NDArray[np.bool_]) -> float:
+    def _p_value(self, row: int, reference: int, keep: NDArray[np.bool_]) -> float:
         """Return how likely chance makes coherences as large, at one frequency or at all.
 
         The largest of M coherences exceeds x with a probability of at most
         M (1 - x)^(K - 1), and -(K - 1) sum ln(1 - x) over M independent ones is Gamma(M).
         """
-        product = self.power[row] * self.power[self.references[column]]
+        product = self.power[row] * self.power[reference]
         used = np.flatnonzero(keep & (product > 0.0))
         if not used.size:
             return 1.0
-        left = 1.0 - np.abs(self.cross[row, column, used]) ** 2 / product[used]
+        left = (
+            1.0 - np.abs(self.cross[reference][row - reference - 1, used]) ** 2 / product[used]
+        )
         depth = -(self.pieces - 1) * np.log(np.clip(left, 1e-300, 1.0))
-        tries = 2.0 * len(self.references)
+        tries = 2.0 * len(self.cross)
         at_one = used.size * float(np.exp(-depth.max()))
         apart = depth[::APART]
         at_all = float(scipy.special.gammaincc(apart.size, apart.sum()))
@@ -161,10 +160,10 @@ class Connection(AbstractHealthCheck):
         self._rows = [i for i, c in enumerate(recording.channels) if c.unit in JUDGED]
         inputs = [i for i, c in enumerate(recording.channels) if c.role == "force"]
         self._inputs = {*control_rows(recording), *inputs} & set(self._rows)
-        order = sorted(range(len(self._rows)), key=lambda i: self._rows[i] not in self._inputs)
+        self._rows.sort(key=lambda row: row not in self._inputs)  # stable: inputs come first
         self._squares, self._sums = np.zeros(len(self._rows)), np.zeros(len(self._rows))
         self._averages = [
-            _Averages(recording.n_samples, len(self._rows), order[:REFERENCES], size)
+            _Averages(recording.n_samples, len(self._rows), size)
             for size in _sizes(recording)
             if len(self._rows) > 1
         ]
@@ -182,7 +181,7 @@ class Connection(AbstractHealthCheck):
         common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
         for averages in self._averages:
             found = averages.coherent(self._without_hum(averages))
-            common[:, averages.references] |= found
+            common |= found
         common |= common.T
         judged = self._averages[0].moved & self._caught_enough()
         return [

@@ -1,7 +1,8 @@
 """Repeating blocks: a buffer of the measuring program that was handed out twice."""
 
-from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Final, final
 
 import numpy as np
@@ -32,6 +33,8 @@ ALIKE: Final = 0.2
 
 _MIX: Final = np.uint64(0x9E3779B97F4A7C15)
 _LIMIT: Final = np.uint64(1 << (64 - TOP_BITS))
+_WEIGHTS: Final = np.random.default_rng(0).integers(2**64, size=WINDOW, dtype=np.uint64) | 1
+"""Odd numbers: windows that differ have another sum of products, but for one in 2^64."""
 
 
 @final
@@ -67,7 +70,7 @@ class _Channel:
     """Places of one channel that were seen, and the rows of those seen again."""
 
     def __init__(self) -> None:
-        self.seen: OrderedDict[int, tuple[int, int]] = OrderedDict()
+        self.seen: dict[int, tuple[int, int]] = {}  # the latest last
         self.row: _Row | None = None
         self.all: _Row | None = None  # the rows that count, as one from first to last
 
@@ -83,11 +86,23 @@ class _Channel:
         again = np.zeros(places.size, dtype=bool)
         again[1:] = (np.diff(places) < WINDOW) & (np.diff(bits[places]) == 0)
         places = places[~again]
-        windows = samples[places[:, np.newaxis] + np.arange(WINDOW)]
-        values = np.sort(windows, axis=1)
+        windows = bits[places[:, np.newaxis] + np.arange(WINDOW)]
+        values = np.sort(windows.view(np.float64), axis=1)
         distinct = 1 + np.count_nonzero(values[:, 1:] != values[:, :-1], axis=1)
-        for i in np.flatnonzero(distinct >= DISTINCT).tolist():
-            self._look(first + int(places[i]), hash(windows[i].tobytes()))
+        chosen = distinct >= DISTINCT
+        keys = (windows[chosen] * _WEIGHTS).sum(axis=1, dtype=np.uint64).tolist()
+        self._look_at((first + places[chosen]).tolist(), keys)
+
+    def _look_at(self, places: Sequence[int], keys: Sequence[int]) -> None:
+        """Look at places in order; where none was seen before, at all of them at once."""
+        if not self.seen.keys().isdisjoint(keys) or len(set(keys)) < len(keys):
+            for at, key in zip(places, keys, strict=True):
+                self._look(at, key)
+        elif keys:
+            self._close_row()
+            self.seen.update(zip(keys, ((at, 1) for at in places), strict=True))
+        for key in list(islice(self.seen, max(0, len(self.seen) - MOST))):
+            del self.seen[key]
 
     def _look(self, at: int, key: int) -> None:
         before, times = self.seen.pop(key, (-1, 0))
@@ -97,8 +112,6 @@ class _Channel:
             self.row = self.row or _Row(at, at, at - before)
             self.row.take(at, times + 1)
         self.seen[key] = (at, times + 1)
-        if len(self.seen) > MOST:
-            self.seen.popitem(last=False)
 
     def _close_row(self) -> None:
         row, self.row = self.row, None

@@ -33,8 +33,11 @@ function read(element) {
   const x = axisOf(content.x), y = axisOf(content.y), curves = [];
   for (const [label, style, kind, at, ...rows] of content.c) {
     const hollow = kind === MARKS ? rows[1] ?? [] : [];
-    curves.push({ label, style, kind, hollow, x: places(at, x, curves), y: values(rows[0], y, 2),
-      low: kind === AREA ? values(rows[1], y, 2) : null });
+    const curve = { label, style, kind, hollow, x: places(at, x, curves), y: values(rows[0], y, 2),
+      low: kind === AREA ? values(rows[1], y, 2) : null };
+    const half = kind === MARKS ? rows[2] ?? [] : [];
+    curve.bars = new Map(half.map((h, i) => [`${curve.x[i]} ${curve.y[i]}`, h]));
+    curves.push(curve);
   }
   curves.forEach((c, i) => {
     const near = [curves[i - 1], curves[i + 1]].find((o) => o && o.style === c.style && o.label);
@@ -54,7 +57,7 @@ const UP = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵"
 function tick(value, log) {
   if (value === null) return null;
   const power = Math.log10(Math.abs(value));
-  if (log && (power < -3.5 || power > 3.5)) {
+  if (log && (power < -3 - 1e-6 || power > 3.5)) {
     const whole = Math.floor(power + 1e-6), first = value / 10 ** whole;
     const ten = "10" + Array.from(String(whole), (c) => UP[c]).join("");
     return Math.abs(first - 1) < 1e-6 ? ten : `${Number(first.toPrecision(3))}·${ten}`;
@@ -103,7 +106,18 @@ function table(curves) {
 function dashed(dash) {
   return dash ? dash.split(" ").map(Number) : [];
 }
-function pointed(path, size, colour, hollow) {
+// How far a value may be off, drawn behind its mark.
+function barred(u, g, x, at, half, ratio) {
+  const [low, high] = [at - half, at + half].map((v) => u.valToPos(v, "y", true)), cap = 3 * ratio;
+  g.beginPath();
+  for (const [a, b, c, d] of [[x, low, x, high], [x - cap, low, x + cap, low], [x - cap, high, x + cap, high]]) {
+    g.moveTo(a, b);
+    g.lineTo(c, d);
+  }
+  g.lineWidth = ratio;
+  g.stroke();
+}
+function pointed(path, size, colour, hollow, bars) {
   return (u, at, from, to) => {
     const g = u.ctx, ratio = uPlot.pxRatio, box = u.bbox, mark = new Path2D(path);
     g.save();
@@ -121,6 +135,8 @@ function pointed(path, size, colour, hollow) {
         g.fill();
         continue;
       }
+      const half = bars?.get(`${u.data[0][i]} ${u.data[at][i]}`);
+      if (half) barred(u, g, x, u.data[at][i], half, ratio);
       g.save();
       g.translate(x, y);
       g.scale(ratio / 4, ratio / 4);
@@ -144,7 +160,7 @@ function seriesOf(curve, index) {
   if (curve.kind === LINE) return [base];
   const none = { ...base, paths: () => null };
   const draw = (hollow) => ({ show: curve.kind === DOTS ? pointed("", grey ? 4 : 2.4, stroke, false)
-    : pointed(look.markers[style % look.markers.length], 0, stroke, hollow) });
+    : pointed(look.markers[style % look.markers.length], 0, stroke, hollow, curve.bars) });
   return curve.hollow.length ? [{ ...none, points: draw(false) }, { ...none, points: draw(true) }]
     : [{ ...none, points: draw(false) }];
 }

@@ -1,51 +1,63 @@
 """Further analyses of a run that the log asks for: one file a kind, one mapping."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final
+from typing import Final, final
 
 from shakerproc.data import Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analyses.blows import BlowAnalysis
-from shakerproc.runs.analyses.decays import DecayAnalysis
-from shakerproc.runs.analyses.distribution import DistributionAnalysis
-from shakerproc.runs.analyses.driving_point import DrivingPointAnalysis
-from shakerproc.runs.analyses.fatigue import FatigueAnalysis
-from shakerproc.runs.analyses.integration import IntegrationAnalysis
-from shakerproc.runs.analyses.multisine import MultisineAnalysis
-from shakerproc.runs.analyses.octaves import OctaveAnalysis
-from shakerproc.runs.analyses.orders import OrderAnalysis
-from shakerproc.runs.analyses.profile import ProfileJudgement
-from shakerproc.runs.analyses.resonances import ResonanceAnalysis
-from shakerproc.runs.analyses.response_functions import ResponseFunctionAnalysis
-from shakerproc.runs.analyses.shock import ShockAnalysis
-from shakerproc.runs.analyses.splitting import SplittingAnalysis
-from shakerproc.runs.analyses.waterfall import WaterfallAnalysis
+from shakerproc.late import loaded
+from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.result import RunResult
 
 __all__ = ["ANALYSES", "analyses_of"]
 
-_KINDS: Final = (
-    ProfileJudgement(),
-    BlowAnalysis(),
-    ResponseFunctionAnalysis(),
-    ResonanceAnalysis(),
-    DrivingPointAnalysis(),
-    DecayAnalysis(),
-    MultisineAnalysis(),
-    IntegrationAnalysis(),
-    OctaveAnalysis(),
-    DistributionAnalysis(),
-    OrderAnalysis(),
-    WaterfallAnalysis(),
-    SplittingAnalysis(),
-    ShockAnalysis(),
-    FatigueAnalysis(),
-)
 
-ANALYSES: Final[Mapping[str, AbstractAnalysis]] = MappingProxyType({
-    analysis.kind: analysis for analysis in _KINDS
+@final
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of analysis, loaded for the runs that may have it: most have none.
+
+    Attributes
+    ----------
+    name : str
+        Class in the module that is called as the kind.
+    wanted : callable
+        Whether a run may have one.
+    """
+
+    name: str
+    wanted: Callable[[RunResult], bool]
+
+
+def _asked(kind: str) -> Callable[[RunResult], bool]:
+    return lambda result: getattr(result.test.processing, kind) is not None
+
+
+def _over_a_force(result: RunResult) -> bool:
+    asked = bool(result.test.processing.response_functions)
+    return asked or any(channel.role == "force" for channel in result.channels)
+
+
+ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
+    "profile": _Kind("ProfileJudgement", lambda result: result.test.profile is not None),
+    "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None),
+    "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force),
+    "resonances": _Kind("ResonanceAnalysis", _over_a_force),
+    "driving_point": _Kind("DrivingPointAnalysis", _over_a_force),
+    "decays": _Kind("DecayAnalysis", lambda result: result.test.excitation in RINGS),
+    "multisine": _Kind(
+        "MultisineAnalysis", lambda result: result.test.excitation == "multisine"
+    ),
+    "integration": _Kind("IntegrationAnalysis", _asked("integration")),
+    "octaves": _Kind("OctaveAnalysis", _asked("octaves")),
+    "distribution": _Kind("DistributionAnalysis", _asked("distribution")),
+    "orders": _Kind("OrderAnalysis", _asked("orders")),
+    "waterfall": _Kind("WaterfallAnalysis", _asked("waterfall")),
+    "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
+    "shock": _Kind("ShockAnalysis", _asked("shock")),
+    "fatigue": _Kind("FatigueAnalysis", _asked("fatigue")),
 })
 """Every kind by its key in the log, in the order of the report."""
 
@@ -58,5 +70,12 @@ def analyses_of(recording: Recording, result: RunResult) -> tuple[Analysis, ...]
     SpectrumError
         If the recording does not allow one.
     """
-    found = (analysis.of(recording, result) for analysis in ANALYSES.values())
+    there = [_analysis(kind) for kind, one in ANALYSES.items() if one.wanted(result)]
+    found = (analysis.of(recording, result) for analysis in there)
     return tuple(one for one in found if one is not None)
+
+
+def _analysis(kind: str) -> AbstractAnalysis:
+    made = loaded(f"{__name__}.{kind}:{ANALYSES[kind].name}")
+    analysis: AbstractAnalysis = made()
+    return analysis

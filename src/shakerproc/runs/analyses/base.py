@@ -1,11 +1,14 @@
 """What every kind of further analysis can do."""
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from shakerproc.data import Recording
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.result import RunResult
+
+RINGS: Final = ("free decay", "shock")
+"""Kinds of excitation after which a structure is left to itself."""
 
 
 class AbstractAnalysis(ABC):

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
 from shakerproc.runs.analyses.decay_panels import Amplitude, decay_panels
 from shakerproc.runs.analyses.decay_words import harmonic_of, remarks, signature
 from shakerproc.runs.analysis import Analysis, Cell, Panel
@@ -22,9 +22,6 @@ from shakerproc.spectra.decays import (
     trend_of,
 )
 from shakerproc.spectra.responses.driving_point import INTEGRATIONS
-
-RINGS: Final = ("free decay", "shock")
-"""Kinds of excitation after which a structure is left to itself."""
 
 METHODS: Final = ("least squares", "peaks and crossings")
 """What the two methods are called."""

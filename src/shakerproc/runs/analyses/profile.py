@@ -74,8 +74,8 @@ class ProfileJudgement(AbstractAnalysis):
             return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
         lines = lines_of(profile, judged.frequency)
         demand = profile_at(judged.frequency, *_points(profile))
-        summary = tuple(_verdict(name, lines[name], judged, profile) for name in LINES)
-        rms = _rms_told(result, profile, rows)
+        rms = _rms(result, profile, rows)
+        summary = tuple(_verdict(name, lines[name], judged, profile) | rms for name in LINES)
         broken = [row for row in summary if not row["kept"]]
         return Analysis(
             kind=self.kind,
@@ -83,7 +83,7 @@ class ProfileJudgement(AbstractAnalysis):
             columns=_columns(judged, demand, lines, profile),
             summary=summary,
             panels=(_panel(judged, profile, result),),
-            told=tuple(filter(None, (_told(summary, profile), rms))),
+            told=(_told(summary, profile), *_rms_told(rms, _rms_band(result, profile))),
             problems=tuple(_broken(row, profile) for row in broken),
         )
 
@@ -233,20 +233,33 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
     )
 
 
-def _rms_told(result: RunResult, profile: Profile, rows: Sequence[int]) -> str:
+def _rms_band(result: RunResult, profile: Profile) -> tuple[float, float]:
+    return profile.frequency_hz[0], min(profile.frequency_hz[-1], result.sample_rate / 2.0)
+
+
+def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, Cell]:
     """Return the rms of the demand beside that of the control; nothing for a sweep."""
     if not _is_density(profile):
-        return ""
-    low, high = profile.frequency_hz[0], profile.frequency_hz[-1]
-    band = (low, min(high, result.sample_rate / 2.0))
-    demanded = profile_rms(*_points(profile), band)
+        return {}
+    band = _rms_band(result, profile)
     each = spectra.rms_in_band(result.spectra, band)[list(rows)]
-    seen = float(np.sqrt(np.mean(each**2)))
     unit, factor = shown_unit(result.channels[rows[0]].unit)
+    return {
+        "demand_rms": profile_rms(*_points(profile), band) * factor,
+        "measured_rms": float(np.sqrt(np.mean(each**2))) * factor,
+        "unit": unit,
+    }
+
+
+def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, ...]:
+    """Return the same in a sentence, if there is one to say."""
+    if not rms:
+        return ()
+    demanded, seen = (float(rms[name] or 0.0) for name in ("demand_rms", "measured_rms"))
     off = f" ({20.0 * np.log10(seen / demanded):+.2f} dB)" if seen > 0.0 else ""
     return (
-        f"Demanded {demanded * factor:.4g} {unit} rms from {band[0]:g} to {band[1]:g} Hz, "
-        f"measured {seen * factor:.4g} {unit} rms{off}."
+        f"Demanded {demanded:.4g} {rms['unit']} rms from {band[0]:g} to {band[1]:g} Hz, "
+        f"measured {seen:.4g} {rms['unit']} rms{off}.",
     )
 
 

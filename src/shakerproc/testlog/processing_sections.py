@@ -1,0 +1,139 @@
+"""The keys under ``processing`` in a test log."""
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from shakerproc.data import BadRows
+from shakerproc.documents import FromList, Section
+from shakerproc.testlog.analysis_sections import (
+    DistributionSection,
+    FatigueSection,
+    IntegrationSection,
+    OctavesSection,
+    OrdersSection,
+    ResponseFunctionSection,
+    ShockSection,
+    SplittingSection,
+    WaterfallSection,
+)
+from shakerproc.testlog.excitation_sections import HammerSection
+from shakerproc.testlog.fields import Decibels, Hertz, Seconds, Text
+from shakerproc.units import in_unit, near_miss, quoted
+
+WINDOWS = ("hamming", "hann", "rectangular", "blackman", "blackman-harris", "flat top")
+"""Names of windows, each also with ``periodic`` in front."""
+
+
+def _checked_window(name: str) -> str:
+    if name.removeprefix("periodic ") not in WINDOWS:
+        meant = near_miss(name.removeprefix("periodic "), WINDOWS)
+        question = f'; did you mean "{meant}"?' if meant else ""
+        raise ValueError(
+            f"expected one of {', '.join(WINDOWS)} (or periodic hann, ...), "
+            f"got {quoted(name)}{question}"
+        )
+    return name
+
+
+class ThresholdSection(Section):
+    """Crop by a threshold on a control channel."""
+
+    channel: Text | int | None = None
+    threshold: Any = None
+    absolute: bool | None = None
+    hold: Seconds = None
+    skip: Seconds = None
+    remove_offset: bool | None = None
+
+
+class TimeSection(Section):
+    """Crop by two times."""
+
+    start: Seconds = Field(None, alias="from")
+    stop: Seconds = Field(None, alias="to")
+
+
+def _kind_of_crop(crop: object) -> str:
+    if isinstance(crop, dict):
+        return "<times>" if "from" in crop or "to" in crop else "<threshold>"
+    return "<nothing>"
+
+
+CropSection: TypeAlias = Annotated[
+    Annotated[Literal["none"], Tag("<nothing>")]
+    | Annotated[TimeSection, Tag("<times>")]
+    | Annotated[ThresholdSection, Tag("<threshold>")],
+    Discriminator(_kind_of_crop),
+]
+
+
+class WelchSection(Section):
+    """Segments of which spectra are averages."""
+
+    segment: Annotated[int, Field(ge=8, le=2**24)] | None = None
+    overlap: Annotated[int, Field(ge=0, lt=2**24)] | None = None
+    window: Annotated[str, AfterValidator(_checked_window)] | None = None
+    n_fft: Annotated[int, Field(ge=8, le=2**26)] | None = None
+
+
+class BandSection(Section):
+    """Limits of tables and peaks."""
+
+    low: Annotated[float, in_unit("Hz", not_negative=True)] = Field(alias="from")
+    high: Annotated[float, in_unit("Hz", positive=True)] = Field(alias="to")
+
+
+class PeaksSection(Section):
+    """Which peaks are listed."""
+
+    distance: Annotated[float | None, in_unit("Hz", not_negative=True)] = None
+    count: Annotated[int, Field(ge=1, le=1000)] | None = None
+
+
+class NotchSection(Section):
+    """How the notch of a test is cut."""
+
+    width: Hertz = None
+    harmonics: (
+        Annotated[
+            tuple[Annotated[int, Field(ge=1, le=100)], ...],
+            Field(strict=False, min_length=1, max_length=50),
+        ]
+        | None
+    ) = None
+    trim: Seconds = None
+
+
+class ToleranceSection(Section):
+    """How far the control may stray from the demanded level."""
+
+    alarm: Decibels = None
+    abort: Decibels = None
+
+
+class ProcessingSection(Section):
+    """How recordings are processed."""
+
+    crop: CropSection | None = None
+    sample_rate: Hertz = None
+    bad_rows: BadRows | None = None
+    group: Text | None = None
+    measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
+    welch: WelchSection = Field(default_factory=WelchSection)
+    detrend: Literal["none", "mean", "segment mean"] | None = None
+    band: BandSection | None = None
+    peaks: PeaksSection = Field(default_factory=PeaksSection)
+    notch: NotchSection = Field(default_factory=NotchSection)
+    tolerance: ToleranceSection = Field(default_factory=ToleranceSection)
+    stitch: bool | None = None
+    shock: ShockSection | None = None
+    octaves: OctavesSection | None = None
+    integration: IntegrationSection | None = None
+    distribution: DistributionSection | None = None
+    orders: OrdersSection | None = None
+    waterfall: WaterfallSection | None = None
+    splitting: SplittingSection | None = None
+    fatigue: FatigueSection | None = None
+    response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
+    hammer: HammerSection = Field(default_factory=HammerSection)
