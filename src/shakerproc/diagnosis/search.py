@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -40,6 +40,10 @@ from shakerproc.diagnosis.screening import Start, likely, screen
 from shakerproc.diagnosis.selection.scores import Score, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+
+MUCH: Final = 0.5
+"""Level (see `Fit`) over that of the model without any effect below which one of the likely
+effects explains enough to be judged before all others are tried [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -137,8 +141,8 @@ def _searched(
     )
     near = starts if alone else likely(starts, known)
     first = None
-    if len(near) < len(starts):
-        singles = one_more.found(near)
+    singles = one_more.found(near) if len(near) < len(starts) else []
+    if any(one.level < MUCH * linear.level for one in singles):
         first = _at_the_horizon(replace(campaign, data=one_more.data), linear, singles, say)
         found = _told(original, linear_model, first, one_more.failed, starts)
         if found.explained or found.best.is_mostly_noise:
