@@ -151,6 +151,27 @@ def test_slopes_are_those_of_the_residual(with_gap):
         assert np.linalg.norm(slopes.own[0][..., k] - change) < 0.02 * np.linalg.norm(change)
 
 
+def test_chords_of_a_smooth_law_are_its_slopes(linear):
+    hypothesis, x = added(linear, "cubic_stiffness", coefficient=1e12)
+    search = Linearisation(linear, hypothesis, both(linear)[1])
+    here = search.point(x, (np.ones(1), np.zeros(1), np.zeros(0)))
+    state = search.residual(here)
+    slopes = search.linearise(here, state).slopes[0][..., : x.size]
+    chords = search.linearise(here, state, steps=np.full(x.size, 1e-3)).slopes[0][..., : x.size]
+    assert not np.array_equal(slopes, chords)
+    assert np.linalg.norm(chords - slopes) < 0.01 * np.linalg.norm(slopes)
+
+
+def test_values_keep_what_does_not_depend_on_how_accelerations_are_compared(with_gap):
+    inputs, noise, means = with_gap.inputs, with_gap.noise, with_gap.measured
+    values = with_gap.as_values()
+    assert values.points
+    assert values.inputs is inputs
+    assert values.noise is noise
+    assert values.measured is not means
+    assert np.array_equal(values.measured[0], with_gap.tests[0].responses)
+
+
 def test_starts_are_fitted_where_the_numbers_stand(linear):
     true_numbers = fit(
         linear, hypothesis_of(one_mass()), np.log([1.1, 0.8]), both(linear)[0], rounds=0

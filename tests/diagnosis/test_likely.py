@@ -1,0 +1,44 @@
+"""Which effects are fitted first, by what they leave in the screening."""
+
+from shakerproc.diagnosis.hypotheses.joints import identifications
+from shakerproc.diagnosis.screening import Start, likely
+from shakerproc.models.identification import JointScales
+
+JOINT = ("base", "coupon")
+AT = JointScales(
+    displacement=1e-4, velocity=0.1, force=10.0, stiffness=1e5, mass=0.1, duration=10.0,
+    band=2000.0,
+)  # fmt: skip
+NOTHING = 10_000.0  # left without any effect
+
+
+def start(kind, left, *, told=True):
+    share = 1.0 - left / NOTHING
+    return Start(kind, JOINT, {}, (0.0,), (0.0,), share, share, 10.0, left, told=told)
+
+
+def likely_of(**left):
+    starts = [start(kind, value) for kind, value in left.items()]
+    starts.append(start("constant_force", NOTHING, told=False))
+    return {one.kind for one in likely(starts, {JOINT: identifications(AT)})}
+
+
+def test_what_leaves_less_than_the_geometric_mean_is_likely():
+    # the mean of 1 and 10,000 is 100; of a constant force a regression tells nothing
+    assert likely_of(quadratic_damping=1.0, attached_mode=99.0, jenkins=101.0) == {
+        "quadratic_damping", "attached_mode", "constant_force",
+    }  # fmt: skip
+
+
+def test_what_a_likely_effect_contains_is_likely():
+    found = likely_of(offset_gap=1.0, gap=9_000.0, jenkins=9_000.0)
+    assert found == {"offset_gap", "gap", "constant_force"}
+
+
+def test_where_nothing_explains_much_all_that_is_as_good_is_likely():
+    found = likely_of(gap=9_990.0, jenkins=9_992.0, iwan=9_999.0)
+    assert found == {"gap", "jenkins", "constant_force"}
+
+
+def test_without_starts_nothing_is_likely():
+    assert likely((), {}) == ()
