@@ -163,16 +163,10 @@ def fit(
         Change of the coordinates for slopes at first; later as far as the search moves [-].
     """
     linearisation = Linearisation(data, hypothesis, windows)
-    try:
-        here = linearisation.point(x, channels or perfect(data))
-    except ModelError:
+    begun = _begun(linearisation, x, channels or perfect(data), starts)
+    if begun is None:
         return None
-    if starts is not None:
-        here = replace(here, starts=starts)
-    state = linearisation.residual(here)
-    if state is None:
-        return None
-    here, (residual, predicted, _) = with_best_starts(linearisation, here, state)
+    here, (residual, predicted, _) = begun
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
@@ -212,6 +206,20 @@ def fit(
         failed=int(predicted.failed.sum()),
         steps=steps,
     )
+
+
+def _begun(
+    linearisation: Linearisation, x: FloatArray, channels: Channels, starts: FloatArray | None
+) -> tuple[Point, State] | None:
+    """Return where a fit begins, its windows at the best of their starts; None if it cannot."""
+    try:
+        here = linearisation.point(x, channels)
+    except ModelError:
+        return None
+    if starts is not None:
+        here = replace(here, starts=starts)
+    state = linearisation.residual(here)
+    return None if state is None else with_best_starts(linearisation, here, state)
 
 
 def _expected(offset: FloatArray, windows: Windows) -> FloatArray:
