@@ -14,8 +14,8 @@ def likely(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
 
     In logarithms of what is left: less than the geometric mean of what the best leaves and what
     is left without any. Besides, those that contain one another with them, and those of which
-    a regression tells nothing, such as a constant force. Of 60 tuning draws the true effect
-    was among them in all but those in which friction sticks.
+    a regression tells nothing, such as a constant force. The true effect of all 22 single
+    effects of tuning seed 40 was among them, not always that of a joint that sticks.
 
     Parameters
     ----------
