@@ -41,7 +41,7 @@ class Found:
     free : Score, optional
         A force without a name: a smooth table of displacement and velocity.
     ruled_out : tuple of Start
-        The best start of each effect and joint that the screening ruled out.
+        The best start of each effect and joint that was not fitted to the longest windows.
     failed : mapping of str to str
         Hypotheses that could not be simulated, with the reason.
     corrected : bool

@@ -36,16 +36,6 @@ of the numbers add up over it by as much, what cannot be predicted or is not in 
 more [-]."""
 
 
-def as_sampled(campaign: Campaign, found: Fit) -> Campaign:
-    """Return the campaign whose accelerations are compared as the recorder took them.
-
-    See `as_recorded`.
-    """
-    if campaign.data.points:
-        return campaign
-    return replace(campaign, data=as_recorded(campaign.data, found))
-
-
 def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
     """Return whether a fit leaves no more than noise of most of what it was fitted to."""
     score = as_fitted(campaign.data, found)
@@ -130,10 +120,11 @@ def compared(
         there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
-        sampled = campaign if there is None else as_sampled(campaign, there)
-        if there is not None and sampled.data is not campaign.data:
-            forms[i] = form.knowing(sampled.data, there)
-            there = carried(sampled.data, there, [forms[i]], rounds=BEST_ROUNDS)
+        data = campaign.data if there is None else as_recorded(campaign.data, there)
+        sampled = replace(campaign, data=data)
+        if there is not None and data is not campaign.data:
+            forms[i] = form.knowing(data, there)
+            there = carried(data, there, [forms[i]], rounds=BEST_ROUNDS)
             least = np.inf
         scores = _scores_beside(sampled, best, there, standing, forms[i])
         if not scores:

@@ -231,11 +231,15 @@ def _named(candidate: Tried, *, place: bool) -> str:
 
 
 def _left_behind(diagnosis: Diagnosis) -> list[str]:
-    """Return which candidates explain too little to be fitted."""
+    """Return which candidates were not fitted to the end."""
     out = [c for c in diagnosis.candidates if c.held_out_error is None]
     many = len({c.between for c in diagnosis.candidates}) > 1
     names = "; ".join(_named(c, place=many) for c in out)
-    return [f"Screened, and too little explained to be fitted: {names}."] if out else []
+    return (
+        [f"Screened, but not fitted to the end, as others explain more: {names}."]
+        if out
+        else []
+    )
 
 
 def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:

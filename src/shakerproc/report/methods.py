@@ -163,10 +163,11 @@ _COMPARED = (
 )
 _DIAGNOSED = (
     "A diagnosis screens every effect of the library in every joint by regression on the "
-    "measured motion, fits those that explain something, together with the model's own numbers "
-    "and the chain of measurement, by least squares to free-run simulations (Moré), and ranks "
-    "them by how well they predict what took no part in any fit. Intervals are 95 %, from the "
-    "scatter between parts of the tests (Cameron and Miller)."
+    "measured motion, fits the likely ones, and the others where none of these explains the "
+    "tests, together with the model's own numbers and the chain of measurement, by least "
+    "squares to free-run simulations (Moré), and ranks them by how well they predict what took "
+    "no part in any fit. Intervals are 95 %, from the scatter between parts of the tests "
+    "(Cameron and Miller)."
 )
 _LEAST_SQUARES = (
     "J. J. Moré, The Levenberg-Marquardt algorithm: implementation and theory, Lecture Notes "

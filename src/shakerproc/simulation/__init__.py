@@ -1,5 +1,6 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
+from shakerproc.simulation.band_limited import has_jumps
 from shakerproc.simulation.free_runs import (
     FreeRuns,
     Runs,
@@ -21,6 +22,7 @@ __all__ = [
     "Runs",
     "Simulation",
     "free_runs",
+    "has_jumps",
     "largest_states",
     "motions_of",
     "prepare",

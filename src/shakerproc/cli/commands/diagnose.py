@@ -109,7 +109,8 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
     output.print_table(
         ["candidate", "between", "held_out_error"],
         [[_label(c), " - ".join(c.between), c.held_out_error] for c in result.candidates],
-        title="Candidates, best first; without an error: too little explained to be fitted",
+        title="Candidates, best first; without an error: "
+        "not fitted to the end, as others explain more",
         json_target=json_target,
     )
     for test in result.next_test:

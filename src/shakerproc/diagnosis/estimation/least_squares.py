@@ -181,10 +181,11 @@ def fit(
             fallen = cost - reached
             linearisation.correlation = correlation_of(residual)
             cost = linearisation.cost(residual, here)
-        converged = fallen < SETTLED and bool(np.all(steps <= STEP))
+        settled = fallen < SETTLED
+        converged = settled and bool(np.all(steps <= STEP))
         if converged:
             break
-        steps = np.clip(change, STEP, steps) if fallen > SETTLED else np.full(change.size, STEP)
+        steps = np.full(change.size, STEP) if settled else np.clip(change, STEP, steps)
     count = sum(r.size for r in residual)
     chi_square = sum(float(np.sum(r**2)) for r in residual) / count
     if chi_square > RUNAWAY**2:

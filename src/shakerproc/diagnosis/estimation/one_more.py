@@ -107,13 +107,14 @@ class OneMore:
         ):
             fits: dict[Group, Fit] = {}
             for group in sorted(standing, key=lambda group: self._size(group[0], group[1])):
-                if (group, windows) not in self._grown:
+                if (group, windows) in self._grown:
+                    one = self._grown[group, windows]
+                else:
                     one = lengthened(
                         self.data, standing[group], screened[group], windows, rounds
                     )
                     one = self._from_simpler(group, one, fits, windows, rounds)
                     self._grown[group, windows] = one
-                one = self._grown[group, windows]
                 if one is not None:
                     fits[group] = one
             worth = self._worth_going_on(list(fits.values()), windows, rounds)
@@ -129,7 +130,7 @@ class OneMore:
 
         The best of them tells, if it explains anything (see `as_recorded`).
         """
-        if self.data.points or not first:
+        if not first:
             return first
         best, on = min(first.values(), key=lambda one: one.level), self.on
         alone = level_at(self.data, on.hypothesis, on.x, best.windows, on.channels)

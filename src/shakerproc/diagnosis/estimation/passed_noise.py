@@ -15,6 +15,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.errors import ModelError
+from shakerproc.simulation import has_jumps
 
 TOLD: Final = 1.0
 """Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
@@ -160,7 +161,8 @@ def _bent(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list
 
 def _folded(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> list[FloatArray]:
     """Return the squares of what may be left of what folds back of jumps, in every window."""
-    kept = None if data.points else prediction_of(data, found, windows, plain=True)
+    folds = not data.points and has_jumps(found.hypothesis.model_at(found.x))
+    kept = prediction_of(data, found, windows, plain=True) if folds else None
     if kept is None:
         return [np.zeros_like(outputs) for outputs in still.outputs]
     return [

@@ -25,7 +25,7 @@ def tried(found: Found, score: Score) -> Tried:
 
 
 def untried(found: Found) -> list[Tried]:
-    """Return what the screening and the short windows ruled out, without errors."""
+    """Return what was not fitted to the end, as others explain more, without errors."""
     return [
         Tried(start.kind, start.between, None, None, _words(start)) for start in found.ruled_out
     ]
