@@ -21,7 +21,7 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.simulation import Input, Runs, Simulation, free_runs, simulate
-from shakerproc.simulation.inputs import prepare_measured
+from shakerproc.simulation.inputs import prepare_like, prepare_measured
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects in whose company a disturbance dies out."""
@@ -177,7 +177,7 @@ def _scored(
     sizes: FloatArray,
 ) -> tuple[Scored, FloatArray]:
     """Return the scored samples, and how the simulated ones move under noise of the input."""
-    noisy = _noisy(model, measured)
+    noisy = _noisy(model, measured, given)
     if windows is None:
         simulated, _ = _from_rest(model, given)
         runs = [_from_rest(model, one) for one in noisy]
@@ -196,7 +196,7 @@ def _scored(
     return scored, np.array(others) - simulated
 
 
-def _noisy(model: Model, measured: Measured) -> list[Input]:
+def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
     """Return the input of a test with as much noise again, drawn afresh each time.
 
     A stable linear model moves alike under every draw, so one of them will do.
@@ -205,7 +205,7 @@ def _noisy(model: Model, measured: Measured) -> list[Input]:
     count = 1 if _is_stable(model) else DRAWS
     n, rate = measured.input.size, measured.sample_rate
     draws = [measured.noise.drawn(n, rate, generator) for _ in range(count)]
-    return [_given(model, measured.input + draw, rate) for draw in draws]
+    return [prepare_like(measured.input + draw, given) for draw in draws]
 
 
 def _sizes(simulation: Simulation) -> FloatArray:

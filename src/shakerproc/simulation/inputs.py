@@ -160,11 +160,16 @@ def prepare_displacement(
         As `prepare` does.
     """
     given = prepare(displacement, sample_rate, upsample=upsample)
-    rate = sample_rate * upsample
+    return _imposed(given, np.asarray(displacement, dtype=float))
+
+
+def _imposed(given: Input, displacement: FloatArray) -> Input:
+    """Return the input whose pieces are those of a displacement as that of its acceleration."""
+    rate = given.sample_rate * given.stride
     k = np.arange(given.pieces.shape[1])
     accelerations = (given.pieces * (k * (k - 1) * rate**2))[:, 2:]
-    velocity = np.append(given.pieces[:, 1], given.pieces[-1] @ k)[::upsample] * rate
-    motion = np.stack((np.asarray(displacement, dtype=float), velocity))
+    velocity = np.append(given.pieces[:, 1], given.pieces[-1] @ k)[:: given.stride] * rate
+    motion = np.stack((displacement, velocity))
     return replace(given, pieces=np.ascontiguousarray(accelerations), imposed=motion)
 
 
@@ -192,6 +197,23 @@ def prepare_measured(samples: FloatArray, sample_rate: float, *, imposed: bool) 
             break
         given = finer
     return given
+
+
+def prepare_like(samples: FloatArray, given: Input) -> Input:
+    """Return the input through samples that differ by noise from those of another one.
+
+    In as many parts; its pieces are taken to miss as much.
+
+    Parameters
+    ----------
+    samples : (n,) array
+        The input, in its SI unit; a displacement where the other imposes one [m].
+    given : Input
+        Of `prepare` or `prepare_displacement`, from as many samples.
+    """
+    pieces = pieces_of_samples(samples, upsample=given.stride, hold="band-limited")
+    like = replace(given, pieces=pieces)
+    return like if given.imposed is None else _imposed(like, samples)
 
 
 def prepare_long(

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
 from shakerproc.simulation import Input
-from shakerproc.simulation.inputs import prepare_measured
+from shakerproc.simulation.inputs import prepare_like, prepare_measured
 
 MODEL_SHARE: Final = 1e-3
 """Share of a response to which no model is held: calibration, noise of the controls [-]."""
@@ -118,11 +118,14 @@ class DataSet:
     points : bool
         Whether accelerations are compared as values at the samples; else as means over the
         sample that follows.
+    near : DataSet, optional
+        The same tests without the noise that was drawn beside them: inputs are prepared alike.
     """
 
     model: Model
     tests: tuple[Test, ...]
     points: bool = False
+    near: "DataSet | None" = None
 
     def as_values(self) -> "DataSet":
         """Return the tests with accelerations as values at the samples (see `points`)."""
@@ -141,6 +144,11 @@ class DataSet:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What drives each test, prepared for the engine."""
+        if self.near is not None:
+            return tuple(
+                prepare_like(test.input, given)
+                for test, given in zip(self.tests, self.near.inputs, strict=True)
+            )
         imposed = self.model.excitation.imposed
         return tuple(
             prepare_measured(test.input, test.sample_rate, imposed=imposed)
@@ -152,7 +160,9 @@ class DataSet:
         """The tests with as much noise again on inputs and responses, drawn once for all."""
         generators = np.random.default_rng(0).spawn(DRAWS)
         return tuple(
-            replace(self, tests=tuple(test.shaken(generator) for test in self.tests))
+            replace(
+                self, tests=tuple(test.shaken(generator) for test in self.tests), near=self
+            )
             for generator in generators
         )
 
