@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, scored
+from shakerproc.diagnosis.selection.scores import Score, best_of, scored
 
 
 @final
@@ -79,7 +79,7 @@ class Found:
     @property
     def best(self) -> Score:
         """The hypothesis that predicts best."""
-        return min((self.linear, *self.effects), key=lambda score: score.mean)
+        return best_of((self.linear, *self.effects))
 
     @cached_property
     def as_recorded(self) -> DataSet:

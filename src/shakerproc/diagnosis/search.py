@@ -18,12 +18,13 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form
+from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.growth import grown
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
 from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, signs_and_delays
 from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
 from shakerproc.diagnosis.estimation.own_starts import as_in
+from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import (
@@ -31,13 +32,14 @@ from shakerproc.diagnosis.horizon import (
     compared,
     is_mostly_noise,
     is_noise,
+    scored_at,
     usable_forms,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, likely, screen
-from shakerproc.diagnosis.selection.scores import Score, ranked
+from shakerproc.diagnosis.selection.scores import Score, best_of, could_be_outdone, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -143,7 +145,8 @@ def _searched(
     first = None
     singles = one_more.found(near) if len(near) < len(starts) else []
     if any(one.level < MUCH * linear.level for one in singles):
-        first = _at_the_horizon(replace(campaign, data=one_more.data), linear, singles, say)
+        here = replace(campaign, data=one_more.data)
+        first = _at_the_horizon(here, linear, singles, say, one_more=one_more)
         found = _told(original, linear_model, first, one_more.failed, starts)
         if found.explained or found.best.is_mostly_noise:
             return found
@@ -154,7 +157,9 @@ def _searched(
         left = min((start.left for start in starts), default=0.0)
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
     if first is None or hidden or not set(singles) <= set(first.singles):
-        first = _at_the_horizon(campaign, linear, singles, say, hidden)
+        first = _at_the_horizon(
+            campaign, linear, singles, say, one_more=one_more, hidden=hidden
+        )
     found = _told(original, linear_model, first, one_more.failed, starts)
     if found.explained or found.best.is_mostly_noise:
         return found
@@ -178,13 +183,35 @@ def _at_the_horizon(
     linear: Fit,
     singles: Sequence[Fit],
     say: Callable[[str], None],
+    *,
+    one_more: OneMore | None = None,
     hidden: Sequence[Fit] = (),
 ) -> _Outcome:
-    """Return the model without and with effects there, and with the parts of pairs."""
+    """Return the model without and with effects there, and with the parts of pairs.
+
+    A law that leaves something there no longer stands in for those that contain it.
+    """
     say("at the horizon")
     campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
+    best = best_of([base, *effects])
+    if one_more is not None and best.fit.hypothesis.added and could_be_outdone(best):
+        effects = _with_richer(campaign, forms[-1], effects, best, one_more)
     return _Outcome(campaign, forms, base, ranked(effects), singles)
+
+
+def _with_richer(
+    campaign: Campaign, form: Form, effects: Sequence[Score], best: Score, one_more: OneMore
+) -> list[Score]:
+    """Return scores with those of laws that contain the best, until one leaves noise alone."""
+    found = {score.fit.hypothesis.names: score for score in effects}
+    for one in one_more.richer(campaign.data, best.fit, form.fitted, ROUNDS):
+        arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
+        for score in scored_at(campaign, [arrived], form):
+            found[one.hypothesis.names] = score
+            if not could_be_outdone(score):
+                return list(found.values())
+    return list(found.values())
 
 
 def _told(
@@ -234,10 +261,15 @@ def own_numbers(campaign: Campaign) -> Fit:
 def as_it_is(original: Model, linear: Fit) -> Fit:
     """Return the fit that is none: the numbers of the model file, perfect sensors."""
     none = hypothesis_of(original)
+    nothing = np.zeros(none.size)
+    found = fit(linear.data, none, nothing, linear.windows, rounds=0)
+    if found is not None:
+        return found
+    gain, delay, offset = perfect(linear.data)
+    rows = np.full_like(linear.rows, RUNAWAY**2)
     return replace(
-        linear, hypothesis=none, x=np.zeros(none.size), gain=np.ones_like(linear.gain),
-        delay=np.zeros_like(linear.delay), offset=np.zeros_like(linear.offset),
-    )  # fmt: skip
+        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, offset=offset, rows=rows
+    )
 
 
 def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:

@@ -160,9 +160,7 @@ class DataSet:
         """The tests with as much noise again on inputs and responses, drawn once for all."""
         generators = np.random.default_rng(0).spawn(DRAWS)
         return tuple(
-            replace(
-                self, tests=tuple(test.shaken(generator) for test in self.tests), near=self
-            )
+            replace(self, tests=tuple(test.shaken(generator) for test in self.tests), near=self)
             for generator in generators
         )
 

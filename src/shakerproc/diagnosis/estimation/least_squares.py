@@ -57,9 +57,8 @@ class Fit:
         Motion where windows begin.
     cost : float
         Twice the negative logarithm of likelihood and prior [-].
-    level : float
-        Mean logarithm of 1 + mean square of the residual over the noise, block by block: what
-        fits of different hypotheses to the same windows are compared by [-].
+    rows : (n_blocks,) array
+        Mean square of the residual over the noise in every block [-].
     chi_square : float
         Mean square of the residual over the noise [-].
     count : int
@@ -81,12 +80,20 @@ class Fit:
     windows: Windows
     starts: FloatArray | None
     cost: float
-    level: float
+    rows: FloatArray
     chi_square: float
     count: int
     converged: bool
     failed: int
     steps: FloatArray
+
+    @cached_property
+    def level(self) -> float:
+        """Mean logarithm of 1 + the rows [-].
+
+        What fits of different hypotheses to the same windows are compared by.
+        """
+        return float(np.mean(np.log1p(self.rows)))
 
     @property
     def channels(self) -> Channels:
@@ -200,7 +207,7 @@ def fit(
         windows,
         here.starts,
         cost=cost,
-        level=linearisation.level(residual, here),
+        rows=linearisation.blocks(residual, here),
         chi_square=chi_square,
         count=count,
         converged=converged,

@@ -1,6 +1,6 @@
 """The search for one more effect on top of a hypothesis, over windows that grow."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, TypeAlias, final
 
@@ -124,6 +124,40 @@ class OneMore:
                 if one in worth or group[0] == self.condition.wanted
             }
         return sorted(standing.values(), key=lambda one: one.level)
+
+    def richer(self, data: DataSet, found: Fit, windows: Windows, rounds: int) -> Iterator[Fit]:
+        """Yield the laws that contain a fitted one and leave less, those of few numbers first.
+
+        They begin where it ended, with the model's own numbers as told where it went far from
+        them: those imitate what it lacks. `data` are the tests as they are compared now,
+        `windows` what `found` was fitted to, `rounds` the steps from each of two starts.
+        """
+        last = found.hypothesis.added[-1]
+        for kind in sorted(self.known[last.between], key=lambda k: self._size(k, last.between)):
+            ended = [
+                one
+                for contained in self.known[last.between][kind].contains
+                if contained.limit and contained.kind == last.kind
+                for one in self._extended((kind, last.between), contained, found)
+            ]
+            if found.is_far:
+                ended = list(map(self._as_told, ended))
+            if not ended:
+                continue
+            self.say(f"{kind} between {' and '.join(last.between)}")
+            fits = [
+                fit(data, h, x, windows, rounds=rounds, channels=channels)
+                for h, x, channels in self._least(ended, windows)[:2]
+            ]
+            good = [one for one in fits if one is not None]
+            if good and (best := min(good, key=lambda one: one.level)).level < found.level:
+                yield best
+
+    def _as_told(self, tried: _Tried) -> _Tried:
+        """Return a start with the model's own numbers as its file tells them."""
+        hypothesis, x, channels = tried
+        own = len(hypothesis.own)
+        return hypothesis, np.concatenate([np.zeros(own), x[own:]]), channels
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
@@ -288,7 +322,7 @@ class OneMore:
             for contained in self.known[group[1]][group[0]].contains
             for (kind, *_), fitted in found.items()
             if kind == contained.kind
-            for tried in self._extended(group, contained, fitted)
+            for tried in self._extended(group[:2], contained, fitted, words=group[2])
         ]
 
     def _contained(self, group: Group, simpler: Mapping[Group, Fit]) -> dict[Group, Fit]:
@@ -328,14 +362,21 @@ class OneMore:
                 reached = float(levels[i])
         return found
 
-    def _extended(self, group: Group, contained: Contained, fitted: Fit) -> list[_Tried]:
+    def _extended(
+        self,
+        group: tuple[str, Joint],
+        contained: Contained,
+        fitted: Fit,
+        words: tuple[str, ...] | None = None,
+    ) -> list[_Tried]:
         """Return where a richer effect may start from where one that it contains ended."""
-        kind, joint, words = group
+        kind, joint = group
         *others, last = fitted.hypothesis.added
         *before, own = fitted.hypothesis.parts(fitted.x)
         out: list[_Tried] = []
         for values in contained.extend({**last.fixed, **last.values(own)}):
-            if tuple(v for v in values.values() if isinstance(v, str)) == words:
+            own_words = tuple(v for v in values.values() if isinstance(v, str))
+            if words is None or own_words == words:
                 one = addition(kind, joint, self.known[joint][kind], values)
                 x = np.concatenate([*before, one.transformed(values)])
                 beside = replace(fitted.hypothesis, added=tuple(others))

@@ -48,6 +48,11 @@ class Score:
     logs: FloatArray
 
     @property
+    def fitted(self) -> FloatArray:
+        """The same logarithms of what it was fitted to, (n_blocks,) array [-]."""
+        return np.log1p(self.fit.rows)
+
+    @property
     def mean(self) -> float:
         """Mean over the blocks [-]."""
         return float(np.mean(self.logs))
@@ -55,7 +60,7 @@ class Score:
     @property
     def is_noise(self) -> bool:
         """Whether no more is left than noise and what it becomes in the model."""
-        return float(np.mean(np.expm1(self.logs))) <= EXCESS**2
+        return _are_noise(self.logs)
 
     @property
     def is_mostly_noise(self) -> bool:
@@ -77,7 +82,8 @@ def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
 
 def as_fitted(data: DataSet, found: Fit) -> Score | None:
     """Return the score of a fit on the windows that it was fitted to, starts included."""
-    rows = predicted_rows(data, found, found.windows)
+    own = found.rows if found.data is data else None
+    rows = predicted_rows(data, found, found.windows) if own is None else own
     return None if rows is None else Score(found, np.log1p(rows))
 
 
@@ -105,8 +111,26 @@ class Gain:
 
 
 def gain(better: Score, other: Score) -> Gain:
-    """Return by how much the first predicts better than the other."""
-    apart = other.logs - better.logs
+    """Return by how much the first predicts better than the other what was held out.
+
+    Where both leave no more of that than noise it cannot tell them apart: a joint never slipped
+    there, say. Then what they were fitted to does, if one of them leaves more than noise of it.
+    """
+    pairs = ((better.logs, other.logs), (better.fitted, other.fitted))
+    silent = all(map(_are_noise, pairs[0])) and not all(map(_are_noise, pairs[1]))
+    return _gain(*pairs[silent])
+
+
+def could_be_outdone(score: Score) -> bool:
+    """Return whether a hypothesis that leaves noise alone would predict better."""
+    return any(
+        _gain(np.full_like(logs, np.log(2.0)), logs).t > ALIKE
+        for logs in (score.logs, score.fitted)
+    )
+
+
+def _gain(better: FloatArray, other: FloatArray) -> Gain:
+    apart = other - better
     mean = float(np.mean(apart))
     against = np.minimum(apart * np.sign(mean), 0.0)
     error = np.sqrt((2.0 * np.mean(against**2) + BY_CHANCE**2) / apart.size)
@@ -119,6 +143,15 @@ def is_better(score: Score, other: Score) -> bool:
     return own.t > SURE and own.mean > LEAST
 
 
+def best_of(scores: Sequence[Score]) -> Score:
+    """Return the one that predicts best (see `gain`)."""
+    best = min(scores, key=lambda score: score.mean)
+    for score in scores:
+        if gain(score, best).mean > 0.0:
+            best = score
+    return best
+
+
 def ranked(scores: Sequence[Score]) -> list[Score]:
     """Return scores, the best first."""
     return sorted(scores, key=lambda score: score.mean)
@@ -126,6 +159,10 @@ def ranked(scores: Sequence[Score]) -> list[Score]:
 
 def simplest_alike(scores: Sequence[Score]) -> list[Score]:
     """Return those that predict as well as the best, the one with fewest numbers first."""
-    best = min(scores, key=lambda score: score.mean)
+    best = best_of(scores)
     alike = [s for s in scores if s is best or gain(best, s).t < ALIKE]
     return sorted(alike, key=lambda s: (s.fit.hypothesis.size, s.mean))
+
+
+def _are_noise(logs: FloatArray) -> bool:
+    return float(np.mean(np.expm1(logs))) <= EXCESS**2
