@@ -5,11 +5,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from shakerproc.diagnosis.selection.scores import Score, gain, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import (
+    Score,
+    best_of,
+    could_be_outdone,
+    gain,
+    ranked,
+    simplest_alike,
+)
 
 
-def score(logs, size=2):
-    return Score(SimpleNamespace(hypothesis=SimpleNamespace(size=size)), np.array(logs, float))
+def score(logs, size=2, fitted=None):
+    """Return a score; what it was fitted to is left as what was held out, or as given."""
+    logs = np.array(logs, float)
+    rows = np.expm1(logs) if fitted is None else np.array(fitted, float)
+    return Score(SimpleNamespace(hypothesis=SimpleNamespace(size=size), rows=rows), logs)
 
 
 def test_where_blocks_speak_both_ways_the_error_is_that_of_their_mean():
@@ -62,3 +72,30 @@ def test_of_equally_many_numbers_the_better_stands_first():
     best = score(scatter(4))
     other = score(best.logs + 0.01 + scatter(5))
     assert simplest_alike([other, best]) == [best, other]
+
+
+def test_what_was_fitted_to_decides_where_only_noise_of_the_rest_is_left():
+    noise = np.full(60, np.log(2.0))
+    poor = score(noise, size=2, fitted=np.full(80, 50.0))
+    good = score(noise + 0.02, size=5, fitted=np.full(80, 1.1))
+    assert gain(good, poor).t > 6.0
+    assert best_of([poor, good]) is good
+    assert simplest_alike([poor, good]) == [good]
+
+
+def test_what_was_held_out_decides_where_more_than_noise_of_it_is_left():
+    held_out = score(np.full(60, 2.0), fitted=np.full(80, 1.1))
+    better = score(np.full(60, 1.5), fitted=np.full(80, 50.0))
+    assert gain(better, held_out).mean == pytest.approx(0.5)
+
+
+def test_noise_is_not_judged_by_what_was_fitted_to_it():
+    one = score(np.full(60, np.log(2.0)), fitted=np.full(80, 1.6))
+    richer = score(np.full(60, np.log(2.0)), fitted=np.full(80, 0.9))
+    assert gain(richer, one).mean == 0.0
+
+
+def test_noise_alone_is_not_outdone():
+    assert not could_be_outdone(score(np.full(60, np.log(2.0))))
+    assert could_be_outdone(score(np.full(60, np.log(2.0)), fitted=np.full(60, 3.0)))
+    assert could_be_outdone(score(np.full(60, np.log(4.0)), fitted=np.full(60, 1.0)))

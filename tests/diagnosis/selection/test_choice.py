@@ -21,8 +21,9 @@ def hypothesis(left, *kinds, is_far=False, numbers=1):
     added = tuple(SimpleNamespace(kind=kind, between=JOINT) for kind in kinds)
     names = frozenset((kind, JOINT) for kind in kinds)
     of = SimpleNamespace(added=added, kinds=kinds, names=names, size=2 + numbers * len(kinds))
-    logs = np.log1p((left / FLOOR) ** 2) * np.ones(20)
-    return Score(SimpleNamespace(hypothesis=of, left=left, is_far=is_far), logs)
+    rows = (left / FLOOR) ** 2 * np.ones(20)
+    fit = SimpleNamespace(hypothesis=of, left=left, is_far=is_far, rows=rows)
+    return Score(fit, np.log1p(rows))
 
 
 @pytest.fixture
