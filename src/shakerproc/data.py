@@ -74,9 +74,14 @@ class Calibration:
     @property
     def told(self) -> str:
         """A sentence part for people."""
-        days = (("calibrated", self.calibrated), ("valid until", self.valid_until))
-        dated = "".join(f", {how} {day}" for how, day in days if day)
-        return f"sensor {self.serial}, {self.sensitivity}{dated}"
+        days = told_days(self.calibrated, self.valid_until)
+        return f"sensor {self.serial}, {self.sensitivity}{days}"
+
+
+def told_days(calibrated: str, valid_until: str) -> str:
+    """Return the days of a calibration as the end of a sentence part; empty without any."""
+    days = (("calibrated", calibrated), ("valid until", valid_until))
+    return "".join(f", {how} {day}" for how, day in days if day)
 
 
 @dataclass(frozen=True, slots=True)

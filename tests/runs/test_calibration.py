@@ -6,6 +6,7 @@ from datetime import UTC, date, datetime
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import completed
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ShakerprocError
@@ -117,3 +118,36 @@ def test_a_row_that_cannot_be_used_is_named(campaign, row, match):
     sheet_csv(folder / "s.csv", [row])
     with pytest.raises(ShakerprocError, match=match):
         opened("s.csv")
+
+
+INSTRUMENTS = """\
+report:
+  instruments:
+    - {instrument: recorder, serial: 77, valid_until: 2018-06-04}
+    - {instrument: amplifier, valid_until: 2018-06-05}
+    - {instrument: thermometer}
+channels:"""
+TOLD = "recorder, serial number 77, valid until 2018-06-04: it had expired on 2018-06-05"
+
+
+def test_an_instrument_that_had_expired_is_flagged_in_every_place(campaign, tmp_path):
+    folder, _, opened = campaign
+    sheet_csv(folder / "s.csv")
+    with opened("s.csv", ("channels:", INSTRUMENTS))[0]:
+        pass  # the log is written
+    out = tmp_path / "out"
+    log = folder / "testlog.yaml"
+    done = completed("batch", log, "--out", out, "--no-figures", merged=True)
+    assert done.returncode == 0, done.stdout
+    assert sum(TOLD in line for line in done.stdout.splitlines()) == 1
+    assert "amplifier" not in done.stdout
+    page = (out / "report.html").read_text(encoding="utf-8")
+    table = page[page.index("<caption>Instruments") : page.index("</table>")]
+    marks = [row for row in table.split("<tr>") if "expired when used" in row]
+    assert len(marks) == 2
+    assert "recorder" in marks[0]
+    assert "sensor, 10.2 mV/g" in marks[1]
+    assert TOLD in page[page.index('id="attention"') :]
+    done = completed("check", out, "--against", out, merged=True)
+    assert done.returncode == 0, done.stdout
+    assert "note: test 1: a calibration had expired on the day of the test" in done.stdout

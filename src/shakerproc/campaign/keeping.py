@@ -1,4 +1,4 @@
-"""Whether the tests of a batch kept their profiles, as its tables say."""
+"""Whether tests of a batch kept their profiles and used valid calibrations: of its tables."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import final
 
 from shakerproc.campaign.result_table import Table, read_table
 from shakerproc.errors import TableError
+from shakerproc.runs.calibrations import EXPIRED
+from shakerproc.runs.remarks import by_tests
 
 
 @final
@@ -225,3 +227,16 @@ def _missing(runs: Path, judged: set[str]) -> dict[str, str]:
         elif "profile" in (row.get("flags") or "").split("; "):
             found[row["test"]] = "no channel, or no value, that the profile is about"
     return found
+
+
+def expired_notes(table: Path) -> list[str]:
+    """Return which tests used what had expired, as the table of runs beside a table says."""
+    runs = table.parent / "runs.csv"
+    if not runs.is_file():
+        return []
+    note = "a calibration had expired on the day of the test; report.html says which"
+    return by_tests(
+        (row["test"], [note] if EXPIRED in (row.get("flags") or "").split("; ") else [])
+        for row in read_table(runs).rows
+        if row.get("status", "done") == "done"
+    )

@@ -7,6 +7,7 @@ from shakerproc.campaign import trends
 from shakerproc.campaign.batch import Campaign
 from shakerproc.cli import output
 from shakerproc.runs import RunSummary
+from shakerproc.runs.calibrations import EXPIRED
 from shakerproc.runs.remarks import by_tests
 
 
@@ -41,7 +42,9 @@ def tell(
         if run.left_out:
             output.warning(run.left_out)
     runs = [run for run in campaign.runs if run.status == "done"]
-    for line in by_tests((run.test, run.remarks) for run in runs):
+    expired = [[f.message for f in run.flags if f.kind == EXPIRED] for run in runs]
+    told = ((r.test, (*r.remarks, *more)) for r, more in zip(runs, expired, strict=True))
+    for line in by_tests(told):
         output.message(line)
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]

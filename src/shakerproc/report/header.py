@@ -1,16 +1,21 @@
 """The head of a report: what the log says for the customer, ready for the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
+
+from markupsafe import Markup
 
 from shakerproc.report.photo import photo_uri
 from shakerproc.report.sections import Table, filled
 from shakerproc.report.templating import Template, read_template
+from shakerproc.runs.calibrations import EXPIRED
+from shakerproc.runs.summary import RunSummary
 from shakerproc.testlog import TestLog
 
 _LABELS: Final = ("client", "order", "specimen", "standard", "operator")
 _COLUMNS: Final = ("instrument", "serial number", "calibrated", "valid until")
+_EXPIRED: Final = Markup('<b class="flag">{}, expired when used</b>')
 
 
 @final
@@ -23,7 +28,9 @@ class HeaderView:
     lines : sequence of (str, str)
         Label and text.
     instruments : Table, optional
-        Instruments and sensors with their calibration.
+        Instruments and sensors with their calibration, the last column until when it is valid.
+    told : sequence of str
+        The same, one for each row, as flags of runs begin with it.
     photo : str
         The specimen as a data URI; empty where there is none.
     template : Template, optional
@@ -32,6 +39,7 @@ class HeaderView:
 
     lines: Sequence[tuple[str, str]]
     instruments: Table | None = None
+    told: Sequence[str] = ()
     photo: str = ""
     template: Template | None = None
 
@@ -48,20 +56,38 @@ def header_view(log: TestLog) -> HeaderView | None:
     if said is None:
         return None
     lines = [(name, text) for name in _LABELS if (text := getattr(said, name))]
-    rows = [(one.name, one.serial, one.calibrated, one.valid_until) for one in said.instruments]
-    rows += _sensors(log)
-    photo = "" if said.photo is None else photo_uri(said.photo)
-    table = filled("Instruments", _COLUMNS, rows) if rows else None
-    template = None if said.template is None else read_template(said.template)
-    return HeaderView(lines, table, photo, template)
-
-
-def _sensors(log: TestLog) -> list[tuple[str, str, str, str]]:
-    """Return the sensors of the calibration sheet that the tests use, each once."""
-    found = {
-        one.serial: (f"sensor, {one.sensitivity}", one.serial, one.calibrated, one.valid_until)
+    sensors = {
+        one.serial: one
         for test in log.active
         for use in test.channels
         if (one := use.calibration) is not None
     }
-    return list(found.values())
+    rows = [(one.name, one.serial, one.calibrated, one.valid_until) for one in said.instruments]
+    rows += [
+        (f"sensor, {one.sensitivity}", one.serial, one.calibrated, one.valid_until)
+        for one in sensors.values()
+    ]
+    photo = "" if said.photo is None else photo_uri(said.photo)
+    table = filled("Instruments", _COLUMNS, rows) if rows else None
+    template = None if said.template is None else read_template(said.template)
+    return HeaderView(
+        lines,
+        table,
+        [one.told for one in (*said.instruments, *sensors.values())],
+        photo,
+        template,
+    )
+
+
+def with_expired(view: HeaderView, runs: Sequence[RunSummary]) -> HeaderView:
+    """Return the head of a report with a mark at each calibration that a run is flagged for."""
+    if view.instruments is None:
+        return view
+    flagged = {flag.message for run in runs for flag in run.flags if flag.kind == EXPIRED}
+    rows = [
+        (*row[:-1], _EXPIRED.format(row[-1]))
+        if any(message.startswith(f"{told}: ") for message in flagged)
+        else row
+        for row, told in zip(view.instruments.rows, view.told, strict=True)
+    ]
+    return replace(view, instruments=replace(view.instruments, rows=rows))

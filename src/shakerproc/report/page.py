@@ -26,7 +26,7 @@ from shakerproc.report import (
 )
 from shakerproc.report.attention import Attention, Count
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.header import HeaderView
+from shakerproc.report.header import HeaderView, with_expired
 from shakerproc.report.in_units import run_in, trend_in
 from shakerproc.report.methods import Methods, methods_of
 from shakerproc.report.run_view import RunView, run_view
@@ -211,7 +211,7 @@ def _page(report: Report) -> _Page:
         with_runs=with_runs,
         channel=report.channel,
         watched=report.watched,
-        header=report.header,
+        header=None if report.header is None else with_expired(report.header, report.runs),
     )
 
 

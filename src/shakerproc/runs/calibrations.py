@@ -1,14 +1,18 @@
-"""What the calibration sheet means for a run: sensitivities, and which have expired."""
+"""What calibrations mean for a run: sensitivities of the sheet, and which have expired."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
+from typing import Final
 
 from shakerproc.data import ChannelUse
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.recordings.si import quantity_of
 from shakerproc.runs.result import Flag
 from shakerproc.testlog import Test
+
+EXPIRED: Final = "calibration"
+"""Kind of the flags of what was used after its calibration had ended."""
 
 
 def by_sheet(uses: Sequence[ChannelUse], group: RawGroup) -> tuple[ChannelUse, ...]:
@@ -43,17 +47,19 @@ def told_calibrations(test: Test) -> list[str]:
 
 
 def expired(test: Test, start: datetime | None) -> list[Flag]:
-    """Return a flag for each sensor whose calibration had ended on the day of the test."""
+    """Return a flag for each sensor and instrument whose calibration ended before the test."""
     if start is None:
         return []
     day = start.date().isoformat()
+    sensors = [(str(use.name or use.key), use.calibration) for use in _calibrated(test)]
+    instruments = [("", one) for one in test.instruments]
     return [
         Flag(
-            "calibration",
-            str(use.name or use.key),
-            f"{use.calibration.told}: it had expired on {day}, the day of the test; calibrate "
-            "the sensor, or correct the sheet.",
+            EXPIRED,
+            channel,
+            f"{one.told}: it had expired on {day}, the day of the test; calibrate it, or "
+            "correct the day.",
         )
-        for use in _calibrated(test)
-        if use.calibration is not None and "" < use.calibration.valid_until < day
+        for channel, one in (*sensors, *instruments)
+        if one is not None and "" < one.valid_until < day
     ]

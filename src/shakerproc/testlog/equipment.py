@@ -1,7 +1,9 @@
-"""What is tested, and on what: specimens and the shaker."""
+"""What is tested, and with what: specimens, the shaker, instruments."""
 
 from dataclasses import dataclass
 from typing import final
+
+from shakerproc.data import told_days
 
 
 @final
@@ -56,3 +58,30 @@ class Specimen:
     actual_axial: float | None = None
     material: str = ""
     comment: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """An instrument and its calibration.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    serial : str
+        Its serial number.
+    calibrated, valid_until : str
+        Days, as 2026-03-31; empty where the log says none.
+    """
+
+    name: str
+    serial: str = ""
+    calibrated: str = ""
+    valid_until: str = ""
+
+    @property
+    def told(self) -> str:
+        """A sentence part for people."""
+        serial = f", serial number {self.serial}" if self.serial else ""
+        return f"{self.name}{serial}{told_days(self.calibrated, self.valid_until)}"

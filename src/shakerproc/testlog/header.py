@@ -5,33 +5,13 @@ from pathlib import Path
 from typing import Final, final
 
 from shakerproc.testlog.chosen_units import ChosenUnits
+from shakerproc.testlog.equipment import Instrument
 
 MOST_BYTES: Final = 20_000_000
 """Largest photo of a specimen [byte]."""
 
 MOST_OF_TEMPLATE: Final = 1_000_000
 """Largest template of a report [byte]."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Instrument:
-    """An instrument and its calibration.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    serial : str
-        Its serial number.
-    calibrated, valid_until : str
-        Days, as 2026-03-31; empty where the log says none.
-    """
-
-    name: str
-    serial: str = ""
-    calibrated: str = ""
-    valid_until: str = ""
 
 
 @final

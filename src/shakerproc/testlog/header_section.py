@@ -9,7 +9,8 @@ from pydantic import AfterValidator, BeforeValidator
 
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.chosen_units import chosen_units
-from shakerproc.testlog.header import Header, Instrument, checked_photo, checked_template
+from shakerproc.testlog.equipment import Instrument
+from shakerproc.testlog.header import Header, checked_photo, checked_template
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.units import quoted
 

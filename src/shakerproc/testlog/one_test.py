@@ -7,6 +7,7 @@ from typing import TypeAlias, final
 
 from shakerproc.data import ChannelUse
 from shakerproc.errors import LogError
+from shakerproc.testlog.equipment import Instrument
 from shakerproc.testlog.excitation import Excitation, LevelUnit, Profile
 from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.parts import Beside, Event
@@ -108,6 +109,8 @@ class Test:
         What happened during the test.
     multisine : Multisine, optional
         How a multisine repeats.
+    instruments : tuple of Instrument
+        Those of the report whose calibration ends on a day.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -144,6 +147,7 @@ class Test:
     beside: tuple[Beside, ...] = ()
     events: tuple[Event, ...] = ()
     multisine: Multisine | None = None
+    instruments: tuple[Instrument, ...] = ()
 
     @property
     def band(self) -> tuple[float, float] | None:

@@ -93,6 +93,9 @@ class _Reader:
             self.modal = modal_of(section.modal)
         self.expect = merged_expectation(Expectation(), section.expect)
         self.profiles = {name: self._profile(name) for name in section.profiles}
+        self.header = self._header()
+        listed = () if self.header is None else self.header.instruments
+        self.instruments = tuple(one for one in listed if one.valid_until)
 
     def log(self) -> TestLog:
         return TestLog(
@@ -104,7 +107,7 @@ class _Reader:
             document=self.document,
             shaker=Shaker(**dict(self.section.shaker)),
             modal=self.modal,
-            header=self._header(),
+            header=self.header,
         )
 
     def _header(self) -> Header | None:
@@ -164,6 +167,7 @@ class _Reader:
             beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
             multisine=multisine_of(section.multisine),
             events=tuple(Event(event.at, event.note) for event in section.events),
+            instruments=self.instruments,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)

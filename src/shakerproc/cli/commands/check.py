@@ -53,12 +53,13 @@ def check(
     Exit status 1 if a value is outside its tolerance or a run is missing, with one line for
     each. Of peaks, the tallest of each response is compared. A reference may have fewer rows
     and columns. Without one, every test that has a profile must keep its lines: profile.csv of
-    the folder says so.
+    the folder says so. A note names tests that used what had an expired calibration.
     """
     if against is None:
         _check_profiles(table, json)
         return
     from shakerproc.campaign.agreement import agreement
+    from shakerproc.campaign.keeping import expired_notes
     from shakerproc.campaign.result_table import read_table
 
     wanted = _wanted(columns, tolerance)
@@ -88,7 +89,7 @@ def check(
     for test, why in reasons.items():
         text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
         output.data(text, json_target=json)
-    for note in dict.fromkeys((*found.notes, *reference.notes)):
+    for note in dict.fromkeys((*found.notes, *reference.notes, *expired_notes(found.path))):
         output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
@@ -100,7 +101,7 @@ def check(
 
 def _check_profiles(table: Path, json: str | None) -> None:
     """Print every line of a profile that was not kept, and what was not judged."""
-    from shakerproc.campaign.keeping import profiles_kept
+    from shakerproc.campaign.keeping import expired_notes, profiles_kept
 
     result = profiles_kept(table)
     output.write_json(
@@ -121,6 +122,8 @@ def _check_profiles(table: Path, json: str | None) -> None:
         output.data(one.told, json_target=json)
     for test, why in result.missing.items():
         output.data(f"test {test}: not judged: {why}", json_target=json)
+    for note in expired_notes(result.path):
+        output.message(f"note: {note}")
     output.data(result.told, json_target=json)
     if not result.holds:
         output.finish(1)
