@@ -73,7 +73,7 @@ def header_view(log: TestLog) -> HeaderView | None:
     return HeaderView(
         lines,
         table,
-        [one.told for one in (*said.instruments, *sensors.values())],
+        [*(i.told for i in said.instruments), *(s.told for s in sensors.values())],
         photo,
         template,
     )
