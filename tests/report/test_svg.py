@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from shakerproc.report import axes, style, svg
-from shakerproc.runs.thinning import straightened
+from shakerproc.runs.thinning import OFF, straightened
 
 WIDTH, HEIGHT = 560, 230
 X = svg.Axis("x", 0.0, 100.0)
@@ -53,7 +53,7 @@ def test_a_path_goes_through_its_points(points):
     assert_allclose(run[ends, 0], expected_x[ends], atol=0.5 / axes.UNIT + 1e-9)
     assert_allclose(run[ends, 1], expected_y[ends], atol=0.5 / axes.UNIT + 1e-9)
     for point in zip(expected_x, expected_y, strict=True):
-        assert distance(run, np.array(point)) < 2.0 / axes.UNIT  # rounded, and straightened
+        assert distance(run, np.array(point)) < (1.0 + OFF) / axes.UNIT  # rounded, straightened
 
 
 def test_what_is_no_number_breaks_the_line():
@@ -193,7 +193,7 @@ def test_an_area_beyond_the_axis_is_cut_and_one_outside_is_not_drawn():
     assert run[:, 0].max() == pytest.approx(58 + 1.6 / 3.0 * (WIDTH - 58 - 18), abs=40.0)
 
 
-def test_a_straightened_line_keeps_its_ends_and_strays_by_one_step_at_most():
+def test_a_straightened_line_keeps_its_ends_and_strays_by_half_a_pixel_at_most():
     rng = np.random.default_rng(8)
     for noise in (0.0, 0.4, 3.0, 40.0):
         x = np.cumsum(rng.integers(0, 4, 400)).astype(float)
@@ -203,8 +203,9 @@ def test_a_straightened_line_keeps_its_ends_and_strays_by_one_step_at_most():
         for at, up in zip(x, y, strict=True):
             near = few_y[few_x == at]
             drawn = np.append(near, np.interp(at, few_x, few_y)) if not near.size else near
-            assert drawn.min() - 1.0 - 1e-9 <= up <= drawn.max() + 1.0 + 1e-9
+            assert drawn.min() - OFF - 1e-9 <= up <= drawn.max() + OFF + 1e-9
     assert straightened(np.arange(400.0), 0.3 * np.arange(400.0))[0].size == 2
+    assert OFF / axes.UNIT <= 0.5
 
 
 def test_axes_that_several_figures_have_are_written_once():

@@ -1,5 +1,6 @@
 """A run and a trend with their numbers and sentences in the units of a report."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeAlias
@@ -15,6 +16,7 @@ from shakerproc.runs.summary import (
     PanelSummary,
     PeakSummary,
     RunSummary,
+    SurfaceSummary,
     Value,
 )
 from shakerproc.runs.tables import IN_UNIT, heading
@@ -41,6 +43,7 @@ def run_in(run: RunSummary, units: ShownUnits) -> RunSummary:
         flags=tuple(replace(f, message=units.text(f.message, kept)) for f in run.flags),
         notes=tuple(units.text(note, kept) for note in run.notes),
         analyses=tuple(_analysis(one, units, kept) for one in run.analyses),
+        surface=run.surface and _surface(run.surface, units),
     )
 
 
@@ -125,6 +128,14 @@ def _curve(curve: CurveSummary, run: RunSummary, units: ShownUnits) -> CurveSumm
     if factor == 1.0:
         return curve
     return replace(curve, y=_all(curve.y, factor), low=_all(curve.low, factor))
+
+
+def _surface(surface: SurfaceSummary, units: ShownUnits) -> SurfaceSummary:
+    unit, factor = units.unit(surface.unit)
+    low, high = (
+        level + 10.0 * math.log10(factor) for level in (surface.low_db, surface.high_db)
+    )
+    return replace(surface, unit=unit, low_db=low, high_db=high)
 
 
 def _analysis(one: AnalysisSummary, units: ShownUnits, kept: list[str]) -> AnalysisSummary:

@@ -19,7 +19,7 @@ PLACES: Final = (3, 2)
 """Digits of a value along x and y: steps of 4 millionths and of a quarter per thousand of the
 range of the figure's values; where the axis is logarithmic, of the range of the logarithms."""
 
-EVEN: Final = 5e-3
+EVEN: Final = 2e-2
 """How far places may lie off even steps to be told as such, in steps [-]."""
 
 
@@ -56,6 +56,8 @@ def payload(plot: Plot) -> Markup:
         content["m"] = [[_rounded(mark.x), mark.label] for mark in marks]
     if spans:
         content["s"] = [[_rounded(span.low), _rounded(span.high)] for span in spans]
+    if plot.image is not None:
+        content["i"] = [_rounded(plot.image.low), _rounded(plot.image.high), plot.image.label]
     if plot.spread and y_axis.logarithmic:
         content["e"] = _rounded(plot.spread[1] / plot.spread[0])
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)

@@ -20,6 +20,7 @@ from shakerproc.report import (
     live,
     runs_table,
     style,
+    surface,
     svg,
     templating,
     trend_view,
@@ -116,7 +117,12 @@ class _Page:
 UPLOT: Final = "1.6.32"
 """Version of the script that draws on top of the figures (docs/decisions/0007)."""
 
-LOOK: Final = {"colours": style.COLOURS, "dashes": style.DASHES, "markers": svg.MARKERS}
+LOOK: Final = {
+    "colours": style.COLOURS,
+    "dashes": style.DASHES,
+    "markers": svg.MARKERS,
+    "steps": surface.COLOURS,
+}
 
 
 def write_report(path: Path, report: Report) -> None:

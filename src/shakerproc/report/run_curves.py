@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.report import style
 from shakerproc.report.drawn import Axis, Curve, Span
 from shakerproc.runs.curves import RunCurve, RunSurface
-from shakerproc.runs.summary import CurveSummary, RunSummary
+from shakerproc.runs.summary import SURFACE_STEPS, CurveSummary, RunSummary, SurfaceSummary
 
 STILL: Final = 200
 """Points of a line in a still figure of a run, two for five pixels: 92 runs stay small."""
@@ -76,7 +76,19 @@ class RunContent:
 
 def kept(run: RunSummary) -> RunContent:
     """Return what the summary of a run keeps for its figures."""
-    return RunContent(run, [_curve(curve) for curve in run.curves])
+    surface = None if run.surface is None else _surface(run.surface)
+    return RunContent(run, [_curve(curve) for curve in run.curves], surface)
+
+
+def _surface(kept: SurfaceSummary) -> RunSurface:
+    steps = np.array([np.frombuffer(row.encode(), np.uint8) for row in kept.rows]) - ord("A")
+    return RunSurface(
+        kept.channel,
+        kept.unit,
+        np.linspace(*kept.time_s, steps.shape[1]),
+        np.linspace(*kept.frequency_hz, steps.shape[0]),
+        kept.low_db + (kept.high_db - kept.low_db) * steps / (SURFACE_STEPS - 1),
+    )
 
 
 def _curve(curve: CurveSummary) -> RunCurve:

@@ -19,7 +19,7 @@ from shakerproc.report.run_curves import (
     outside,
 )
 from shakerproc.report.sweep_plots import harmonics, harmonics_plot, sweep
-from shakerproc.runs.curves import RunCurve
+from shakerproc.runs.curves import RANGE_DB, RunCurve
 from shakerproc.runs.summary import PeakSummary, RunSummary
 
 
@@ -202,19 +202,20 @@ def _before_and_after(
 
 
 def spectrogram(content: RunContent) -> Figure | None:
-    """Return the density of the loudest response against time and frequency."""
+    """Return the density of one channel against time and frequency."""
     found = content.surface
     if found is None:
         return None
     top = float(found.level.max())
     image = Image(
-        found.time, found.frequency, found.level, top - 80.0, top, f"dB re 1 {found.unit}"
+        found.time, found.frequency, found.level, top - RANGE_DB, top, f"dB re 1 {found.unit}"
     )
     plot = Plot(
         [],
         Axis("time [s]", float(found.time[0]), float(found.time[-1])),
         Axis("frequency [Hz]", 0.0, float(found.frequency[-1])),
         title="Spectrogram",
+        caption=f"Density of {found.channel} against time; of neighbouring cells the largest.",
         image=image,
         height=3.1,
     )

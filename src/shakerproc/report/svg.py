@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report import live
+from shakerproc.report import live, surface
 from shakerproc.report.axes import UNIT, Box, grid
 from shakerproc.report.clipping import area_inside, line_inside, points_inside
 from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Plot, Span
@@ -70,12 +70,15 @@ def plot(
         ),
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
+        Markup("") if content.image is None else surface.picture(content.image, box),
         *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in content.items),
         *(_mark(mark, x_axis, box) for mark in content.marks),
         _spread_bar(content.spread, y_axis, box),
         Markup("</svg>"),
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
+    if content.image is not None:
+        return drawn + surface.scale(content.image)
     return drawn + (legend(content.items) if keys else Markup(""))
 
 

@@ -12,6 +12,9 @@ from shakerproc.runs.result import Responses, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import CurveKind
 from shakerproc.testlog import ThresholdCrop
 
+RANGE_DB: Final = 80.0
+"""How far below its highest value a spectrogram is drawn [dB]."""
+
 BEYOND: Final = 1.25
 """How far above the excited band the curves go, as a multiple of its upper end."""
 
@@ -70,7 +73,7 @@ def surface_of(result: RunResult) -> RunSurface | None:
     found = result.spectrogram
     if found is None or found.time.size < 2:
         return None
-    channel = result.channels[result.loudest]
+    channel = result.channels[result.pictured]
     unit, factor = shown_unit(channel.unit)
     part = found.frequency <= result.spectra.frequency[shown_part(result)][-1]
     level = 10.0 * np.log10(np.maximum(found.density[0, part] * factor**2, 1e-30))

@@ -21,9 +21,9 @@ from shakerproc.runs.result import (
     RunResult,
     lone_force,
 )
-from shakerproc.runs.roles import is_called, without_tachometers
+from shakerproc.runs.roles import is_called, row_named, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra import Crop
+from shakerproc.spectra import Crop, Spectrogram
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test, TestLog
@@ -119,6 +119,8 @@ def _process(whole: Recording, test: Test) -> RunResult:
     described = spectra.statistics(recording.blocks(crop.start, crop.stop))
     moving = tuple(i for i in responses if channels[i].role == "response")
     loudest = max(moving or responses or controls, key=lambda i: float(described.rms[i]))
+    pictured = _pictured(channels, loudest, test)
+    surface = density_against_time(recording, crop, pictured, cross.segment)
     tracking = tracked(recording, crop, test, controls, band)
     result = RunResult(
         run=recording.run,
@@ -130,7 +132,11 @@ def _process(whole: Recording, test: Test) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
+        notes=(
+            *recording.notes,
+            *_why_not(test, channels, controls, lines),
+            *_too_short(test, surface, cross.segment),
+        ),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -148,7 +154,8 @@ def _process(whole: Recording, test: Test) -> RunResult:
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
         measured_level=levels.measured(test, cross, channels, band),
         tracking=tracking,
-        spectrogram=density_against_time(recording, crop, loudest, cross.segment),
+        spectrogram=surface,
+        pictured=pictured,
         loudest=loudest,
         notch=notch,
         notch_problem=problem,
@@ -160,6 +167,33 @@ def _process(whole: Recording, test: Test) -> RunResult:
     )
     result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))
+
+
+def _pictured(channels: Sequence[Channel], loudest: int, test: Test) -> int:
+    """Return the row of the channel whose spectrogram is drawn.
+
+    Raises
+    ------
+    SpectrumError
+        If the log names one that the run has not.
+    """
+    asked = test.processing.spectrogram
+    if asked is None or not asked.channel:
+        return loudest
+    row = row_named(channels, asked.channel)
+    if row is None:
+        there = ", ".join(channel.name for channel in channels)
+        raise SpectrumError(
+            f"spectrogram: no channel {asked.channel!r}; the run has {there}. Name one of them"
+        )
+    return row
+
+
+def _too_short(test: Test, found: Spectrogram | None, segment: int) -> list[str]:
+    """Return why there is no spectrogram although the log asks for one."""
+    if test.processing.spectrogram is None or found is not None:
+        return []
+    return [f"No spectrogram: the run holds fewer than two segments of {segment} samples."]
 
 
 def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]:

@@ -198,7 +198,9 @@ class RunResult:
     tracking : Tracking
         The response along a sweep or at a tone.
     spectrogram : Spectrogram, optional
-        Density against time of channel `loudest`.
+        Density against time of one channel.
+    pictured : int
+        Row of that channel: the one that the log names, else `loudest`.
     loudest : int
         Row of the largest response.
     notch : NotchResult, optional
@@ -245,6 +247,7 @@ class RunResult:
     measured_level: Level | None
     tracking: Tracking
     spectrogram: Spectrogram | None
+    pictured: int
     loudest: int
     notch: NotchResult | None
     notch_problem: str

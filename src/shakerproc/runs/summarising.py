@@ -10,10 +10,11 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
 from shakerproc.runs.analysis import Analysis, Line
-from shakerproc.runs.curves import RunCurve, curves_of
+from shakerproc.runs.curves import RANGE_DB, RunCurve, curves_of, surface_of
 from shakerproc.runs.flags import control_density, control_sweep
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import (
+    SURFACE_STEPS,
     AnalysisSummary,
     ChannelSummary,
     CurveSummary,
@@ -23,6 +24,7 @@ from shakerproc.runs.summary import (
     PeakSummary,
     RunSummary,
     SpectrumSummary,
+    SurfaceSummary,
     SweptPeak,
     Value,
 )
@@ -33,6 +35,9 @@ MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
 
 TIME_SLICES: Final = 180
+
+SURFACE_CELLS: Final = (80, 160)
+"""Frequencies and times of a spectrogram on the page, at most."""
 
 KEPT: Final = frozenset({
     "psd", "gain", "coherence", "sweep", "level", "harmonics", "notch",
@@ -45,7 +50,13 @@ def summary_of(
 ) -> RunSummary:
     """Return what is kept of a run: its numbers, and its curves thinned."""
     numbers = numbers_of(result, test, facts)
-    return replace(numbers, recording=recording, sha256=sha256, curves=_kept_curves(result))
+    return replace(
+        numbers,
+        recording=recording,
+        sha256=sha256,
+        curves=_kept_curves(result),
+        surface=_kept_surface(result),
+    )
 
 
 def numbers_of(result: RunResult, test: str, facts: Mapping[str, Value]) -> RunSummary:
@@ -225,6 +236,30 @@ def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
         elif curve.kind in KEPT and (curve.kind != "notch" or curve.channel == loudest):
             kept.append(_thinned_curve(curve))
     return tuple(kept)
+
+
+def _kept_surface(result: RunResult) -> SurfaceSummary | None:
+    """Return the spectrogram in as many cells as the page draws, where the log asks for it."""
+    found = surface_of(result) if result.test.processing.spectrogram is not None else None
+    if found is None:
+        return None
+    level = found.level
+    for axis, most in enumerate(SURFACE_CELLS):
+        cells = min(most, level.shape[axis])
+        starts = np.arange(cells) * level.shape[axis] // cells
+        level = np.maximum.reduceat(level, starts, axis=axis)
+    high = float(level.max())
+    share = np.clip((level - high) / RANGE_DB + 1.0, 0.0, 1.0)
+    letters = (ord("A") + np.rint(share * (SURFACE_STEPS - 1))).astype(np.uint8)
+    return SurfaceSummary(
+        found.channel,
+        found.unit,
+        (float(found.time[0]), float(found.time[-1])),
+        (float(found.frequency[0]), float(found.frequency[-1])),
+        high - RANGE_DB,
+        high,
+        tuple(str(row.tobytes(), "ascii") for row in letters),
+    )
 
 
 def _drawn_in_time(result: RunResult) -> list[int]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from pydantic_core import to_json
 
@@ -24,6 +24,10 @@ CurveKind: TypeAlias = Literal[
     "multiple_coherence", "psd_ratio", "sweep", "sweep_phase", "sweep_harmonic", "level",
     "harmonics", "notch", "notch_psd",
 ]  # fmt: skip
+
+
+SURFACE_STEPS: Final = 32
+"""Steps of the levels of a spectrogram, each a letter and a colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +190,31 @@ class CurveSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class SurfaceSummary:
+    """A spectrogram in fewer cells: of those that are one, the largest value.
+
+    Attributes
+    ----------
+    channel, unit : str
+        Whose it is, and the unit of the density.
+    time_s, frequency_hz : (float, float)
+        First and last [s] [Hz].
+    low_db, high_db : float
+        Levels of the first and the last step [dB re 1 unit].
+    rows : tuple of str
+        From the lowest frequency; of each time the step, a letter from A.
+    """
+
+    channel: str
+    unit: str
+    time_s: tuple[float, float]
+    frequency_hz: tuple[float, float]
+    low_db: float
+    high_db: float
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SpectrumSummary:
     """How the spectra of a run were made and what they are worth.
 
@@ -328,6 +357,8 @@ class RunSummary:
         What else the log asks for.
     events : tuple of (float, str)
         When something happened [s], and what.
+    surface : SurfaceSummary or None
+        Spectrogram, where the log asks for it on the page.
     """
 
     test: str
@@ -354,6 +385,7 @@ class RunSummary:
     unused: tuple[UnusedChannel, ...] = ()
     analyses: tuple[AnalysisSummary, ...] = ()
     events: tuple[tuple[float, str], ...] = ()
+    surface: SurfaceSummary | None = None
 
     @property
     def incomplete(self) -> bool:

@@ -1,8 +1,13 @@
 """Fewer points of a curve that look the same."""
 
+from typing import Final
+
 import numpy as np
 
 from shakerproc.data import FloatArray
+
+OFF: Final = 2.0
+"""How far off a straight line a point may lie that is left out [steps of a drawing]."""
 
 
 def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
@@ -28,10 +33,10 @@ def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatA
 
 
 def straightened(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a line without the points that lie within 1 of a straight line along x or y.
+    """Return a line without the points that lie within `OFF` of a straight line along x or y.
 
     Each point that is kept begins a stretch, which lasts as long as one straight line from it
-    leaves no point further off than 1, along y; where x goes back or stands, a stretch ends.
+    leaves no point further off than that, along y; where x goes back or stands, it ends.
 
     Parameters
     ----------
@@ -50,8 +55,8 @@ def straightened(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
             least, most = -np.inf, np.inf
             run = across[i] - across[anchor]
         if run > 0.0:
-            least = max(least, (up[i] - up[anchor] - 1.0) / run)
-            most = min(most, (up[i] - up[anchor] + 1.0) / run)
+            least = max(least, (up[i] - up[anchor] - OFF) / run)
+            most = min(most, (up[i] - up[anchor] + OFF) / run)
         else:
             least, most = np.inf, -np.inf  # upright, or back: the next point begins anew
     if len(across) > 1:

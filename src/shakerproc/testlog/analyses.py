@@ -117,6 +117,20 @@ class Waterfall:
 
 @final
 @dataclass(frozen=True, slots=True)
+class ShownSpectrogram:
+    """The spectrogram of a run on the page of the report.
+
+    Attributes
+    ----------
+    channel : str
+        Whose; the largest response where it is empty.
+    """
+
+    channel: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Splitting:
     """A long record in shocks and parts of vibration.
 

@@ -73,6 +73,12 @@ class WaterfallSection(Section):
     spectra: Annotated[int, Field(ge=2, le=200)] | None = None
 
 
+class SpectrogramSection(Section):
+    """The spectrogram on the page."""
+
+    channel: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+
+
 Seconds: TypeAlias = Annotated[float | None, in_unit("s", positive=True)]
 
 

@@ -16,6 +16,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    ShownSpectrogram,
     Splitting,
     Waterfall,
 )
@@ -131,6 +132,9 @@ def merged_processing(
         ),
         orders=_asked(base.orders, section.orders, Orders(), "orders"),
         waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
+        spectrogram=_asked(
+            base.spectrogram, section.spectrogram, ShownSpectrogram(), "spectrogram"
+        ),
         splitting=_asked(base.splitting, section.splitting, Splitting(), "splitting"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         response_functions=_functions(base, section),

@@ -12,6 +12,7 @@ from shakerproc.testlog.analyses import (
     Orders,
     ResponseFunction,
     Shock,
+    ShownSpectrogram,
     Splitting,
     Waterfall,
 )
@@ -182,6 +183,8 @@ class Processing:
         Orders against the speed that a tachometer shows.
     waterfall : Waterfall, optional
         Spectra one after the other.
+    spectrogram : ShownSpectrogram, optional
+        Spectrogram on the page of the report.
     splitting : Splitting, optional
         Shocks and stationary parts of a long record.
     integration : Integration, optional
@@ -212,6 +215,7 @@ class Processing:
     distribution: Distribution | None = None
     orders: Orders | None = None
     waterfall: Waterfall | None = None
+    spectrogram: ShownSpectrogram | None = None
     splitting: Splitting | None = None
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()

@@ -14,6 +14,7 @@ from shakerproc.testlog.analysis_sections import (
     OrdersSection,
     ResponseFunctionSection,
     ShockSection,
+    SpectrogramSection,
     SplittingSection,
     WaterfallSection,
 )
@@ -133,6 +134,7 @@ class ProcessingSection(Section):
     distribution: DistributionSection | None = None
     orders: OrdersSection | None = None
     waterfall: WaterfallSection | None = None
+    spectrogram: SpectrogramSection | None = None
     splitting: SplittingSection | None = None
     fatigue: FatigueSection | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None

@@ -43,7 +43,31 @@ function read(element) {
     const near = [curves[i - 1], curves[i + 1]].find((o) => o && o.style === c.style && o.label);
     c.name = c.label || (near ? near.label : "");
   });
-  return { x, y, curves, marks: content.m ?? [], spans: content.s ?? [], spread: content.e };
+  const image = content.i && surfaceOf(element, content.i);
+  return { x, y, curves, marks: content.m ?? [], spans: content.s ?? [], spread: content.e, image };
+}
+// The picture behind a drawing: it fills the axes; its colours are steps of a level.
+function surfaceOf(element, [low, high, label]) {
+  const picture = new Image(), surface = { picture, label, level: () => null };
+  picture.onload = () => {
+    const canvas = document.createElement("canvas"), { width, height } = picture;
+    canvas.width = width;
+    canvas.height = height;
+    const g = canvas.getContext("2d");
+    g.drawImage(picture, 0, 0);
+    const dots = g.getImageData(0, 0, width, height).data, step = new Map();
+    look.steps.forEach((colour, i) => step.set(parseInt(colour.slice(1), 16), i));
+    surface.level = (across, down) => {
+      const column = Math.min(width - 1, Math.max(0, Math.floor(across * width)));
+      const row = Math.min(height - 1, Math.max(0, Math.floor(down * height)));
+      const at = 4 * (row * width + column);
+      const i = step.get(dots[at] * 65536 + dots[at + 1] * 256 + dots[at + 2]);
+      return low + ((high - low) * i) / (look.steps.length - 1);
+    };
+    surface.drawn?.redraw();
+  };
+  picture.src = element.parentElement.querySelector("image").getAttribute("href");
+  return surface;
 }
 function shown(value, digits) {
   if (value === null || value === undefined) return "–";
@@ -185,7 +209,11 @@ function readOut(figure, hidden) {
         if (box.hidden) return;
         const at = u.posToVal(left, "x");
         const lines = [`${figure.x.label.replace(/ \[.*/, "")} ${shown(at, 4)} ${unit(figure.x.label)}`];
-        if (figure.curves.some((c) => c.kind === DOTS)) {
+        if (figure.image) {
+          const up = u.posToVal(top, "y"), { x, y } = figure;
+          const level = figure.image.level((at - x.low) / (x.high - x.low), (y.high - up) / (y.high - y.low));
+          lines.push(`${y.label.replace(/ \[.*/, "")} ${shown(up, 3)} ${unit(y.label)}`, `${shown(level, 3)} ${figure.image.label}`);
+        } else if (figure.curves.some((c) => c.kind === DOTS)) {
           lines.push(`${figure.y.label.replace(/ \[.*/, "")} ${shown(u.posToVal(top, "y"), 3)} ${unit(figure.y.label)}`);
         } else {
           const first = figure.curves.find((c) => !hidden.has(c.name) && c.kind !== THIN);
@@ -221,6 +249,18 @@ function shading(figure) {
         for (const [low, high] of figure.spans) {
           u.ctx.fillRect(across(u, low), top, across(u, high) - across(u, low), height);
         }
+        u.ctx.restore();
+      }],
+      drawAxes: [(u) => {
+        if (!figure.image?.picture.complete) return;
+        const { left, top, width, height } = u.bbox, { x, y, image } = figure;
+        const up = (value) => u.valToPos(value, "y", true);
+        u.ctx.save();
+        u.ctx.beginPath();
+        u.ctx.rect(left, top, width, height);
+        u.ctx.clip();
+        u.ctx.imageSmoothingEnabled = false;
+        u.ctx.drawImage(image.picture, across(u, x.low), up(y.high), across(u, x.high) - across(u, x.low), up(y.low) - up(y.high));
         u.ctx.restore();
       }],
       draw: [(u) => {
@@ -282,7 +322,7 @@ function draw(host, figure, hidden, width, height) {
     u.setScale("x", { min: figure.x.low, max: figure.x.high });
     u.setScale("y", { min: figure.y.low, max: figure.y.high });
   });
-  return new uPlot({
+  const drawn = new uPlot({
     width, height, series, bands, padding: [8, 18, 0, 0],
     scales: { x: scale(figure.x), y: scale(figure.y) },
     axes: [axis(figure.x, 20), { ...axis(figure.y, 44), side: 3 }],
@@ -290,7 +330,9 @@ function draw(host, figure, hidden, width, height) {
     cursor: { points: { show: false }, drag: { x: true, y: true, uni: 25, dist: 4 },
       bind: { dblclick: (u) => () => { whole(u); return null; } } },
     plugins: [shading(figure), readOut(figure, hidden)],
-  }, table(figure.curves), host);
+  }, figure.curves.length ? table(figure.curves) : [[figure.x.low, figure.x.high]], host);
+  if (figure.image) figure.image.drawn = drawn;
+  return drawn;
 }
 // Every drawing of the page, drawn when scrolled to and left again when far away.
 const alive = new Map(), hiddenOf = new WeakMap();
