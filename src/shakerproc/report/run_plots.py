@@ -215,7 +215,8 @@ def spectrogram(content: RunContent) -> Figure | None:
         Axis("time [s]", float(found.time[0]), float(found.time[-1])),
         Axis("frequency [Hz]", 0.0, float(found.frequency[-1])),
         title="Spectrogram",
-        caption=f"Density of {found.channel} against time; of neighbouring cells the largest.",
+        caption=f"Density of {found.channel} in dB re 1 {found.unit}; of neighbouring cells "
+        "the largest.",
         image=image,
         height=3.1,
     )

@@ -12,27 +12,15 @@ from shakerproc.report.axes import UNIT, Box
 from shakerproc.report.drawn import Image
 from shakerproc.runs.summary import SURFACE_STEPS
 
-_VIRIDIS: Final = (
-    "440154", "482475", "414487", "355f8d", "2a788e", "21918c", "22a884", "44bf70", "7ad151",
-    "bddf26", "fde725",
+COLOURS: Final = (
+    "#440154", "#470d60", "#48186a", "#482374", "#472e7c", "#453882", "#424186", "#3e4a89",
+    "#3a548c", "#365d8d", "#32658e", "#2e6d8e", "#2b758e", "#287d8e", "#25848e", "#228c8d",
+    "#1f948c", "#1e9c89", "#20a386", "#25ab82", "#2eb37c", "#3aba76", "#48c16e", "#58c765",
+    "#6ccd5a", "#7fd34e", "#93d741", "#a8db34", "#c0df25", "#d5e21a", "#eae51a", "#fde725",
 )  # fmt: skip
-"""Colours of matplotlib's viridis at even distances, from little to much."""
+"""Colour of each step, from little to much: those of matplotlib's viridis."""
 
 _TICKS: Final = 5
-_SCALE_WIDTH, _SCALE_LEFT, _SCALE_RIGHT = 560, 58, 18  # [px], as the axes above it
-_BAR, _SCALE_HEIGHT = 8, 24  # [px]
-
-
-def _colours() -> NDArray[np.uint8]:
-    """Return the colour of each step, (n, 3)."""
-    known = np.array([list(bytes.fromhex(colour)) for colour in _VIRIDIS], dtype=float)
-    place = np.linspace(0.0, len(known) - 1.0, SURFACE_STEPS)
-    columns = [np.interp(place, np.arange(len(known)), column) for column in known.T]
-    return np.array(np.rint(np.transpose(columns)), dtype=np.uint8)
-
-
-COLOURS: Final = tuple(f"#{bytes(row).hex()}" for row in _colours())
-"""Colour of each step, from little to much."""
 
 
 def picture(image: Image, box: Box) -> Markup:
@@ -44,23 +32,16 @@ def picture(image: Image, box: Box) -> Markup:
 
 def scale(image: Image) -> Markup:
     """Return a bar of all colours with the values that they stand for."""
-    steps = np.arange(SURFACE_STEPS, dtype=np.uint8)[np.newaxis]
-    width = _SCALE_WIDTH - _SCALE_LEFT - _SCALE_RIGHT
-    places = np.linspace(_SCALE_LEFT, _SCALE_LEFT + width, _TICKS)
     values = np.linspace(image.low, image.high, _TICKS)
-    texts = [f"{value:.0f}".replace("-", "−") for value in values]
-    texts[-1] = f"{texts[-1]} {image.label}"
-    sides = ["start", *["middle"] * (_TICKS - 2), "end"]
-    return Markup('<svg viewBox="0 0 {} {}" class="plot">{}{}</svg>').format(
-        _SCALE_WIDTH * UNIT,
-        _SCALE_HEIGHT * UNIT,
-        _drawn(steps, _SCALE_LEFT, 0, width, _BAR),
-        Markup("").join(
-            Markup('<text class="{}" x="{:.0f}" y="{}">{}</text>').format(
-                side, place * UNIT, (_SCALE_HEIGHT - 2) * UNIT, text
-            )
-            for side, place, text in zip(sides, places, texts, strict=True)
-        ),
+    texts = (f"{value:.0f}".replace("-", "−") for value in values)
+    return Markup(
+        '<div class="scale"><svg viewBox="0 0 {} {}" preserveAspectRatio="none">'
+        '<g class="axes">{}</g></svg><p>{}</p></div>'  # written once in a page: `axes.shared`
+    ).format(
+        SURFACE_STEPS * UNIT,
+        UNIT,
+        _drawn(np.arange(SURFACE_STEPS, dtype=np.uint8)[np.newaxis], 0, 0, SURFACE_STEPS, 1),
+        Markup("").join(Markup("<span>{}</span>").format(text) for text in texts),
     )
 
 
