@@ -134,6 +134,11 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "that a sine reads its amplitude.",
         "",
     ),
+    "spectrogram": (
+        "A spectrogram is the density of segments with a Hann window, the mean of those that "
+        "begin in one stretch of time.",
+        "",
+    ),
     "splitting": (
         "A shock is a short stretch whose peak stands out of the rms of the vibration around "
         "it, the median of 10 s; the rest is parted where the level changes, by least squares, "
@@ -207,7 +212,9 @@ def methods_of(
     references = list(_REFERENCES if swept else _REFERENCES[:2])
     if not runs and (compared or diagnosed or analyses):
         paragraphs, references = [], [_REFERENCES[1]]
-    asked = dict.fromkeys([*(one.kind for run in runs for one in run.analyses), *analyses])
+    shown = ["spectrogram"] if any(run.surface for run in runs) else []
+    of_runs = [one.kind for run in runs for one in run.analyses]
+    asked = dict.fromkeys([*of_runs, *shown, *analyses])
     found = [_ANALYSES[kind] for kind in asked if kind in _ANALYSES]
     paragraphs += [text for text, _ in found]
     references += [source for _, source in found if source]
