@@ -15,7 +15,7 @@ from shakerproc.campaign.jobs import Products
 from shakerproc.cli.run_log import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import open_recording, read_hashed
+from shakerproc.recordings import WatchedFile, open_recording, read_hashed
 from shakerproc.runs import open_test
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows import worker
@@ -149,6 +149,27 @@ def test_an_undisturbed_recording_has_the_hash_of_its_file(tmp_path):
         recording.samples()
         assert isinstance(recording.file, SourceFile)
         assert recording.sha256() == hash_of(tmp_path / "recordings" / "test_1.tdms")
+
+
+def test_a_batch_hashes_a_recording_once_and_again_where_it_was_touched(tmp_path, monkeypatch):
+    log, out = write_campaign(tmp_path, 2, seconds=0.5), tmp_path / "out"
+    recordings = tmp_path / "recordings"
+    names, digest = [], WatchedFile._digest
+    monkeypatch.setattr(
+        WatchedFile, "_digest", lambda file: (names.append(file._path.name), digest(file))[1]
+    )
+
+    def touching(job):
+        if job.test.id == 1:
+            os.utime(recordings / "test_2.tdms")
+        return worker.work_through(job)
+
+    found = batch(log, out, work=touching, products=Products(figures=False)).runs
+    assert [one.status for one in found] == ["done", "done"]
+    assert sorted(names) == ["test_1.tdms", "test_2.tdms", "test_2.tdms"]
+    assert [one.sha256 for one in found] == [
+        hash_of(recordings / one.recording) for one in found
+    ]
 
 
 def test_a_document_that_changes_while_it_is_read_is_an_error(tmp_path):

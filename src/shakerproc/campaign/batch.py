@@ -9,8 +9,10 @@ from typing import Final, TypeAlias
 
 from shakerproc import files
 from shakerproc.campaign.jobs import (
+    NOT_HASHED,
     RUNS,
     SUMMARY,
+    Hashed,
     Job,
     Products,
     changed_since,
@@ -32,7 +34,7 @@ from shakerproc.campaign.manifest import (
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.runs import RunSummary, read_summary
-from shakerproc.runs.joining import sha256_of
+from shakerproc.runs.joining import combined, seen_files
 from shakerproc.testlog import Test, TestLog, facts_of
 
 
@@ -53,6 +55,10 @@ class Campaign:
     kept: int
 
 
+Hashes: TypeAlias = Callable[[TestLog], Sequence[Hashed | ShakerprocError]]
+"""From a log to the hash of the recording of each active test, or why there is none."""
+
+
 @dataclass(frozen=True, slots=True)
 class Execution:
     """How tests are processed.
@@ -70,7 +76,7 @@ class Execution:
 
     work: Work
     executor: AbstractExecutor
-    hashes: "Hashes | None" = None
+    hashes: Hashes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +192,7 @@ def _ready(
     known: Manifest,
     products: Products,
     *,
-    hashes: Sequence[str | ShakerprocError],
+    hashes: Sequence[Hashed | ShakerprocError],
     accept_changed: bool,
 ) -> tuple[list[tuple[Job, str]], Manifest]:
     """Return the tests whose recording is there, with their keys, and a manifest of all."""
@@ -195,7 +201,7 @@ def _ready(
         name = names[test.id]
         before = known.runs.get(name)
         problem = found if isinstance(found, ShakerprocError) else None
-        digest = "" if isinstance(found, ShakerprocError) else found
+        digest, seen = NOT_HASHED if isinstance(found, ShakerprocError) else found
         if problem is None and before and before.recording_sha256 and not accept_changed:
             problem = _changed(test, before.recording_sha256, digest)
             digest = before.recording_sha256
@@ -205,26 +211,24 @@ def _ready(
             entries[name] = Entry("failed", key, digest, left, "input", str(problem))
             continue
         recording = relative_recording(log, test)
-        ready.append((Job(test, root, root / RUNS / name, recording, digest, products), key))
+        folder = root / RUNS / name
+        ready.append((Job(test, root, folder, recording, digest, products, seen), key))
         if before is not None:
             entries[name] = before
     return ready, Manifest(entries, files=known.files)
 
 
-Hashes: TypeAlias = Callable[[TestLog], Sequence[str | ShakerprocError]]
-"""From a log to the hash of the recording of each active test, or why there is none."""
-
-
-def _hashes(log: TestLog) -> Sequence[str | ShakerprocError]:
+def _hashes(log: TestLog) -> Sequence[Hashed | ShakerprocError]:
     with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
         return list(pool.map(_hash, log.active))
 
 
-def _hash(test: Test) -> str | ShakerprocError:
+def _hash(test: Test) -> Hashed | ShakerprocError:
     try:
-        return sha256_of(test.require_recordings())
+        seen = seen_files(test.require_recordings())
     except ShakerprocError as error:
         return error
+    return combined([one.sha256 for one in seen]), seen
 
 
 def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:

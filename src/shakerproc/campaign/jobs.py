@@ -5,16 +5,22 @@ import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from shakerproc.data import SourceFile
 from shakerproc.errors import ShakerprocError
+from shakerproc.recordings.hashing import Seen
 from shakerproc.testlog import Test, TestLog
 
 RUNS: Final = "runs"
 """Folder below which each test has a folder of its own."""
 
 SUMMARY: Final = "summary.json"
+
+Hashed: TypeAlias = tuple[str, tuple[Seen, ...]]
+"""Hash of the recording of a test, and what is known of its files on this machine."""
+
+NOT_HASHED: Final[Hashed] = ("", ())
 
 _NOT_INPUT: Final = ("source", "folder", "recording")
 
@@ -56,6 +62,8 @@ class Job:
         Hash that the recording had when the batch began; to be processed is that or none.
     products : Products
         What to write.
+    seen : tuple of Seen
+        Hashes of its files that were taken when the batch began, with the stamps they had.
     """
 
     test: Test
@@ -64,6 +72,7 @@ class Job:
     recording: str
     sha256: str
     products: Products
+    seen: tuple[Seen, ...] = ()
 
 
 def folder_names(tests: Sequence[Test]) -> dict[int | str, str]:

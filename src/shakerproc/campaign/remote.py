@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, final
 
 from shakerproc import files
-from shakerproc.campaign.jobs import RUNS, Job, relative_recording
+from shakerproc.campaign.jobs import RUNS, Hashed, Job, relative_recording
 from shakerproc.errors import RecordingError, ShakerprocError
 from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
 from shakerproc.recordings import fetch, sha256
@@ -160,9 +160,9 @@ class RemoteHashes:
     executor: AbstractExecutor
     source: str
 
-    def __call__(self, log: TestLog) -> list[str | ShakerprocError]:
+    def __call__(self, log: TestLog) -> list[Hashed | ShakerprocError]:
         """Return the hash of the recording of each test, or why there is none."""
-        found: dict[str, str | ShakerprocError] = {}
+        found: dict[str, Hashed | ShakerprocError] = {}
         tasks = []
         for number, test in enumerate(log.active):
             try:
@@ -175,7 +175,7 @@ class RemoteHashes:
             found[outcome.name] = (
                 ShakerprocError(_about(log.active[int(outcome.name)], outcome.error))
                 if outcome.cause
-                else outcome.value["sha256"]
+                else (outcome.value["sha256"], ())
             )
         return [found[str(number)] for number in range(len(log.active))]
 

@@ -4,7 +4,7 @@ import hashlib
 import os
 import stat
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Final, NoReturn, TypeVar, final
@@ -28,7 +28,7 @@ _KINDS: Final = {
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Stamp:
+class Stamp:
     """What the system notes of a file; nobody can set the time of the last change back."""
 
     device: int
@@ -39,11 +39,19 @@ class _Stamp:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """The SHA-256 of a file, and the stamp that it had before it was read for that."""
+
+    sha256: str
+    stamp: Stamp
+
+
+@final
 class WatchedFile(SourceFile):
     """A file that is kept open while it is read, by whatever reads it by its path.
 
-    A change is seen in the bytes, before against after, or, where they were put back in the
-    meantime, in the stamp that the system gives the file.
+    A change is seen in the stamp that the system gives the file; its bytes are hashed once.
 
     Parameters
     ----------
@@ -51,8 +59,9 @@ class WatchedFile(SourceFile):
         The file.
     run : str
         Opens every message.
-    hashed : bool
-        Whether to hash it at once, before anything of it is read.
+    hashed : bool or sequence of Seen
+        Whether to hash it at once, before anything of it is read, or hashes that are known: one
+        of this file with the stamp that it has now is taken.
 
     Raises
     ------
@@ -60,16 +69,19 @@ class WatchedFile(SourceFile):
         If it is no regular file, or cannot be read.
     """
 
-    def __init__(self, path: Path, run: str, *, hashed: bool) -> None:
+    def __init__(self, path: Path, run: str, *, hashed: bool | Sequence[Seen]) -> None:
         self._path = path
         self._run = run
         self._file = open_regular(path, run)
         self._first = ""
         try:
             self._stamp = _stamp_of(os.fstat(self._file.fileno()))
-            if hashed:
-                self._let_the_clock_step()
-                self._first = self._digest()
+            if hashed is not False:
+                known = () if hashed is True else hashed
+                self._first = next((s.sha256 for s in known if s.stamp == self._stamp), "")
+                if not self._first:
+                    self._let_the_clock_step()
+                    self._first = self._digest()
         except BaseException:
             self._file.close()
             raise
@@ -89,13 +101,13 @@ class WatchedFile(SourceFile):
         return self._first
 
     def sha256(self) -> str:
+        digest = self.first_sha256()
         self.check()
-        if self._first:
-            now = self._digest()
-            if now != self._first:
-                self._fail(f"SHA-256 {self._first[:12]}... before, {now[:12]}... after")
-            self.check()
-        return self.first_sha256()
+        return digest
+
+    def seen(self) -> Seen:
+        """Return its SHA-256 with its stamp, for whoever opens it again."""
+        return Seen(self.sha256(), self._stamp)
 
     def check(self) -> None:
         now = _stamp_of(os.fstat(self._file.fileno()))
@@ -130,8 +142,8 @@ class WatchedFile(SourceFile):
             time.sleep(min(_TICK - age, _TICK) * 1e-9)
 
 
-def _stamp_of(found: os.stat_result) -> _Stamp:
-    return _Stamp(
+def _stamp_of(found: os.stat_result) -> Stamp:
+    return Stamp(
         found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
     )
 

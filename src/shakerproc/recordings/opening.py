@@ -30,7 +30,7 @@ from shakerproc.recordings.choosing import (
 )
 from shakerproc.recordings.common import common_length, common_rate
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.hashing import WatchedFile, open_regular
+from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.si import Scale, scale_of
@@ -88,7 +88,7 @@ def open_recording(
     sample_rate: float | None = None,
     part: FilePart = WHOLE,
     run: str | None = None,
-    hashed: bool = False,
+    hashed: bool | Sequence[Seen] = False,
     bad_rows: BadRows = "refuse",
 ) -> Recording:
     """Return the recording in a file; its samples are read when they are asked for, in SI.
@@ -109,9 +109,9 @@ def open_recording(
         Which group and measurement, where the file holds several.
     run : str, optional
         Opens every message; by default the name of the file.
-    hashed : bool
+    hashed : bool or sequence of Seen
         Whether to hash the file before anything of it is read, so that what is made of it can
-        be filed under `Recording.sha256`.
+        be filed under `Recording.sha256`; or hashes that are known, as `WatchedFile` takes.
     bad_rows : str
         ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
 

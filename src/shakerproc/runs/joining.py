@@ -12,7 +12,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
 from shakerproc.errors import RecordingError, SpectrumError
-from shakerproc.recordings import ANOTHER_GROUP, sha256
+from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
+from shakerproc.recordings.hashing import Seen
 from shakerproc.runs.roles import row_named
 from shakerproc.spectra.clocks import TAPS, Clock, clock_against, interpolated
 
@@ -34,15 +35,19 @@ def combined(digests: Sequence[str]) -> str:
     return hashlib.sha256("".join(different).encode()).hexdigest()
 
 
-def sha256_of(paths: Sequence[Path]) -> str:
-    """Return one SHA-256 for all files of a test.
+def seen_files(paths: Sequence[Path]) -> tuple[Seen, ...]:
+    """Return the SHA-256 of each file of a test, with the stamp that it had.
 
     Raises
     ------
     RecordingError
         If one cannot be read.
     """
-    return combined([sha256(path) for path in paths])
+    found = []
+    for path in paths:
+        with WatchedFile(path, path.name, hashed=True) as file:
+            found.append(file.seen())
+    return tuple(found)
 
 
 @final

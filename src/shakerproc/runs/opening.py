@@ -6,6 +6,7 @@ from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.recordings import FilePart, open_recording
+from shakerproc.recordings.hashing import Seen
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.runs.calibrations import by_sheet, told_calibrations
 from shakerproc.runs.joining import in_sequence, side_by_side
@@ -45,6 +46,7 @@ def open_path(
     *,
     controls: Sequence[str] | None = None,
     unit: UnitOption | None = None,
+    seen: Sequence[Seen] = (),
 ) -> Recording:
     """Return a recording, open, its channels as a test wants them or with the usual roles.
 
@@ -59,6 +61,8 @@ def open_path(
         test names no channels.
     unit : UnitOption, optional
         Unit of those channels of which neither the file nor the test says it.
+    seen : sequence of Seen
+        Hashes of its files that are known; a file that has another stamp now is hashed anew.
 
     Raises
     ------
@@ -84,10 +88,10 @@ def open_path(
             bad_rows=test.processing.bad_rows,
             part=FilePart(test.processing.group, test.processing.measurement),
             run=named,
-            hashed=True,
+            hashed=seen,
         )
 
-    recording = _with_others(opened(path, run), test, opened)
+    recording = _with_others(opened(path, run), test, opened, seen)
     try:
         check_expectation(_without_length(test) if recording.incomplete else test, recording)
     except BaseException:
@@ -98,7 +102,10 @@ def open_path(
 
 
 def _with_others(
-    recording: Recording, test: Test, opened: Callable[[Path, str], Recording]
+    recording: Recording,
+    test: Test,
+    opened: Callable[[Path, str], Recording],
+    seen: Sequence[Seen],
 ) -> Recording:
     """Return a recording with the files that follow it and those beside it."""
     run, there = recording.run, [recording]
@@ -116,7 +123,7 @@ def _with_others(
                     path, uses=one.channels, decide=_by_sheet_alone,
                     sample_rate=one.sample_rate, part=FilePart(one.group),
                     bad_rows=test.processing.bad_rows, run=f"test {test.id} ({path.name})",
-                    hashed=True,
+                    hashed=seen,
                 )
             )  # fmt: skip
             found = side_by_side(found, there[-1], one.common)

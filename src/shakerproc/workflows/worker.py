@@ -26,7 +26,7 @@ def work_through(job: Job) -> dict[str, Any]:
     """Work one test through; return the hash of every file written, and of what was read."""
     test = job.test
     with files.staged(job.folder) as folder:
-        with open_path(test.require_recording(), test) as recording:
+        with open_path(test.require_recording(), test, seen=job.seen) as recording:
             if recording.file is not None:
                 check_recording(job, recording.file)
             result = process_recording(recording, test)
