@@ -152,7 +152,7 @@ def test_an_undisturbed_recording_has_the_hash_of_its_file(tmp_path):
 
 
 def test_a_batch_hashes_a_recording_once_and_again_where_it_was_touched(tmp_path, monkeypatch):
-    log, out = write_campaign(tmp_path, 2, seconds=0.5), tmp_path / "out"
+    log, out = write_campaign(tmp_path, 2, seconds=2.0), tmp_path / "out"
     recordings = tmp_path / "recordings"
     names, digest = [], WatchedFile._digest
     monkeypatch.setattr(

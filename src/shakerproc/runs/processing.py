@@ -1,11 +1,11 @@
 """From an open recording to everything that is known of the run."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, final
 
 from shakerproc import spectra
-from shakerproc.data import ArraySource, Channel, Recording, UnusedChannel
+from shakerproc.data import Channel, FloatArray, Recording, SampleSource, UnusedChannel
 from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
 from shakerproc.runs import flags as flagging
@@ -85,12 +85,29 @@ def process_recording(recording: Recording, test: Test) -> RunResult:
         raise SpectrumError(f"{recording.run}: {error}") from error
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Held(SampleSource):
+    """Samples in memory that nobody may change, so that parts of them need no copies."""
+
+    whole: FloatArray
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        together = range(rows[0], rows[0] + len(rows)) if rows else range(0)
+        where = slice(together.start, together.stop)
+        return self.whole[where if tuple(rows) == tuple(together) else list(rows), start:stop]
+
+    def close(self) -> None:
+        """Do nothing: there is no file."""
+
+
 def held(recording: Recording) -> Recording:
     """Return the recording with its samples in memory, where they are few enough."""
     if recording.n_samples * len(recording.channels) * 8 > IN_MEMORY:
         return recording
-    rows = tuple(range(len(recording.channels)))
-    return replace(recording, source=ArraySource(recording.samples()), rows=rows)
+    samples = recording.samples()
+    samples.flags.writeable = False
+    return replace(recording, source=_Held(samples), rows=tuple(range(len(samples))))
 
 
 def _shaft(whole: Recording, crop: Crop, test: Test) -> Rotation | None:
