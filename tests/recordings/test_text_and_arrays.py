@@ -715,9 +715,10 @@ def test_health_of_a_long_still_recording_is_quick_and_needs_little_memory(tmp_p
     import time
 
     import pyarrow as pa
+    from pyarrow import parquet
 
     table = pa.table({"a [N]": np.zeros(3_000_000)}, metadata={b"sample_rate_hz": b"5000"})
-    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    parquet.write_table(table, tmp_path / "run.parquet")
     del table
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.process_time()

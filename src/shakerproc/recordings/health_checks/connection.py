@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
+from shakerproc.recordings.health_checks.pieces import Pieces
 
 SIGNIFICANCE: Final = 1e-4
 """Probability that chance alone makes an open channel look connected, at each length [-]."""
@@ -67,11 +68,9 @@ class _Averages:
         stride = n_samples / max(n_pieces, 1)
         generator = np.random.default_rng(0)  # no tone keeps its phase from piece to piece
         room = max(1, int(stride) - size)
-        self._starts = [
-            int(k * stride) + int(at)
-            for k, at in enumerate(generator.integers(0, room, size=n_pieces))
-        ]
-        self._next, self._rest, self._base = 0, np.empty((count, 0)), 0
+        offsets = generator.integers(0, room, size=n_pieces)
+        starts = [int(k * stride) + int(at) for k, at in enumerate(offsets)]
+        self._pieces = Pieces(starts, size)
         self._window = np.blackman(size)
         time = np.linspace(-1.0, 1.0, size)
         self._line = np.array([np.full(size, size**-0.5), time / np.sqrt(time @ time)])
@@ -85,23 +84,12 @@ class _Averages:
 
     @property
     def pieces(self) -> int:
-        return len(self._starts)
+        return len(self._pieces.starts)
 
     def add(self, first: int, block: FloatArray) -> None:
         """Take in a block and transform every piece that it completes."""
-        if self._next == len(self._starts):
-            return
-        joined = np.concatenate([self._rest, block], axis=1) if self._rest.size else block
-        base = self._base if self._rest.size else first
-        while self._next < len(self._starts):
-            start = self._starts[self._next] - base
-            if start + self.size > joined.shape[1]:
-                break
-            self._transform(joined[:, start : start + self.size])
-            self._next += 1
-        left = self._starts[self._next] - base if self._next < len(self._starts) else None
-        keep = joined.shape[1] if left is None else min(left, joined.shape[1])
-        self._rest, self._base = joined[:, keep:].copy(), base + keep
+        for piece in self._pieces.of(first, block):
+            self._transform(piece)
 
     def _transform(self, piece: FloatArray) -> None:
         if not self.moved.all():
@@ -169,7 +157,7 @@ class Connection(AbstractHealthCheck):
         ]
 
     def add(self, first: int, block: FloatArray) -> None:
-        judged = block[self._rows]
+        judged = block if self._rows == list(range(len(block))) else block[self._rows]
         self._squares += np.einsum("ij,ij->i", judged, judged)
         self._sums += judged.sum(axis=1)
         for averages in self._averages:

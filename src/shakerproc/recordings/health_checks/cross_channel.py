@@ -11,6 +11,7 @@ from shakerproc.recordings.health_checks.base import (
     control_rows,
     listed,
 )
+from shakerproc.recordings.health_checks.pieces import Pieces
 
 LOOK: Final = 2.0
 """Length of the pieces that are transformed [s]; one is taken from a block."""
@@ -44,29 +45,22 @@ class CrossChannel(AbstractHealthCheck):
         rate, n = recording.sample_rate, recording.n_samples
         doublings = np.clip(np.rint(np.log2(LOOK) + np.log2(rate)), 3, 62)
         self._size = min(1 << int(doublings), n) if n > 16 else 0
-        self._every = max(1, n // (MOST * max(self._size, 1)))
+        every = max(1, n // (MOST * max(self._size, 1)))
+        whole = range(0, n - self._size + 1, every * self._size) if self._size else ()
         self._window = np.hanning(self._size)
         count, bins = len(recording.channels), self._size // 2 + 1
         self._power = np.zeros((count, bins))
         self._cross = np.zeros((count, bins), dtype=np.complex128)
+        self._whole = Pieces(whole, self._size)
         self._pieces = 0
         self._squares = np.zeros(count)
         self._sums = np.zeros(count)
-        self._rest = np.empty((count, 0))
-        self._passed = 0
 
-    def add(self, first: int, block: FloatArray) -> None:  # noqa: ARG002
+    def add(self, first: int, block: FloatArray) -> None:
         self._squares += np.einsum("ij,ij->i", block, block)
         self._sums += block.sum(axis=1)
-        if not self._size:
-            return
-        joined = np.concatenate([self._rest, block], axis=1) if self._rest.size else block
-        whole = joined.shape[1] // self._size
-        for piece in range(whole):
-            if self._passed % self._every == 0:
-                self._transform(joined[:, piece * self._size : (piece + 1) * self._size])
-            self._passed += 1
-        self._rest = joined[:, whole * self._size :].copy()
+        for piece in self._whole.of(first, block):
+            self._transform(piece)
 
     def _transform(self, piece: FloatArray) -> None:
         level = piece - piece.mean(axis=1, keepdims=True)

@@ -33,54 +33,56 @@ UNIQUE: Final = 0.4
 
 @final
 class Transients(AbstractHealthCheck):
-    """Watches the largest step in each short window, of all channels side by side."""
+    """Watches the largest step in each short window, of all controls side by side."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
+        controls = control_rows(recording)
+        self._controls = controls if len(controls) > 1 else []
         self._window = max(WINDOW, -(-recording.n_samples // MOST_WINDOWS))
         count = -(-recording.n_samples // self._window)
-        self._steps = np.zeros((len(recording.channels), max(1, count)))
-        self._last: FloatArray | None = None
+        self._steps = np.zeros((len(self._controls), max(1, count)))
+        self._last = [np.nan] * len(self._controls)
 
     def add(self, first: int, block: FloatArray) -> None:
         """Keep the largest step of every window that the block touches."""
-        steps = np.abs(np.diff(block, axis=1, prepend=block[:, :1]))
-        if self._last is not None:
-            steps[:, 0] = np.abs(block[:, 0] - self._last)
-        self._last = block[:, -1].copy()
         offset = -first % self._window
         edges = np.arange(offset, block.shape[1], self._window)
         starts = edges if offset == 0 else np.concatenate([[0], edges])
-        largest = np.maximum.reduceat(steps, starts, axis=1)
         at = first // self._window
-        part = self._steps[:, at : at + largest.shape[1]]
-        np.maximum(part, largest, out=part)
+        for number, row in enumerate(self._controls):
+            samples = block[row]
+            steps = np.abs(
+                np.diff(samples, prepend=samples[:1] if first == 0 else self._last[number])
+            )
+            self._last[number] = samples[-1]
+            part = self._steps[number, at : at + starts.size]
+            np.maximum(part, np.maximum.reduceat(steps, starts), out=part)
 
     def flags(self) -> list[Flag]:
         if self._steps.shape[1] < 64:
             return []
         sudden = np.array([_over_the_usual(steps) for steps in self._steps])
         found = []
-        controls = control_rows(self._recording)
-        for row in controls if len(controls) > 1 else ():
-            others = [i for i in controls if i != row]
-            times = self._of_channel(row, sudden[row], sudden[others].max(axis=0))
+        for number, row in enumerate(self._controls):
+            others = np.delete(sudden, number, axis=0).max(axis=0)
+            times = self._of_channel(number, sudden[number], others)
             if times:
                 found.append(self._flag(self._recording.channels[row].name, times))
         return found
 
-    def _of_channel(self, row: int, mine: FloatArray, others: FloatArray) -> list[float]:
-        """Return the times [s] of the transients of one channel."""
+    def _of_channel(self, number: int, mine: FloatArray, others: FloatArray) -> list[float]:
+        """Return the times [s] of the transients of one control."""
         rate = self._recording.sample_rate
         reach = max(4, round(QUIET * rate / self._window))
         found = []
         candidates = np.flatnonzero((mine > SUDDEN) & (others < ALONE))
         for at in candidates[:200].tolist():
-            near = self._steps[row, max(0, at - reach) : at + reach + 1].copy()
+            near = self._steps[number, max(0, at - reach) : at + reach + 1].copy()
             middle = min(at, reach)
             peak = near[middle]
             near[max(0, middle - 2) : middle + 3] = 0.0
-            if near.max() < UNIQUE * peak and self._is_wide(row, at):
+            if near.max() < UNIQUE * peak and self._is_wide(self._controls[number], at):
                 found.append(at * self._window / rate)
         return found
 
