@@ -115,8 +115,8 @@ def test_a_recording_that_changes_while_it_is_worked_through_leaves_no_result(
     shutil.copy2(path, tmp_path / "kept.tdms")
     process = worker.process_recording
 
-    def process_meanwhile(recording, test):
-        result = process(recording, test)
+    def process_meanwhile(recording, test, **how):
+        result = process(recording, test, **how)
         change(path, other)
         return result
 

@@ -59,7 +59,7 @@ def process_test(log: TestLog, test: Test) -> RunResult:
         return process_recording(recording, test)
 
 
-def process_recording(recording: Recording, test: Test) -> RunResult:
+def process_recording(recording: Recording, test: Test, *, pictured: bool = True) -> RunResult:
     """Return everything that is known of a run.
 
     Parameters
@@ -68,6 +68,9 @@ def process_recording(recording: Recording, test: Test) -> RunResult:
         Open, its channels with roles.
     test : Test
         What the log says of it, and how to process it.
+    pictured : bool
+        Whether the spectrogram is taken where the log does not ask for it: only figures show
+        it.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def process_recording(recording: Recording, test: Test) -> RunResult:
         If the recording does not allow it; the message opens with the name of the run.
     """
     try:
-        return _process(held(recording), test)
+        return _process(held(recording), test, pictured=pictured)
     except SpectrumError as error:
         raise SpectrumError(f"{recording.run}: {error}") from error
 
@@ -120,7 +123,7 @@ def _shaft(whole: Recording, crop: Crop, test: Test) -> Rotation | None:
     return found
 
 
-def _process(whole: Recording, test: Test) -> RunResult:
+def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
     crop, recording = find_crop(whole, test), without_tachometers(whole)
     channels = recording.channels
     controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
@@ -136,8 +139,9 @@ def _process(whole: Recording, test: Test) -> RunResult:
     described = spectra.statistics(recording.blocks(crop.start, crop.stop))
     moving = tuple(i for i in responses if channels[i].role == "response")
     loudest = max(moving or responses or controls, key=lambda i: float(described.rms[i]))
-    pictured = _pictured(channels, loudest, test)
-    surface = density_against_time(recording, crop, pictured, cross.segment)
+    row, surface = _pictured(channels, loudest, test), None
+    if pictured or test.processing.spectrogram is not None:
+        surface = density_against_time(recording, crop, row, cross.segment)
     tracking = tracked(recording, crop, test, controls, band)
     result = RunResult(
         run=recording.run,
@@ -172,7 +176,7 @@ def _process(whole: Recording, test: Test) -> RunResult:
         measured_level=levels.measured(test, cross, channels, band),
         tracking=tracking,
         spectrogram=surface,
-        pictured=pictured,
+        pictured=row,
         loudest=loudest,
         notch=notch,
         notch_problem=problem,

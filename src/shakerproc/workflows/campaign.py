@@ -235,7 +235,7 @@ def _summary(log: TestLog, test: Test) -> RunSummary:
     if test.discarded:
         return RunSummary(str(test.id), "discarded", facts_of(test), name)
     try:
-        summary = process_file(test.require_recording(), test).summary
+        summary = process_file(test.require_recording(), test, pictured=False).summary
         return replace(summary, recording=relative_recording(log, test))
     except ShakerprocError as error:
         return RunSummary(str(test.id), "failed", facts_of(test), name, error=str(error))

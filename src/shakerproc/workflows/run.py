@@ -225,6 +225,7 @@ def process_file(
     unit: UnitOption | None = None,
     out: Path | None = None,
     products: Products | None = None,
+    pictured: bool = True,
 ) -> Run:
     """Return one recording processed; where `out` is given, its results are put there.
 
@@ -242,6 +243,8 @@ def process_file(
         Folder of its results: of this recording alone, all of one run.
     products : Products, optional
         What is written there.
+    pictured : bool
+        Whether figures are drawn, here or from the result.
 
     Raises
     ------
@@ -254,7 +257,7 @@ def process_file(
         first = "" if opened.file is None else opened.file.first_sha256()
         if out is not None:
             check_folder(out, first)  # before the work, and once nobody else can write there
-        result = process_recording(opened, test)
+        result = process_recording(opened, test, pictured=pictured)
         if out is not None:
             return _put(out, result, opened, path, products or Products())
         return Run(result, _summary(result, path, opened.sha256()))

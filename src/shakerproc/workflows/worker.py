@@ -29,7 +29,7 @@ def work_through(job: Job) -> dict[str, Any]:
         with open_path(test.require_recording(), test, seen=job.seen) as recording:
             if recording.file is not None:
                 check_recording(job, recording.file)
-            result = process_recording(recording, test)
+            result = process_recording(recording, test, pictured=job.products.figures)
             write_products(result, recording, folder, job.products)
             digest = recording.sha256()
         summary = summary_of(result, str(test.id), facts_of(test), job.recording, digest)

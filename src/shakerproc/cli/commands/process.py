@@ -172,7 +172,13 @@ def process(
     folders.own_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
-        recording, chosen, controls=controls, unit=named, out=folder, products=products
+        recording,
+        chosen,
+        controls=controls,
+        unit=named,
+        out=folder,
+        products=products,
+        pictured=figures,
     ).summary
     for remark in summary.remarks:
         output.message(f"note: {remark}")
