@@ -1,7 +1,6 @@
 """The command line: the only room that prints."""
 
 import errno
-import gc
 import os
 import sys
 from collections.abc import Iterable
@@ -18,16 +17,13 @@ from shakerproc import __version__
 from shakerproc.cli import output
 from shakerproc.cli.commands import COMMANDS
 from shakerproc.errors import LockedError, ShakerprocError
+from shakerproc.late import seek_garbage_seldom
 
 EPILOG = (
     "Exit status: 0 done, 1 unusable input or some runs failed, 2 wrong usage, "
     "75 the folder is locked by another shakerproc, 130 interrupted. Tables fit the terminal; "
     "in a pipe or a file they are as wide as they need, or as COLUMNS says."
 )
-
-_LEFT_LYING = 100_000
-"""New objects before garbage is sought: imports make many and no garbage, and to look through
-them again and again takes a tenth of a second of every start."""
 
 
 def _show_version(asked: bool) -> None:
@@ -68,7 +64,7 @@ def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 def main() -> None:
     """Run the command line and exit with the status that docs/cli.md lists."""
-    gc.set_threshold(_LEFT_LYING)
+    seek_garbage_seldom()
     _fill_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

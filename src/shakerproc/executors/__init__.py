@@ -1,10 +1,17 @@
 """Where tasks run: one interface; threads, processes or a cluster of machines behind it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
 from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
-from shakerproc.executors.cluster import ClusterExecutor
 from shakerproc.executors.memory import limited_memory
-from shakerproc.executors.processes import Limits, ProcessExecutor
-from shakerproc.executors.threads import ThreadExecutor
+from shakerproc.late import loaded
+
+if TYPE_CHECKING:
+    from shakerproc.executors.cluster import ClusterExecutor
+    from shakerproc.executors.processes import Limits, ProcessExecutor
+    from shakerproc.executors.threads import ThreadExecutor
 
 __all__ = [
     "AbstractExecutor",
@@ -18,3 +25,17 @@ __all__ = [
     "Work",
     "limited_memory",
 ]
+
+_LATE: Final[Mapping[str, str]] = MappingProxyType({
+    "ClusterExecutor": "cluster",
+    "Limits": "processes",
+    "ProcessExecutor": "processes",
+    "ThreadExecutor": "threads",
+})
+"""Module of each executor: a process that has tasks given needs none."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return loaded(f"{__name__}.{_LATE[name]}:{name}")

@@ -13,10 +13,12 @@ from typing import Any
 
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors.memory import limit_memory
+from shakerproc.late import seek_garbage_seldom
 
 
 def main() -> None:
     """Serve the connection whose handle the command line says, within its limit of memory."""
+    seek_garbage_seldom()
     handle, memory_limit = map(int, sys.argv[1:])
     if sys.platform == "win32":
         from multiprocessing.connection import PipeConnection

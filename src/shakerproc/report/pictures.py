@@ -24,14 +24,24 @@ MARKERS: Final = ("o", "s", "^", "D", "v", "P", "_", "|")
 
 
 def save(picture: "Picture", path: Path) -> Path:
-    """Write a picture as PNG, whole or not at all, the same bytes for the same picture."""
+    """Write a picture as PNG, whole or not at all, the same bytes for the same picture.
+
+    It is opaque: its colours without transparency are packed in two thirds of the time.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image as Pixels
+    from PIL.PngImagePlugin import PngInfo
+
+    picture.set_dpi(DOTS_PER_INCH)
+    canvas = FigureCanvasAgg(picture)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    written_by = PngInfo()
+    written_by.add_text("Software", "shakerproc")
+    resolution = (DOTS_PER_INCH, DOTS_PER_INCH)
     with files.atomic_path(path) as temporary:
-        picture.savefig(
-            temporary,
-            format="png",
-            dpi=DOTS_PER_INCH,
-            metadata={"Software": "shakerproc"},
-            pil_kwargs={"compress_level": 4},
+        Pixels.fromarray(np.ascontiguousarray(pixels[..., :3])).save(
+            temporary, "PNG", dpi=resolution, pnginfo=written_by, compress_level=2
         )
     return path
 

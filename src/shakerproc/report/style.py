@@ -1,5 +1,6 @@
 """One look for everything that is drawn: colours, dashes, sizes."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from threading import RLock
@@ -58,6 +59,8 @@ def density_unit(unit: str) -> str:
     """Return the unit of a density, with brackets around a ratio."""
     return f"({unit})²/Hz" if "/" in unit else f"{unit}²/Hz"
 
+
+_RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _SETTINGS: Final = RLock()
 """Matplotlib's settings are those of the whole process: one thread changes them at a time."""
@@ -130,12 +133,26 @@ def logarithmic(axis: "Axes", low: float, high: float) -> None:
 
     `low` and `high` are in the unit of the axis.
     """
-    from matplotlib.ticker import LogLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axis.set_yscale("log")
     axis.set_ylim(low, high)
     axis.yaxis.set_major_locator(LogLocator(numticks=8))
+    axis.yaxis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.yaxis.set_minor_locator(NullLocator())
+
+
+def power_of_ten(value: float, _: int | None = None) -> str:
+    """Return a power of ten as text; matplotlib's own formulas take a third of a figure's time.
+
+    `value` is in the unit of its axis.
+
+    Examples
+    --------
+    >>> power_of_ten(1e-12)
+    '10⁻¹²'
+    """
+    return "10" + str(round(math.log10(value))).translate(_RAISED)
 
 
 def head(
@@ -143,7 +160,7 @@ def head(
 ) -> None:
     """Write a title above the axes and a note below it; a legend has room beneath."""
     points = 5.0 + (72.0 * LEGEND if legend else 0.0)
-    axis.set_title(title, pad=points + 12.0)
+    axis.set_title(title, pad=points + 12.0, y=1.0)  # or every label is measured for it
     axis.annotate(
         note,
         (0.0, 1.0),
