@@ -39,6 +39,11 @@ def sheet_csv(path, rows=ROWS):
     path.write_text("\n".join(",".join(line) for line in lines), encoding="utf-8")
 
 
+def sheet_semicolons(path):
+    sheet_csv(path)
+    path.write_text("\n" + path.read_text(encoding="utf-8").replace(",", ";"), encoding="utf-8")
+
+
 def sheet_xlsx(path, rows=ROWS):
     openpyxl = pytest.importorskip("openpyxl", reason="the extra xlsx is not installed")
     book = openpyxl.Workbook()
@@ -67,7 +72,10 @@ def campaign(tmp_path):
     return tmp_path, samples, opened
 
 
-@pytest.mark.parametrize(("name", "write"), [("s.csv", sheet_csv), ("s.xlsx", sheet_xlsx)])
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [("s.csv", sheet_csv), ("t.csv", sheet_semicolons), ("s.xlsx", sheet_xlsx)],
+)
 def test_volts_are_scaled_by_the_sheet_and_what_has_expired_is_flagged(campaign, name, write):
     folder, volts, opened = campaign
     write(folder / name)

@@ -57,7 +57,7 @@ def test_tolerances_hold_up_to_the_next_breakpoint_that_has_its_own(tmp_path):
 
 
 def test_a_csv_of_a_spreadsheet_with_semicolons_and_a_mark_of_its_encoding(tmp_path):
-    csv = "\ufeffFrequency [Hz];Demand [g]\n\n# ISO\n5;0.5\n500;0.5\n"
+    csv = "\ufeff# transport\n\nFrequency [Hz];Demand [g]\n\n# ISO\n5;0.5\n500;0.5\n"
     profile = profile_of(
         tmp_path,
         "{file: p.csv}",

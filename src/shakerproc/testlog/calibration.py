@@ -70,7 +70,7 @@ def _csv_rows(path: Path) -> list[tuple[int, list[str]]]:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
-    sign = ";" if ";" in text.partition("\n")[0] else ","
+    sign = ";" if ";" in next(filter(str.strip, text.splitlines()), "") else ","
     rows = csv.reader(io.StringIO(text), delimiter=sign)
     return [(line, [cell.strip() for cell in cells]) for line, cells in enumerate(rows, 1)]
 

@@ -1,7 +1,6 @@
 """Breakpoints of a profile as a CSV file holds them."""
 
 import csv
-import io
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -86,11 +85,13 @@ def _lines(path: Path) -> list[tuple[int, list[str]]]:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
-    separator = ";" if ";" in text.partition("\n")[0] else ","
+    said = [line if not line.lstrip().startswith("#") else "" for line in text.splitlines()]
+    header = next((line for line in said if line.strip()), "")
+    separator = ";" if ";" in header else ","
     lines = [
         (number, [cell.strip() for cell in cells])
-        for number, cells in enumerate(csv.reader(io.StringIO(text), delimiter=separator), 1)
-        if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
+        for number, cells in enumerate(csv.reader(said, delimiter=separator), 1)
+        if any(cell.strip() for cell in cells)
     ]
     if not lines:
         raise LogError(f"{path}: expected a header {_WANTED}, got an empty file")
