@@ -69,6 +69,8 @@ def test_delimiter_decimal_sign_and_encoding_are_found(write, delimiter, decimal
     [
         ["Time (s),a (g),b (N)"],
         ["timestamp,a,b", "seconds,g,N"],
+        ["Time,a,b", "[s],[g],[N]"],
+        ["Time,a,b", "(s),(g),(N)"],
         ["Device,x,y", "Rate: 100", "", "t,a [g],b [N]"],
         ["sep=,", "Recorder 5", "# comment", "t_s,a_g,b_n"],
         ['"Time [s]","a [g]","b [N]"'],

@@ -8,6 +8,9 @@ from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.times import SECONDS
 
 _WHOLE: Final = re.compile(r"\d{1,6}")
+_BRACKETS: Final = re.compile(r"^(?:\[([^][]*)\]|\(([^()]*)\))$")
+"""A cell that is one pair of brackets, as around a unit."""
+
 COMMENT: Final = ("#", "%", "//")
 """How a line begins that is no row."""
 
@@ -53,8 +56,9 @@ def column_names(
     """Return names and units from the lines above the numbers."""
     if not titles:
         return numbered(width), ()
-    if len(titles) == 2 and _are_units(rows[titles[1]]):
-        return _names(rows[titles[0]]), tuple(rows[titles[1]])
+    units = tuple(_BRACKETS.sub(r"\1\2", cell) for cell in rows[titles[-1]])
+    if len(titles) == 2 and _are_units(units):
+        return _names(rows[titles[0]]), units
     return _names(rows[titles[-1]]), ()
 
 
