@@ -168,6 +168,11 @@ def test_ticked_runs_are_laid_over_each_other(browser, page):
         "[...document.querySelectorAll('#overlay-keys span')].map(k => k.textContent)"
     )
     assert [key.split(",")[0].strip() for key in keys] == ["test 1", "test 2", "test 3"]
+    widths = browser.run(
+        "[...document.querySelectorAll('#overlay-keys path, #run-1 figure[data-kind=psd] .legend path')]"
+        ".map(p => p.getBoundingClientRect().width)"
+    )
+    assert len(set(widths)) == 1  # samples of the lines, as of every figure
     kinds = browser.run(
         "[...document.getElementById('overlay-kind').options].map(o => o.value)"
     )

@@ -467,12 +467,11 @@ function overlay() {
   for (const c of curves) {
     const key = document.createElement("span"), line = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     line.setAttribute("class", "key");
-    line.setAttribute("viewBox", "0 0 24 10");
     const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-    path.setAttribute("d", "M0 5h24");
+    path.setAttribute("d", "M0 20h96"); // in quarter pixels, as all keys
     path.style.stroke = c.colour;
-    path.style.strokeWidth = "1.6";
-    path.style.strokeDasharray = c.dash;
+    path.style.strokeWidth = "6";
+    path.style.strokeDasharray = dashed(c.dash).map((step) => 4 * step).join(" ");
     line.append(path);
     key.append(line, ` ${c.label}`);
     keys.append(key);
