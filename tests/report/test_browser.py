@@ -169,7 +169,8 @@ def test_ticked_runs_are_laid_over_each_other(browser, page):
     )
     assert [key.split(",")[0].strip() for key in keys] == ["test 1", "test 2", "test 3"]
     widths = browser.run(
-        "[...document.querySelectorAll('#overlay-keys path, #run-1 figure[data-kind=psd] .legend path')]"
+        "[...document.querySelectorAll("
+        "'#overlay-keys path, #run-1 figure[data-kind=psd] .legend path')]"
         ".map(p => p.getBoundingClientRect().width)"
     )
     assert len(set(widths)) == 1  # samples of the lines, as of every figure
