@@ -79,7 +79,10 @@ MISTAKES = {
     "one": ("[[20 Hz, 1 g^2/Hz]]", "at least 2"),
     "slopes alone": ("[[20 Hz, 3 dB/oct], [80 Hz, 3 dB/oct]]", "slopes alone"),
     "mixed": ("[[20 Hz, 1 g^2/Hz], [80 Hz, 1 g]]", "1 g"),
-    "negative": ("[[20 Hz, 1 g^2/Hz], [80 Hz, -1 g^2/Hz]]", "level of more than 0"),
+    "negative": (
+        "[[20 Hz, 1 g^2/Hz], [80 Hz, -1 g^2/Hz]]",
+        r'level of more than 0, got "-1 g\^2/Hz" at 80 Hz',
+    ),
     "zero hertz": ("[[0 Hz, 1 g^2/Hz], [80 Hz, 1 g^2/Hz]]", "frequency of more than 0"),
     "number for a level": ("[[20 Hz, 1 g^2/Hz], [80 Hz, 1]]", r"breakpoints\.2: .*unit of.*1"),
     "number for a frequency": ("[[20 Hz, 1 g^2/Hz], [80, 1 g^2/Hz]]", "unit of Hz.*80"),

@@ -1,13 +1,11 @@
-"""What may be wrong with a recording, found in one pass over its samples."""
+"""What may be wrong with a recording, found as its samples pass by."""
 
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from shakerproc.data import FloatArray, Recording
+from shakerproc.data import Recording
 from shakerproc.recordings.health_checks import HEALTH_CHECKS, MEASURING, Flag
+from shakerproc.recordings.health_checks.gaps import Gaps
 
 MOST_LOST: Final = 0.01
 """Share of the samples that a channel may miss and still be used [-].
@@ -28,7 +26,8 @@ def health(
 ) -> tuple[Flag, ...]:
     """Return what a person should look at, in order of time.
 
-    One pass over the samples, in memory for a few blocks. Quiet on a good recording.
+    One pass over the samples, a second only where a channel seems to measure nothing, in memory
+    for a few blocks. Quiet on a good recording.
 
     Parameters
     ----------
@@ -40,7 +39,7 @@ def health(
         What is looked for, of `HEALTH_CHECKS`; all of it by default.
     """
     looking = [HEALTH_CHECKS[name](recording) for name in checks]
-    gaps = _Gaps(recording)
+    gaps = Gaps(recording)
     for number, samples in enumerate(recording.blocks(size=block)):
         finite = gaps.add(number * block, samples)
         for check in looking:
@@ -101,59 +100,3 @@ def _rate(recording: Recording) -> list[Flag]:
         "damping are wrong: cut the recording there."
     )
     return [Flag("sample rate", "", message, 0.0, recording.duration)]
-
-
-LARGEST: Final = 1e50
-"""In SI; nothing that is measured comes near it, and its fourth power is still a number."""
-
-
-class _Gaps:
-    """Watches for what is no number, or too large to be one, and bridges it for the others."""
-
-    def __init__(self, recording: Recording) -> None:
-        self._recording = recording
-        self._counts = np.zeros(len(recording.channels), dtype=np.int64)
-        self._first = np.full(len(recording.channels), -1, dtype=np.int64)
-        self._last = np.zeros(len(recording.channels), dtype=np.int64)
-
-    def add(self, first: int, block: FloatArray) -> FloatArray:
-        """Return the block with straight lines over what was no number."""
-        if block.max() < LARGEST and block.min() > -LARGEST:  # not so where one is NaN
-            return block
-        bad = ~(np.abs(block) < LARGEST)
-        for row in np.flatnonzero(bad.any(axis=1)):
-            at = np.flatnonzero(bad[row])
-            self._counts[row] += at.size
-            self._last[row] = first + at[-1]
-            if self._first[row] < 0:
-                self._first[row] = first + at[0]
-        return _bridged(block, bad)
-
-    def flags(self) -> list[Flag]:
-        rate = self._recording.sample_rate
-        return [
-            Flag(
-                "not a number",
-                channel.name,
-                f"{count} samples are NaN or infinite, the first at "
-                f"{first / rate:.6g} s. Keep them out of the crop, or export the recording "
-                "again.",
-                first / rate,
-                (last + 1) / rate,
-                int(count) / rate,
-            )
-            for channel, count, first, last in zip(
-                self._recording.channels, self._counts, self._first, self._last, strict=True
-            )
-            if count
-        ]
-
-
-def _bridged(block: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
-    whole = np.where(bad, 0.0, block)
-    every = np.arange(block.shape[1])
-    for row in np.flatnonzero(bad.any(axis=1)):
-        good = ~bad[row]
-        if good.any():
-            whole[row] = np.interp(every, every[good], block[row, good])
-    return whole

@@ -208,7 +208,8 @@ def _row(i: int, written: Written, unit: LevelUnit, place: Raise) -> _Row:
     numbers = {"frequency": at, "level": level, "alarm": alarm, "abort": abort}
     for what, number in numbers.items():
         if number is not None and not 0.0 < number < math.inf:
-            raise place(i, f"expected {what} of more than 0, got {number:g} at {at:g} Hz")
+            said = quoted(getattr(written, what))
+            raise place(i, f"expected {what} of more than 0, got {said} at {at:g} Hz")
     return _Row(at, level, 0.0 if slope is None else float(slope[1]), alarm, abort)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
+from shakerproc.recordings.health_checks.gaps import Gaps
 from shakerproc.recordings.health_checks.pieces import Pieces
 
 SIGNIFICANCE: Final = 1e-4
@@ -49,6 +50,9 @@ or under the edge of a window; what is left of it is the recorder's noise.
 
 APART: Final = 3
 """Bins from one to the next whose noise a Blackman window leaves independent."""
+
+AT_ONCE: Final = 2**17
+"""Samples of a channel that are read at once for the longer pieces."""
 
 MAINS: Final = (50.0, 60.0)
 HARMONICS: Final = 7
@@ -150,14 +154,17 @@ class Connection(AbstractHealthCheck):
         self._inputs = {*control_rows(recording), *inputs} & set(self._rows)
         self._rows.sort(key=lambda row: row not in self._inputs)  # stable: inputs come first
         self._squares, self._sums = np.zeros(len(self._rows)), np.zeros(len(self._rows))
-        self._averages = [
-            _Averages(recording.n_samples, len(self._rows), size)
-            for size in _sizes(recording)
-            if len(self._rows) > 1
-        ]
+        self._sizes = list(_sizes(recording)) if len(self._rows) > 1 else []
+        self._averages = [self._of_size(size) for size in self._sizes[:1]]
+
+    def _of_size(self, size: int) -> _Averages:
+        return _Averages(self._recording.n_samples, len(self._rows), size)
+
+    def _judged(self, block: FloatArray) -> FloatArray:
+        return block if self._rows == list(range(len(block))) else block[self._rows]
 
     def add(self, first: int, block: FloatArray) -> None:
-        judged = block if self._rows == list(range(len(block))) else block[self._rows]
+        judged = self._judged(block)
         self._squares += np.einsum("ij,ij->i", judged, judged)
         self._sums += judged.sum(axis=1)
         for averages in self._averages:
@@ -166,17 +173,33 @@ class Connection(AbstractHealthCheck):
     def flags(self) -> list[Flag]:
         if not self._averages:
             return []
-        common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
-        for averages in self._averages:
-            found = averages.coherent(self._without_hum(averages))
-            common |= found
-        common |= common.T
+        common = self._common()
+        if not np.any(self._averages[0].moved & ~common.any(axis=1)):
+            return []  # what many short pieces show to be connected needs no longer ones
+        self._look_longer()
+        common = self._common()
         judged = self._averages[0].moved & self._caught_enough()
         return [
             self._flag(row)
             for row in np.flatnonzero(judged & ~common.any(axis=1)).tolist()
             if self._should_move(row, common, judged)
         ]
+
+    def _look_longer(self) -> None:
+        """Take the averages of the longer pieces, in a pass of their own."""
+        self._averages += [self._of_size(size) for size in self._sizes[1:]]
+        gaps = Gaps(self._recording)
+        for number, block in enumerate(self._recording.blocks(size=AT_ONCE)):
+            judged = self._judged(gaps.add(number * AT_ONCE, block))
+            for averages in self._averages[1:]:
+                averages.add(number * AT_ONCE, judged)
+
+    def _common(self) -> NDArray[np.bool_]:
+        """Return which channels share a motion with which others, by row and column."""
+        common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
+        for averages in self._averages:
+            common |= averages.coherent(self._without_hum(averages))
+        return common | common.T
 
     def _caught_enough(self) -> NDArray[np.bool_]:
         """Return which channels the pieces show as they are, and not between two blows."""
