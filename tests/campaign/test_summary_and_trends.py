@@ -3,12 +3,15 @@ import io
 from dataclasses import replace
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
+from pyarrow import parquet
 from tests.small_campaign import write_campaign
 
 from shakerproc import files
 from shakerproc.campaign import tables, trends
+from shakerproc.campaign.collecting import write_parquet
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import LogError
 from shakerproc.runs import (
@@ -196,3 +199,24 @@ def test_a_run_that_was_cut_says_how_much_of_it_is_there():
     columns = tables.trend_columns(found, "ch3")
     assert columns["incomplete"] == [True, False, False]
     assert columns["promised_s"] == [6.126, None, None]
+
+
+@pytest.mark.parametrize(
+    ("values", "arrow"),
+    [
+        (["a", "b"], ["a", "b"]),
+        (["a", None, "ä"], ["a", None, "ä"]),
+        ([1, 2, None], [1, 2, None]),
+        ([1.5, None, 2], [1.5, None, 2.0]),
+        ([float("nan"), -0.0, None], [float("nan"), -0.0, None]),
+        ([True, None, False], [True, None, False]),
+        ([None, None], [None, None]),
+        ([], []),
+        (["a", 1.5, True], ["a", "1.5", "True"]),
+    ],
+)
+def test_columns_of_parquet_are_those_that_arrow_makes_of_them(tmp_path, values, arrow):
+    write_parquet(tmp_path / "a.parquet", {"x": values})
+    found = parquet.read_table(tmp_path / "a.parquet")["x"]
+    assert found.type == pa.array(arrow).type
+    assert str(found.to_pylist()) == str(arrow)

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import numpy as np
+from tests.small_campaign import write_campaign
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
@@ -46,3 +47,20 @@ def test_random_vibration_without_figures_loads_no_compiler(tmp_path):
     )
     assert "zeta" in done.stdout  # a damping was fitted
     assert not LATE & set(done.stderr.split())
+
+
+def test_a_batch_without_figures_loads_no_pandas(tmp_path):
+    """What is loaded to write Parquet; reports are made with Jinja."""
+    log = write_campaign(tmp_path, 1, seconds=2.0)
+    code = (
+        "import sys; import shakerproc.cli as cli\n"
+        f"sys.argv = ['shakerproc', 'batch', {str(log)!r}, '--no-figures', '--workers', '1']\n"
+        "try: cli.main()\n"
+        "finally: print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
+    assert (tmp_path / "results" / "peaks.parquet").is_file()
+    late = (LATE - {"jinja2"}) | {"scipy.optimize"}
+    assert not late & set(done.stderr.split())

@@ -67,7 +67,9 @@ def _arrow(values: Sequence[Value]) -> "Array[Any]":
         return pa.Array.from_buffers(pa.bool_(), len(values), [valid, bits])
     if kinds <= {int, float}:
         whole = kinds == {int}
-        numbers = np.array([v or 0 for v in values], np.int64 if whole else np.float64)
+        numbers = np.array(
+            [0 if v is None else v for v in values], np.int64 if whole else np.float64
+        )
         kind = pa.int64() if whole else pa.float64()
         return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(numbers)])
     texts = [b"" if value is None else str(value).encode() for value in values]
