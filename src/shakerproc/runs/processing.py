@@ -23,7 +23,7 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import is_called, row_named, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra import Crop, Spectrogram
+from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test, TestLog
@@ -139,9 +139,6 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
     described = spectra.statistics(recording.blocks(crop.start, crop.stop))
     moving = tuple(i for i in responses if channels[i].role == "response")
     loudest = max(moving or responses or controls, key=lambda i: float(described.rms[i]))
-    row, surface = _pictured(channels, loudest, test), None
-    if pictured or test.processing.spectrogram is not None:
-        surface = density_against_time(recording, crop, row, cross.segment)
     tracking = tracked(recording, crop, test, controls, band)
     result = RunResult(
         run=recording.run,
@@ -153,11 +150,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(
-            *recording.notes,
-            *_why_not(test, channels, controls, lines),
-            *_too_short(test, surface, cross.segment),
-        ),
+        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -175,8 +168,8 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
         measured_level=levels.measured(test, cross, channels, band),
         tracking=tracking,
-        spectrogram=surface,
-        pictured=row,
+        spectrogram=None,
+        pictured=loudest,
         loudest=loudest,
         notch=notch,
         notch_problem=problem,
@@ -186,35 +179,34 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         blows=blows,
         shaft=_shaft(whole, crop, test),
     )
+    if pictured or test.processing.spectrogram is not None:
+        result = _with_spectrogram(recording, result)
     result = replace(result, analyses=analyses_of(recording, result))
     return replace(result, flags=flagging.flags_of(recording, result))
 
 
-def _pictured(channels: Sequence[Channel], loudest: int, test: Test) -> int:
-    """Return the row of the channel whose spectrogram is drawn.
+def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
+    """Return a result with the spectrogram of the channel that the log names, or the loudest.
 
     Raises
     ------
     SpectrumError
-        If the log names one that the run has not.
+        If the log names a channel that the run has not.
     """
-    asked = test.processing.spectrogram
-    if asked is None or not asked.channel:
-        return loudest
-    row = row_named(channels, asked.channel)
+    asked, segment = result.test.processing.spectrogram, result.spectra.segment
+    name = "" if asked is None else asked.channel
+    row = row_named(result.channels, name) if name else result.loudest
     if row is None:
-        there = ", ".join(channel.name for channel in channels)
+        there = ", ".join(channel.name for channel in result.channels)
         raise SpectrumError(
-            f"spectrogram: no channel {asked.channel!r}; the run has {there}. Name one of them"
+            f"spectrogram: no channel {name!r}; the run has {there}. Name one of them"
         )
-    return row
-
-
-def _too_short(test: Test, found: Spectrogram | None, segment: int) -> list[str]:
-    """Return why there is no spectrogram although the log asks for one."""
-    if test.processing.spectrogram is None or found is not None:
-        return []
-    return [f"No spectrogram: the run holds fewer than two segments of {segment} samples."]
+    found = density_against_time(recording, result.crop, row, segment)
+    notes = result.notes
+    if found is None and asked is not None:
+        why = f"the run holds fewer than two segments of {segment} samples."
+        notes = (*notes, f"No spectrogram: {why}")
+    return replace(result, spectrogram=found, pictured=row, notes=notes)
 
 
 def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]:

@@ -36,6 +36,7 @@ class Gaps:
         return _bridged(block, bad)
 
     def flags(self) -> list[Flag]:
+        """Return a flag for each channel that holds such samples."""
         rate = self._recording.sample_rate
         return [
             Flag(
