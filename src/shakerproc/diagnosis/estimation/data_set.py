@@ -118,14 +118,15 @@ class DataSet:
     points : bool
         Whether accelerations are compared as values at the samples; else as means over the
         sample that follows.
-    near : DataSet, optional
-        The same tests without the noise that was drawn beside them: inputs are prepared alike.
+    near : tuple of Input
+        What drives the tests without the noise that was drawn beside them; inputs are prepared
+        in as many parts.
     """
 
     model: Model
     tests: tuple[Test, ...]
     points: bool = False
-    near: "DataSet | None" = None
+    near: tuple[Input, ...] = ()
 
     def as_values(self) -> "DataSet":
         """Return the tests with accelerations as values at the samples (see `points`)."""
@@ -144,10 +145,10 @@ class DataSet:
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
         """What drives each test, prepared for the engine."""
-        if self.near is not None:
+        if self.near:
             return tuple(
                 prepare_like(test.input, given)
-                for test, given in zip(self.tests, self.near.inputs, strict=True)
+                for test, given in zip(self.tests, self.near, strict=True)
             )
         imposed = self.model.excitation.imposed
         return tuple(
@@ -160,7 +161,11 @@ class DataSet:
         """The tests with as much noise again on inputs and responses, drawn once for all."""
         generators = np.random.default_rng(0).spawn(DRAWS)
         return tuple(
-            replace(self, tests=tuple(test.shaken(generator) for test in self.tests), near=self)
+            replace(
+                self,
+                tests=tuple(test.shaken(generator) for test in self.tests),
+                near=self.inputs,
+            )
             for generator in generators
         )
 

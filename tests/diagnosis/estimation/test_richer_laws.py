@@ -1,0 +1,42 @@
+"""Laws that contain one that was fitted, begun where it ended."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.diagnosis.one_mass import JOINT, added, data_of, one_mass
+
+from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.estimation.least_squares import fit
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.models import EFFECTS
+
+FORCES = {"sliding_force": 0.8, "breakaway_force": 1.1, "stribeck_velocity": 5e-3}
+
+
+@pytest.fixture(scope="module")
+def searched():
+    """Return the search on tests with Stribeck friction, and Coulomb friction fitted to them."""
+    data = data_of(one_mass(effect=EFFECTS["stribeck_friction"](**FORCES)))
+    campaign = campaign_of(data.model, data.tests)
+    hypothesis, x = added(data, "coulomb_friction", sliding_force=0.9)
+    coulomb = fit(data, hypothesis, x, whole_tests(data, held_out=False), rounds=10)
+    own = np.zeros(2)
+    search = OneMore(
+        data, coulomb, campaign.known, campaign.stages, linear=own, say=lambda _: None
+    )
+    return search, coulomb
+
+
+def test_the_law_that_contains_it_leaves_less_and_has_the_true_numbers(searched):
+    search, coulomb = searched
+    richer = search.richer(coulomb.data, coulomb, coulomb.windows, rounds=20)
+    found = {one.hypothesis.kinds[0]: one for one in islice(richer, 2)}
+    stribeck = found["stribeck_friction"]
+    assert stribeck.level < coulomb.level
+    effect = stribeck.hypothesis.model_at(stribeck.x).elements[-1].effect
+    assert_allclose(effect.sliding_force, FORCES["sliding_force"], rtol=0.05)
+    assert_allclose(effect.breakaway_force, FORCES["breakaway_force"], rtol=0.05)
+    assert stribeck.hypothesis.added[0].between == JOINT
