@@ -90,7 +90,7 @@ def relative_residuals(test: Scored) -> FloatArray:
     Within the band, 0 where it does not count, and scaled so that the sum of the squares is the
     square of the test's error.
     """
-    left = np.where(test.counted, test.measured - test.simulated, 0.0)
+    left = _left(test)
     kept = np.where(test.counted, in_band(left, test.sample_rate, test.band), 0.0)
     rms = measured_rms(test)[:, np.newaxis]
     count = len(rms) * max(1, int(np.count_nonzero(test.counted)))
@@ -143,6 +143,8 @@ def standard_error(tests: Sequence[Scored]) -> float:
 def in_band(samples: FloatArray, sample_rate: float, band: tuple[float, float]) -> FloatArray:
     """Return samples within a band, along the last axis, an array like them.
 
+    Their mean, which is in no band, does not meet the zeros behind them as a step.
+
     Parameters
     ----------
     samples : (..., n) array
@@ -154,7 +156,8 @@ def in_band(samples: FloatArray, sample_rate: float, band: tuple[float, float]) 
     """
     n = samples.shape[-1]
     length = scipy.fft.next_fast_len(n + _PADDING, real=True)
-    spectrum: ComplexArray = scipy.fft.rfft(samples, length)
+    centred = samples - samples.mean(axis=-1, keepdims=True)
+    spectrum: ComplexArray = scipy.fft.rfft(centred, length)
     spectrum *= edges(scipy.fft.rfftfreq(length, 1.0 / sample_rate), band)
     kept: FloatArray = scipy.fft.irfft(spectrum, length)[..., :n]
     return kept
@@ -187,10 +190,20 @@ def squares(test: Scored) -> tuple[FloatArray, FloatArray]:
 
     What does not count is 0 before the filter, so that a run-in is not smeared into what does.
     """
-    left = np.where(test.counted, test.measured - test.simulated, 0.0)
+    left = _left(test)
     rows = np.concatenate([left, test.measured])
     kept = in_band(rows, test.sample_rate, test.band) ** 2
     return kept[: len(left)], kept[len(left) :]
+
+
+def _left(test: Scored) -> FloatArray:
+    """Return measured less simulated where it counts, without its mean, and 0 elsewhere.
+
+    A constant is in no band; beside zeros it would be a step, which is in every one.
+    """
+    left = np.where(test.counted, test.measured - test.simulated, 0.0)
+    mean = left.sum(axis=1, keepdims=True) / max(1, np.count_nonzero(test.counted))
+    return np.where(test.counted, left - mean, 0.0)
 
 
 def _ratio(left: FloatArray, whole: FloatArray) -> FloatArray:
