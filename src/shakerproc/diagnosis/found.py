@@ -5,14 +5,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import final
 
+import numpy as np
+
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.hidden_motion import completed
+from shakerproc.diagnosis.estimation.least_squares import Fit, perfect, predicted_rows
 from shakerproc.diagnosis.estimation.linear import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
+from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
@@ -122,6 +126,20 @@ class Found:
     def is_explained_by(self, score: Score) -> bool:
         """Return whether a hypothesis leaves no more than noise and what it becomes."""
         return is_within(self.left_by(score), self.floor_under(score))
+
+    def free_run(self, score: Score) -> Score | None:
+        """Return the score of a hypothesis in whole tests, as `compare` simulates them.
+
+        With the sensors as recorded, and laws that remember nothing from before the test; None
+        where the motion runs away.
+        """
+        fit, data = score.fit, self.data
+        windows = replace(whole_tests(data, held_out=True), from_rest=False)
+        starts = completed(data, fit.hypothesis.model_at(fit.x), windows.table)
+        gain, delay, offset = perfect(data)
+        whole = replace(fit, gain=gain, delay=delay, offset=offset, starts=starts)
+        rows = predicted_rows(data, whole, windows)
+        return None if rows is None else Score(whole, np.log1p(rows))
 
     @cached_property
     def as_it_is(self) -> Score | None:

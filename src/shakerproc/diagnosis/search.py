@@ -39,7 +39,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, likely, screen
-from shakerproc.diagnosis.selection.scores import Score, best_of, could_be_outdone, ranked
+from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_something, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -195,7 +195,7 @@ def _at_the_horizon(
     campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
     best = best_of([base, *effects])
-    if one_more is not None and best.fit.hypothesis.added and could_be_outdone(best):
+    if one_more is not None and best.fit.hypothesis.added and leaves_something(best):
         effects = _with_richer(campaign, forms[-1], effects, best, one_more)
     return _Outcome(campaign, forms, base, ranked(effects), singles)
 
@@ -209,7 +209,7 @@ def _with_richer(
         arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
         for score in scored_at(campaign, [arrived], form):
             found[one.hypothesis.names] = score
-            if not could_be_outdone(score):
+            if not leaves_something(score):
                 return list(found.values())
     return list(found.values())
 

@@ -18,7 +18,7 @@ FORCES = {"sliding_force": 0.8, "breakaway_force": 1.1, "stribeck_velocity": 5e-
 
 @pytest.fixture(scope="module")
 def searched():
-    """Return the search on tests with Stribeck friction, and Coulomb friction fitted to them."""
+    """Return the search on tests with Stribeck friction, and Coulomb friction fitted."""
     data = data_of(one_mass(effect=EFFECTS["stribeck_friction"](**FORCES)))
     campaign = campaign_of(data.model, data.tests)
     hypothesis, x = added(data, "coulomb_friction", sliding_force=0.9)

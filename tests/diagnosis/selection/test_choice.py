@@ -28,9 +28,12 @@ def hypothesis(left, *kinds, is_far=False, numbers=1):
 
 @pytest.fixture
 def found():
-    """Return what a search found: the errors of hypotheses, by kinds."""
+    """Return what a search found: the errors of hypotheses, by kinds.
 
-    def of(linear, errors, free=None, as_it_is=None, numbers=1):
+    In windows where `whole` is given, the errors in whole tests.
+    """
+
+    def of(linear, errors, free=None, as_it_is=None, numbers=1, whole=None):
         effects = tuple(
             hypothesis(left, *kinds, numbers=numbers) for kinds, left in errors.items()
         )
@@ -42,6 +45,8 @@ def found():
             free=None if free is None else hypothesis(free, "table"),
             left_by=lambda score: score.fit.left,
             is_explained_by=lambda score: score.fit.left <= 1.5 * FLOOR,
+            form=SimpleNamespace(horizon=0.5 if whole else None),
+            free_run=lambda score: hypothesis(whole[score.fit.hypothesis.kinds]),
         )  # fmt: skip
 
     return of
@@ -62,6 +67,18 @@ def test_an_effect_that_leaves_more_than_half_is_not_named(found):
     of = found(0.5, {("cubic_stiffness",): 0.3})
     assert named(of) == ()
     assert choice.is_outside(of, of.linear)
+
+
+@pytest.mark.parametrize(("in_whole_tests", "kinds"), [(0.3, 1), (0.03, 2)])
+def test_two_effects_are_named_where_one_does_not_predict_whole_tests_better(
+    found, in_whole_tests, kinds
+):
+    both = ("coulomb_friction", "jenkins")
+    of = found(
+        0.5, {both: 0.02, both[:1]: 0.06},
+        whole={both: in_whole_tests, both[:1]: 0.1},
+    )  # fmt: skip
+    assert named(of) == both[:kinds]
 
 
 def test_a_second_effect_that_helps_a_little_is_told_as_the_next(found):

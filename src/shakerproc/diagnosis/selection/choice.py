@@ -24,7 +24,7 @@ def standing_of(found: Found) -> list[Score]:
     most of what is missing without it; each of its numbers halves what the model as it is
     leaves.
     """
-    named = [s for s in _better(found) if _explains_most(found, s)]
+    named = [s for s in _better(found) if _explains_most(found, s) and _holds_on(found, s)]
     return simplest_alike(named) if named else []
 
 
@@ -34,6 +34,7 @@ def further(found: Found, chosen: Score) -> Score | None:
         s
         for s in _better(found)
         if chosen in _without_one(found, s)
+        and _holds_on(found, s)
         and is_better(s, chosen)
         and found.left_by(s) < found.left_by(chosen)
     ]
@@ -112,6 +113,20 @@ def _explains_most(found: Found, score: Score) -> bool:
     return left <= told and all(
         left <= SHARE * _beyond_noise(found, one) for one in _simpler(found, score)
     )
+
+
+def _holds_on(found: Found, score: Score) -> bool:
+    """Return whether no effect of several predicts whole tests better without the others.
+
+    In windows that begin anew, with a memory that is fitted to each, several effects may gain
+    together what they lose in a test that runs freely: there the memory of one is a force that
+    each window chooses.
+    """
+    fewer = [one for one in _simpler(found, score) if one.fit.hypothesis.added]
+    if not fewer or found.form.horizon is None:
+        return True
+    own, others = found.free_run(score), map(found.free_run, fewer)
+    return not any(one is not None and (own is None or is_better(one, own)) for one in others)
 
 
 def _simpler(found: Found, score: Score) -> list[Score]:

@@ -121,12 +121,9 @@ def gain(better: Score, other: Score) -> Gain:
     return _gain(*pairs[silent])
 
 
-def could_be_outdone(score: Score) -> bool:
-    """Return whether a hypothesis that leaves noise alone would predict better."""
-    return any(
-        _gain(np.full_like(logs, np.log(2.0)), logs).t > ALIKE
-        for logs in (score.logs, score.fitted)
-    )
+def leaves_something(score: Score) -> bool:
+    """Return whether more than noise is left, of what was held out or was fitted to."""
+    return not (_are_noise(score.logs) and _are_noise(score.fitted))
 
 
 def _gain(better: FloatArray, other: FloatArray) -> Gain:
