@@ -1,4 +1,5 @@
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -219,3 +220,15 @@ def test_axes_that_several_figures_have_are_written_once():
     assert page.count('<g class="axes" id="axes-0">') == page.count('href="#axes-0"') == 1
     assert page.count('id="axes-1"') == 1
     assert page.count("</g>") == 2
+
+
+def test_the_looks_of_shared_axes_hang_on_nothing_around_them():
+    """A browser looks for what stands before a selector's last part within the axes alone."""
+    css = (Path(svg.__file__).parent / "templates" / "page.css").read_text("utf-8")
+    powers = svg.Axis("x", 1.0, 1e9, logarithmic=True)
+    drawn = str(axes.grid(powers, Y, axes.Box(9, 9, 90, 90), 100, {}))
+    names = {f".{name}" for name in re.findall(r'class="(\w+)"', drawn)} | {"text", "tspan"}
+    rules = [rule.strip() for rule in re.findall(r"[^{}]+(?=\{)", css) if rule.strip()]
+    about = [rule for rule in rules if set(re.findall(r"\.?[a-z]+", rule.split()[-1])) & names]
+    assert {"text", "text.end", "tspan.up", "path.grid"} <= set(about)
+    assert [rule for rule in about if " " in rule] == ["svg.heat text"]  # shares no axes
