@@ -1,7 +1,8 @@
 """Which effects are fitted first, by what they leave in the screening."""
 
 from shakerproc.diagnosis.hypotheses.joints import identifications
-from shakerproc.diagnosis.screening import Start, likely
+from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.screening.likely import likely, widening
 from shakerproc.models.identification import JointScales
 
 JOINT = ("base", "coupon")
@@ -42,3 +43,19 @@ def test_where_nothing_explains_much_all_that_is_as_good_is_likely():
 
 def test_without_starts_nothing_is_likely():
     assert likely((), {}) == ()
+
+
+def test_simple_effects_follow_the_likely_ones_before_all_that_contain_another():
+    kinds = {"cubic_stiffness": 50.0, "coulomb_friction": 5000.0, "lugre_friction": 5000.0}
+    starts = [start(kind, left) for kind, left in kinds.items()]
+    circles = list(widening(starts, {JOINT: identifications(AT)}))
+    assert [{one.kind for one in circle} for circle in circles] == [
+        {"cubic_stiffness"},
+        {"cubic_stiffness", "coulomb_friction"},
+    ]
+
+
+def test_the_last_circle_of_all_is_not_told():
+    starts = [start("cubic_stiffness", 50.0), start("gap", 5000.0)]
+    (circle,) = widening(starts, {JOINT: identifications(AT)})
+    assert {one.kind for one in circle} == {"cubic_stiffness"}

@@ -38,7 +38,7 @@ from shakerproc.diagnosis.horizon import (
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, likely, screen
+from shakerproc.diagnosis.screening import Start, screen, widening
 from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_something, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -141,15 +141,17 @@ def _searched(
         say=say,
         condition=Condition(explained=alone),
     )
-    near = starts if alone else likely(starts, known)
     first = None
-    singles = one_more.found(near) if len(near) < len(starts) else []
-    if any(one.level < MUCH * linear.level for one in singles):
-        here = replace(campaign, data=one_more.data)
-        first = _at_the_horizon(here, linear, singles, say, one_more=one_more)
-        found = _told(original, linear_model, first, one_more.failed, starts)
-        if found.explained or found.best.is_mostly_noise:
-            return found
+    for circle in () if alone else widening(starts, known):
+        singles = one_more.found(circle)
+        if first is not None and set(singles) <= set(first.singles):
+            continue
+        if any(one.level < MUCH * linear.level for one in singles):
+            here = replace(campaign, data=one_more.data)
+            first = _at_the_horizon(here, linear, singles, say, one_more=one_more)
+            found = _told(original, linear_model, first, one_more.failed, starts)
+            if found.explained or found.best.is_mostly_noise:
+                return found
     singles = one_more.found(starts)
     campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
     best = min((linear, *singles), key=lambda one: one.level)

@@ -1,12 +1,38 @@
 """The effects that explain by far most in the screening, which are fitted first."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening.start import Start
 from shakerproc.diagnosis.screening.transfer import Joint
+
+
+def widening(starts: Sequence[Start], known: Known) -> Iterator[tuple[Start, ...]]:
+    """Yield the starts that are fitted before all others, fewer first.
+
+    Those of likely effects; with these, those of all effects that contain no simpler one.
+    Where such a one explains the tests, those that contain it, most of them slow as they have
+    a memory, need not be tried.
+
+    Parameters
+    ----------
+    starts, known
+        As for `likely`.
+    """
+    near = likely(starts, known)
+    chosen = {(start.kind, start.between) for start in near}
+    simple = tuple(
+        start
+        for start in starts
+        if (start.kind, start.between) in chosen
+        or not known[start.between][start.kind].contains
+    )
+    if len(near) < len(simple):
+        yield near
+    if len(simple) < len(starts):
+        yield simple
 
 
 def likely(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
