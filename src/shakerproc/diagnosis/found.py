@@ -79,6 +79,7 @@ class Found:
     recorded: tuple[Test, ...] = ()
     _left: dict[Score, float] = field(default_factory=dict)
     _floors: dict[Score, dict[int, FloatArray]] = field(default_factory=dict)
+    _free_runs: dict[Score, Score | None] = field(default_factory=dict)
 
     @property
     def best(self) -> Score:
@@ -131,9 +132,14 @@ class Found:
         """Return the score of a hypothesis in whole tests, as `compare` simulates them.
 
         With the sensors as recorded, and laws that remember nothing from before the test; None
-        where the motion runs away.
+        where the motion runs away. That of each is taken once.
         """
-        fit, data = score.fit, self.data
+        if score not in self._free_runs:
+            self._free_runs[score] = self._free_run(score.fit)
+        return self._free_runs[score]
+
+    def _free_run(self, fit: Fit) -> Score | None:
+        data = self.data
         windows = replace(whole_tests(data, held_out=True), from_rest=False)
         starts = completed(data, fit.hypothesis.model_at(fit.x), windows.table)
         gain, delay, offset = perfect(data)

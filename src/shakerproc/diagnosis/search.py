@@ -44,8 +44,8 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
 MUCH: Final = 0.5
-"""Level (see `Fit`) over that of the model without any effect below which one of the likely
-effects explains enough to be judged before all others are tried [-]."""
+"""Level (see `Fit`) over that of the model without any effect below which an effect explains
+enough to be judged before others are tried [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:

@@ -10,7 +10,7 @@ from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
-from shakerproc.runs.roles import row_named
+from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
 from shakerproc.testlog import ResponseFunction
 
@@ -92,13 +92,8 @@ def _rows(result: RunResult, name: str) -> tuple[int, ...]:
     """
     if name == CONTROLS and result.controls:
         return result.controls
-    row = row_named(result.channels, name)
-    if row is not None:
-        return (row,)
-    there = ", ".join([c.name for c in result.channels] + [CONTROLS] * bool(result.controls))
-    raise SpectrumError(
-        f"response_functions: no channel {name!r}; the run has {there}. Name one of them"
-    )
+    besides = [CONTROLS] * bool(result.controls)
+    return (row_asked_for(result.channels, name, "response_functions", besides=besides),)
 
 
 _Wanted: TypeAlias = tuple[ResponseFunction, tuple[int, ...], int]

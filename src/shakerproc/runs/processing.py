@@ -21,7 +21,7 @@ from shakerproc.runs.result import (
     RunResult,
     lone_force,
 )
-from shakerproc.runs.roles import is_called, row_named, without_tachometers
+from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import Line, told
@@ -195,12 +195,7 @@ def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
     """
     asked, segment = result.test.processing.spectrogram, result.spectra.segment
     name = "" if asked is None else asked.channel
-    row = row_named(result.channels, name) if name else result.loudest
-    if row is None:
-        there = ", ".join(channel.name for channel in result.channels)
-        raise SpectrumError(
-            f"spectrogram: no channel {name!r}; the run has {there}. Name one of them"
-        )
+    row = row_asked_for(result.channels, name, "spectrogram") if name else result.loudest
     found = density_against_time(recording, result.crop, row, segment)
     notes = result.notes
     if found is None and asked is not None:

@@ -61,6 +61,41 @@ def row_named(channels: Sequence[Channel], name: str | int) -> int | None:
     return next((i for i, channel in enumerate(channels) if is_called(channel, name)), None)
 
 
+def row_asked_for(
+    channels: Sequence[Channel],
+    name: str,
+    key: str,
+    *,
+    besides: Sequence[str] = (),
+    todo: str = "Name one of them",
+) -> int:
+    """Return the row of a channel that a key of the log names.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Those of the run.
+    name : str
+        What the log says.
+    key : str
+        Of the log, for the message.
+    besides : sequence of str
+        What else may be named.
+    todo : str
+        What to do, for people.
+
+    Raises
+    ------
+    SpectrumError
+        If there is no such channel.
+    """
+    row = row_named(channels, name)
+    if row is None:
+        there = ", ".join([*(channel.name for channel in channels), *besides])
+        raise SpectrumError(f"{key}: no channel {name!r}; the run has {there}. {todo}")
+    return row
+
+
 def without_tachometers(recording: Recording) -> Recording:
     """Return a recording without its tachometers, whose pulses are no vibration.
 

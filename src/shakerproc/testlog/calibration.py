@@ -1,7 +1,5 @@
 """The laboratory's calibration sheet: sensitivity and dates of each sensor, CSV or XLSX."""
 
-import csv
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,6 +9,7 @@ from typing import Final
 
 from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
 from shakerproc.errors import LogError
+from shakerproc.testlog.csv_cells import csv_cells
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.units import near_miss, quoted, to_si
 
@@ -44,7 +43,8 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
         raise LogError(f"{path}: no such file; put the calibration sheet there")
     if path.stat().st_size > MOST_BYTES:
         raise LogError(f"{path}: expected a calibration sheet, got more than 10 MB")
-    rows = _xlsx_rows(path) if path.suffix.lower() == ".xlsx" else _csv_rows(path)
+    is_sheet = path.suffix.lower() == ".xlsx"
+    rows = _xlsx_rows(path) if is_sheet else csv_cells(path.read_bytes(), path)
     filled = [(line, cells) for line, cells in rows if any(cells)]
     if not filled:
         raise LogError(f"{path}: expected a header such as {_WANTED}, got an empty sheet")
@@ -56,23 +56,6 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
             raise LogError(f"{path}:{line}: sensor {quoted(one.serial)} stands twice")
         found[one.serial] = one
     return found
-
-
-def _csv_rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the cells of every line.
-
-    Raises
-    ------
-    LogError
-        If the file is no text.
-    """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
-    sign = ";" if ";" in next(filter(str.strip, text.splitlines()), "") else ","
-    rows = csv.reader(io.StringIO(text), delimiter=sign)
-    return [(line, [cell.strip() for cell in cells]) for line, cells in enumerate(rows, 1)]
 
 
 def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:

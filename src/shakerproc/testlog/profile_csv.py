@@ -1,6 +1,5 @@
 """Breakpoints of a profile as a CSV file holds them."""
 
-import csv
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Final, TypeAlias, final
 
 from shakerproc.errors import LogError
+from shakerproc.testlog.csv_cells import csv_cells
 from shakerproc.units import quoted
 
 MOST_BYTES: Final = 1_000_000
@@ -81,18 +81,7 @@ def _lines(path: Path) -> list[tuple[int, list[str]]]:
         raise LogError(
             f"{path}: expected breakpoints, got more than 1 MB; name the profile's file"
         )
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
-    said = [line if not line.lstrip().startswith("#") else "" for line in text.splitlines()]
-    header = next((line for line in said if line.strip()), "")
-    separator = ";" if ";" in header else ","
-    lines = [
-        (number, [cell.strip() for cell in cells])
-        for number, cells in enumerate(csv.reader(said, delimiter=separator), 1)
-        if any(cell.strip() for cell in cells)
-    ]
+    lines = [row for row in csv_cells(raw, path, comments=True) if any(row[1])]
     if not lines:
         raise LogError(f"{path}: expected a header {_WANTED}, got an empty file")
     return lines

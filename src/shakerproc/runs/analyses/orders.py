@@ -11,7 +11,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
-from shakerproc.runs.roles import is_called, row_named
+from shakerproc.runs.roles import is_called, row_asked_for
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.orders import Rotation, order_amplitudes, rotation
@@ -135,23 +135,6 @@ def _check_distance(wanted: Orders) -> None:
         )
 
 
-def _row_of(recording: Recording, name: str) -> int:
-    """Return the row of the tachometer.
-
-    Raises
-    ------
-    SpectrumError
-        If there is no such channel.
-    """
-    row = row_named(recording.channels, name)
-    if row is not None:
-        return row
-    there = ", ".join(channel.name for channel in recording.channels)
-    raise SpectrumError(
-        f"orders: no channel {name!r}; the run has {there}. Name the tachometer among them"
-    )
-
-
 def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotation | None:
     """Return the rotation, times from the start of the run; None where no orders are wanted.
 
@@ -162,7 +145,8 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
     """
     if wanted is None:
         return None
-    row = _row_of(recording, wanted.tachometer)
+    todo = "Name the tachometer among them"
+    row = row_asked_for(recording.channels, wanted.tachometer, "orders", todo=todo)
     samples = recording.select([row]).samples(crop.start, crop.stop)[0]
     try:
         found = rotation(samples, recording.sample_rate, wanted.pulses_per_revolution)
