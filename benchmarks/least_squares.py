@@ -20,8 +20,9 @@ import scipy.sparse
 from tests.diagnosis.one_mass import added, data_of, one_mass
 
 from shakerproc.diagnosis.estimation import residual_slopes
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import fit, perfect
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.estimation.windows import windows_of

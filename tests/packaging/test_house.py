@@ -21,6 +21,12 @@ def test_no_function_has_more_than_60_lines_of_code(functions):
     assert not long
 
 
+def test_no_file_of_the_diagnosis_has_more_than_300_lines():
+    files = (SOURCE / "diagnosis").rglob("*.py")
+    lines = {file.name: len(file.read_text("utf-8").splitlines()) for file in files}
+    assert not {name: count for name, count in lines.items() if count > 300}
+
+
 def test_no_function_has_more_than_eight_parameters(functions):
     assert [f.where for f in functions if f.kind == "plain" and f.parameters > 8] == []
 

@@ -14,7 +14,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.hidden_motion import completed
 from shakerproc.diagnosis.estimation.least_squares import Fit, perfect, predicted_rows
-from shakerproc.diagnosis.estimation.linear import LinearModel
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint

@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.sampling import as_recorded

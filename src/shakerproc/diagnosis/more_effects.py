@@ -8,10 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
+from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, scored_at

@@ -16,7 +16,8 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear
+from shakerproc.diagnosis.estimation.linear import fit_linear
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
+from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
@@ -21,8 +22,9 @@ from shakerproc.diagnosis.estimation.correction import (
 from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
-from shakerproc.diagnosis.estimation.linear import LinearModel, fit_linear, signs_and_delays
-from shakerproc.diagnosis.estimation.one_more import OneMore, grouped
+from shakerproc.diagnosis.estimation.linear import fit_linear, signs_and_delays
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
+from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
 from shakerproc.diagnosis.estimation.windows import whole_tests

@@ -10,7 +10,8 @@ from shakerproc.comparison.prediction import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
-from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL, LinearModel
+from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
 from shakerproc.simulation import Runs, free_runs

@@ -14,17 +14,13 @@ from shakerproc.comparison.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
+from shakerproc.diagnosis.estimation.uncertainty import uncertainty
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
 from shakerproc.simulation import Input
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
-
-MODEL_SHARE: Final = 1e-3
-"""Share of a response to which no model is held: calibration, noise of the controls [-]."""
-
-ENVELOPE_S: Final = 0.05
-"""Length over which the size of a response is taken: some periods of most resonances [s]."""
 
 BLOCK_S: Final = 0.5
 """Longest block in which the residual of a whole test has one scale [s]."""
@@ -48,60 +44,6 @@ another [-]."""
 HIGHEST_SHARE: Final = 0.3
 """Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
 alias, and the filters of recorders differ [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Windows:
-    """Parts of tests that are simulated, and what counts of them.
-
-    Attributes
-    ----------
-    table : (n_windows, 3) array of int
-        Test, first sample, and number of samples.
-    counted : tuple of (n_samples,) array of bool
-        Which samples of each window count.
-    from_rest : bool
-        Whether all begin at rest; else the motion where they begin is to be fitted.
-    run_in : Windows, optional
-        The same windows, of which only what starts are fitted to counts.
-    passed : tuple of (n_sensors, n_samples) array, optional
-        What noise of the input becomes in each window, standard deviation [unit of the
-        sensor]; none where nothing is known of the motion yet.
-    """
-
-    table: NDArray[np.int64]
-    counted: tuple[NDArray[np.bool_], ...]
-    from_rest: bool = True
-    run_in: "Windows | None" = None
-    passed: tuple[FloatArray, ...] | None = None
-
-    def __len__(self) -> int:
-        return len(self.table)
-
-    def beginning(self, share: float, least: int) -> "Windows":
-        """Return the first part of each window, of so many samples at least."""
-        table = self.table.copy()
-        sizes = np.maximum(np.ceil(share * table[:, 2]), least)
-        table[:, 2] = np.minimum(table[:, 2], sizes.astype(int))
-        counted = tuple(c[:size] for c, size in zip(self.counted, table[:, 2], strict=True))
-        return Windows(table, counted, self.from_rest)
-
-    def some(self, count: int) -> "Windows":
-        """Return so many of the windows, evenly over all tests; all where there are no more."""
-        if len(self) <= count:
-            return self
-        return self.chosen(np.linspace(0, len(self) - 1, count).round().astype(int))
-
-    def chosen(self, which: NDArray[np.int64]) -> "Windows":
-        """Return windows by their indices."""
-        return replace(
-            self,
-            table=self.table[which],
-            counted=tuple(self.counted[i] for i in which),
-            run_in=None if self.run_in is None else self.run_in.chosen(which),
-            passed=None if self.passed is None else tuple(self.passed[i] for i in which),
-        )
 
 
 @final
@@ -294,7 +236,7 @@ class DataSet:
         Beside the noise of the sensor a share of the response as it is just then: calibration,
         and what the noise of the controls becomes in a resonance.
         """
-        return tuple(_uncertainty(test) for test in self.tests)
+        return tuple(uncertainty(test) for test in self.tests)
 
     @cached_property
     def low_pass(self) -> tuple[FloatArray, ...]:
@@ -350,14 +292,6 @@ def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
     judged[test.stop :] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], judged, [False]]).astype(int)))
     return tuple((int(a), int(b)) for a, b in edges.reshape(-1, 2))
-
-
-def _uncertainty(test: Test) -> FloatArray:
-    size = max(8, round(ENVELOPE_S * test.sample_rate))
-    squared = scipy.ndimage.uniform_filter1d(test.responses**2, size, axis=1)
-    local = MODEL_SHARE * np.sqrt(np.maximum(squared, 0.0))
-    found: FloatArray = np.hypot(np.maximum(test.noise, 1e-300)[:, None], local)
-    return found
 
 
 def _low_pass(test: Test) -> FloatArray:

@@ -6,8 +6,9 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_stretches, whole_tests, windows_of

@@ -14,8 +14,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts

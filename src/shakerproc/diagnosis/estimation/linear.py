@@ -1,8 +1,7 @@
 """Linear first: own numbers, chain of measurement and further modes, before any effect."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from shakerproc.comparison import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.further_modes import with_further_modes
+from shakerproc.diagnosis.estimation.linear_model import LinearModel, LinearNumber
 from shakerproc.diagnosis.estimation.linear_parameters import Chain, LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import (
     LinearSolution,
@@ -40,85 +40,6 @@ UNUSUAL: Final = 3.0
 
 _ROUNDS: Final = 3  # of weights by what the model leaves
 _QUANTILE: Final = 1.96  # of a 95 % interval, in standard deviations
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class LinearNumber:
-    """One number of the linear model.
-
-    Attributes
-    ----------
-    name : str
-        For people.
-    unit : str
-        SI unit of what it stands for.
-    value, low, high : float
-        Logarithm of a factor on the prior, or the number itself for delays and weights, with
-        its 95 % interval.
-    deviations : float
-        Of the prior, by which it is off [-].
-    """
-
-    name: str
-    unit: str
-    value: float
-    low: float
-    high: float
-    deviations: float
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class LinearModel:
-    """What effects are judged on top of.
-
-    Attributes
-    ----------
-    model : Model
-        With fitted stiffness and damping, and further modes.
-    chain : Chain
-        Gains, delays, weights of the controls.
-    own : tuple of LinearNumber
-        Stiffness and damping of the model's elements, with their intervals.
-    numbers : tuple of LinearNumber
-        Every unknown of the fit with its interval.
-    left : mapping of str to float
-        For each test the rms that the linear model leaves, over that measured, in its band [-].
-    unusual : tuple of LinearNumber
-        Numbers of the chain of measurement that their priors do not expect.
-    notes : tuple of str
-        What was found, a sentence each.
-    """
-
-    model: Model
-    chain: Chain
-    own: tuple[LinearNumber, ...]
-    numbers: tuple[LinearNumber, ...]
-    left: dict[str, float]
-    unusual: tuple[LinearNumber, ...]
-    notes: tuple[str, ...]
-
-    def input_of(self, test: Test) -> FloatArray:
-        """Return what drives the model in a test: its controls, weighted, (n,) array."""
-        mean = test.arrays.controls.mean(axis=1, keepdims=True)
-        return np.asarray(self.chain.weights @ (test.arrays.controls - mean))
-
-    def recorded(self, outputs: FloatArray, sample_rate: float) -> FloatArray:
-        """Return what the chain of measurement makes of simulated sensors, an array like them.
-
-        Parameters
-        ----------
-        outputs : (n_sensors, n) array
-            At the samples [SI].
-        sample_rate : float
-            Samples per second [Hz].
-        """
-        n = outputs.shape[1]
-        frequency = np.fft.rfftfreq(2 * n, 1.0 / sample_rate)
-        turn = np.exp(-2j * np.pi * frequency * self.chain.delays[:, np.newaxis])
-        spectrum = np.fft.rfft(outputs, 2 * n) * turn * self.chain.gains[:, np.newaxis]
-        return np.asarray(np.fft.irfft(spectrum, 2 * n)[:, :n])
 
 
 def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True) -> LinearModel:

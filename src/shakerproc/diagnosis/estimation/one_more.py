@@ -1,33 +1,30 @@
 """The search for one more effect on top of a hypothesis, over windows that grow."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.beginnings import (
+    BEST_STARTS,
+    Beginnings,
+    Group,
+    Tried,
+    as_told,
+    grouped,
+)
 from shakerproc.diagnosis.estimation.condition import NONE, Condition
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
-from shakerproc.diagnosis.estimation.own_starts import own_start, turned
-from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.sampling import as_recorded
-from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain, is_better
 from shakerproc.diagnosis.selection.standing import worth_a_fit
-from shakerproc.models.identification import Contained
-
-STARTS: Final = 64
-"""Starts of each effect in each joint that are tried in the shortest windows [-]."""
-
-BEST_STARTS: Final = 8
-"""Of these so many, the best of the screening, are tried with all numbers that may go with
-them, and in whole tests, too [-]."""
 
 FIRST_ROUNDS: Final = 2
 """Steps of a fit from the best of these: what they are worth shows by then [-]."""
@@ -37,20 +34,6 @@ KEPT: Final = 6
 
 LEAST_KEPT: Final = 2
 """Of these so many however far behind the best: two steps tell little of a curved law [-]."""
-
-Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
-"""Kind, joint, and the words of the variant."""
-
-_Tried: TypeAlias = tuple[Hypothesis, FloatArray, Channels | None]
-"""A hypothesis, its coordinates, and what the sensors do to its motion; None if nothing."""
-
-
-def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
-    """Return starts by effect, joint and variant, each group in the order of the starts."""
-    groups: dict[Group, list[Start]] = {}
-    for start in starts:
-        groups.setdefault((start.kind, start.between, start.words), []).append(start)
-    return groups
 
 
 @final
@@ -70,7 +53,7 @@ class OneMore:
         say: Callable[[str], None], condition: Condition = NONE,
     ) -> None:  # fmt: skip
         self.data, self.on, self.known, self.stages, self.say = data, on, known, stages, say
-        self.linear, self.condition = linear, condition
+        self.condition, self.begin = condition, Beginnings(on, known, linear)
         self.failed: dict[str, str] = {}
         self.least = np.inf
         self._first_fits: dict[Group, Fit] = {}
@@ -100,7 +83,7 @@ class OneMore:
         self.least = min((one.level for one in first.values()), default=np.inf)
         first = {group: one for group, one in first.items() if one.level < self.condition.below}
         promising = self._promising(groups, first)
-        screened = {kind: self._screened(start) for kind, start in promising.items()}
+        screened = {kind: self.begin.screened(start) for kind, start in promising.items()}
         standing = {group: first[group] for group in promising}
         for windows, rounds in zip(
             self.stages.windows[1:], self.stages.rounds[1:], strict=True
@@ -138,10 +121,10 @@ class OneMore:
                 one
                 for contained in self.known[last.between][kind].contains
                 if contained.limit and contained.kind == last.kind
-                for one in self._extended((kind, last.between), contained, found)
+                for one in self.begin.extended((kind, last.between), contained, found)
             ]
             if found.is_far:
-                ended = list(map(self._as_told, ended))
+                ended = list(map(as_told, ended))
             if not ended:
                 continue
             self.say(f"{kind} between {' and '.join(last.between)}")
@@ -152,12 +135,6 @@ class OneMore:
             good = [one for one in fits if one is not None]
             if good and (best := min(good, key=lambda one: one.level)).level < found.level:
                 yield best
-
-    def _as_told(self, tried: _Tried) -> _Tried:
-        """Return a start with the model's own numbers as its file tells them."""
-        hypothesis, x, channels = tried
-        own = len(hypothesis.own)
-        return hypothesis, np.concatenate([np.zeros(own), x[own:]]), channels
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
@@ -220,7 +197,7 @@ class OneMore:
         outdone = {
             group
             for group, one in first.items()
-            if any(own.level < one.level for own in self._contained(group, first).values())
+            if any(own.level < one.level for own in self.begin.contained(group, first).values())
         }
         screened = sorted(
             first.keys() - outdone, key=lambda group: min(s.left for s in groups[group])
@@ -231,38 +208,6 @@ class OneMore:
         chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:1], *near])
         return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
 
-    def _screened(self, start: Start) -> FloatArray:
-        """Return the coordinates that a start of the screening means."""
-        one = addition(
-            start.kind, start.between, self.known[start.between][start.kind], start.values
-        )
-        none = self.on.hypothesis
-        return np.concatenate([
-            own_start(none, start), self.on.x[len(none.own) :], one.transformed(start.values)
-        ])  # fmt: skip
-
-    def _at(self, none: Hypothesis, start: Start) -> list[_Tried]:
-        """Return an effect as it starts, beside numbers as told, as screened and as fitted.
-
-        A number whose sign is turned is as screened in all.
-        """
-        known = self.known[start.between][start.kind]
-        one = addition(start.kind, start.between, known, start.values)
-        own = own_start(none, start)
-        same = np.array([
-            a.sign == b.sign for a, b in zip(none.own, self.on.hypothesis.own, strict=True)
-        ])
-        beside = np.concatenate([self.on.x[own.size :], one.transformed(start.values)])
-        told, *others = (
-            np.concatenate([np.where(same, values, own), beside])
-            for values in (np.zeros(own.size), own, self.linear)
-        )
-        with_one = none.with_added(one)
-        return [
-            (with_one, told, None),
-            *((with_one, x, self.on.channels) for x in others),
-        ]
-
     def _size(self, kind: str, joint: Joint) -> int:
         return len(self.known[joint][kind].free)
 
@@ -272,13 +217,7 @@ class OneMore:
         """Return the best fit to the shortest windows from all starts."""
         kind, joint, _ = group
         identification = self.known[joint][kind]
-        tried: list[_Tried] = []
-        for i, start in enumerate(starts[:STARTS]):
-            own, other = self.on.hypothesis, turned(self.on.hypothesis, start)
-            for none in [own] if other.own == own.own else [own, other]:
-                told, *others = self._at(none, start)
-                tried += [told, *others] if i < BEST_STARTS else [told]
-        tried += self._beyond(group, simpler)
+        tried = [*self.begin.of(starts), *self.begin.beyond(group, simpler)]
         fits = [
             fit(
                 self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS,
@@ -301,8 +240,8 @@ class OneMore:
 
         The simpler one had not arrived when this one began beyond it.
         """
-        tried = self._beyond(group, simpler)
-        reached = [one.level for one in self._contained(group, simpler).values()]
+        tried = self.begin.beyond(group, simpler)
+        reached = [one.level for one in self.begin.contained(group, simpler).values()]
         if not tried or (found is not None and found.level < min(reached) - LEAST):
             return found
         others = [
@@ -314,24 +253,7 @@ class OneMore:
         good = [one for one in (found, *others) if one is not None]
         return min(good, key=lambda one: one.level, default=None)
 
-    def _beyond(self, group: Group, simpler: Mapping[Group, Fit]) -> list[_Tried]:
-        """Return where an effect may start from where those that it contains ended."""
-        found = self._contained(group, simpler)
-        return [
-            tried
-            for contained in self.known[group[1]][group[0]].contains
-            for (kind, *_), fitted in found.items()
-            if kind == contained.kind
-            for tried in self._extended(group[:2], contained, fitted, words=group[2])
-        ]
-
-    def _contained(self, group: Group, simpler: Mapping[Group, Fit]) -> dict[Group, Fit]:
-        """Return the fits of those effects, in the same joint, that an effect contains."""
-        kind, joint, _ = group
-        kinds = {contained.kind for contained in self.known[joint][kind].contains}
-        return {g: one for g, one in simpler.items() if g[0] in kinds and g[1] == joint}
-
-    def _best(self, tried: Sequence[_Tried], *, simplest: bool) -> list[_Tried]:
+    def _best(self, tried: Sequence[Tried], *, simplest: bool) -> list[Tried]:
         """Return the best starts with numbers and sensors as told, and the best of the others.
 
         Numbers and gains that imitate the effect without it explain more at first and lead
@@ -347,41 +269,20 @@ class OneMore:
             found += self._least(near[:BEST_STARTS], whole)[:2]
         return list({id(one): one for one in found}.values())
 
-    def _least(self, tried: Sequence[_Tried], windows: Windows) -> list[_Tried]:
+    def _least(self, tried: Sequence[Tried], windows: Windows) -> list[Tried]:
         """Return starts by what they leave of windows as they are, without those that run away.
 
         Those that leave the same are one: forces above what a joint carries, say, which no
         slope leads away from.
         """
         levels = np.array([level_at(self.data, h, x, windows, own) for h, x, own in tried])
-        found: list[_Tried] = []
+        found: list[Tried] = []
         reached = -np.inf
         for i in np.argsort(levels):
             if np.isfinite(levels[i]) and levels[i] > reached + LEAST:
                 found.append(tried[i])
                 reached = float(levels[i])
         return found
-
-    def _extended(
-        self,
-        group: tuple[str, Joint],
-        contained: Contained,
-        fitted: Fit,
-        words: tuple[str, ...] | None = None,
-    ) -> list[_Tried]:
-        """Return where a richer effect may start from where one that it contains ended."""
-        kind, joint = group
-        *others, last = fitted.hypothesis.added
-        *before, own = fitted.hypothesis.parts(fitted.x)
-        out: list[_Tried] = []
-        for values in contained.extend({**last.fixed, **last.values(own)}):
-            own_words = tuple(v for v in values.values() if isinstance(v, str))
-            if words is None or own_words == words:
-                one = addition(kind, joint, self.known[joint][kind], values)
-                x = np.concatenate([*before, one.transformed(values)])
-                beside = replace(fitted.hypothesis, added=tuple(others))
-                out.append((beside.with_added(one), x, fitted.channels))
-        return out[:STARTS]
 
 
 def _is_near(score: Score | None, best: Score | None) -> bool:

@@ -9,9 +9,10 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.errors import ModelError

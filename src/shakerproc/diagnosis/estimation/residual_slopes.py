@@ -6,8 +6,9 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.stacks import Stack

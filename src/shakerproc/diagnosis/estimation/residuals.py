@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.models import Model
 from shakerproc.simulation import Runs, free_runs
 

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, Linearisation
 from shakerproc.diagnosis.estimation.stacks import TAPS

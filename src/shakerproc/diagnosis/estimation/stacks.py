@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 
 if TYPE_CHECKING:
-    from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+    from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.parts import Windows
 
 TAPS: Final = 21
 """Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""

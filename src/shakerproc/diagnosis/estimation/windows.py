@@ -6,7 +6,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
 
 Place: TypeAlias = tuple[float, int, int]

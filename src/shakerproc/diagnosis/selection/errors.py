@@ -9,8 +9,9 @@ from shakerproc.comparison.floor import floor_draws, over_draws
 from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
 from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import FEW, prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted

@@ -7,8 +7,9 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import DataSet, Windows
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 

@@ -1,0 +1,144 @@
+"""Where the fit of an effect begins: as screened, or where one that it contains ended."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, TypeAlias, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.own_starts import own_start, turned
+from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.screening import Start
+from shakerproc.models.identification import Contained
+
+STARTS: Final = 64
+"""Starts of each effect in each joint that are tried in the shortest windows [-]."""
+
+BEST_STARTS: Final = 8
+"""Of these so many, the best of the screening, are tried with all numbers that may go with
+them, and in whole tests, too [-]."""
+
+Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
+"""Kind, joint, and the words of the variant."""
+
+Tried: TypeAlias = tuple[Hypothesis, FloatArray, Channels | None]
+"""A hypothesis, its coordinates, and what the sensors do to its motion; None if nothing."""
+
+
+def grouped(starts: Sequence[Start]) -> dict[Group, list[Start]]:
+    """Return starts by effect, joint and variant, each group in the order of the starts."""
+    groups: dict[Group, list[Start]] = {}
+    for start in starts:
+        groups.setdefault((start.kind, start.between, start.words), []).append(start)
+    return groups
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Beginnings:
+    """Where the fits of one more effect on top of a hypothesis begin.
+
+    Attributes
+    ----------
+    on : Fit
+        The hypothesis.
+    known : mapping of joint to mapping of str to Identification
+        What each effect says of each joint.
+    linear : (n_own,) array
+        The model's own numbers as the linear model has them.
+    """
+
+    on: Fit
+    known: Known
+    linear: FloatArray
+
+    def screened(self, start: Start) -> FloatArray:
+        """Return the coordinates that a start of the screening means."""
+        one = addition(
+            start.kind, start.between, self.known[start.between][start.kind], start.values
+        )
+        none = self.on.hypothesis
+        return np.concatenate([
+            own_start(none, start), self.on.x[len(none.own) :], one.transformed(start.values)
+        ])  # fmt: skip
+
+    def of(self, starts: Sequence[Start]) -> list[Tried]:
+        """Return where an effect begins by starts of the screening, the best first."""
+        tried: list[Tried] = []
+        for i, start in enumerate(starts[:STARTS]):
+            own, other = self.on.hypothesis, turned(self.on.hypothesis, start)
+            for none in [own] if other.own == own.own else [own, other]:
+                told, *others = self._at(none, start)
+                tried += [told, *others] if i < BEST_STARTS else [told]
+        return tried
+
+    def _at(self, none: Hypothesis, start: Start) -> list[Tried]:
+        """Return an effect as it starts, beside numbers as told, as screened and as fitted.
+
+        A number whose sign is turned is as screened in all.
+        """
+        known = self.known[start.between][start.kind]
+        one = addition(start.kind, start.between, known, start.values)
+        own = own_start(none, start)
+        same = np.array([
+            a.sign == b.sign for a, b in zip(none.own, self.on.hypothesis.own, strict=True)
+        ])
+        beside = np.concatenate([self.on.x[own.size :], one.transformed(start.values)])
+        told, *others = (
+            np.concatenate([np.where(same, values, own), beside])
+            for values in (np.zeros(own.size), own, self.linear)
+        )
+        with_one = none.with_added(one)
+        return [
+            (with_one, told, None),
+            *((with_one, x, self.on.channels) for x in others),
+        ]
+
+    def beyond(self, group: Group, simpler: Mapping[Group, Fit]) -> list[Tried]:
+        """Return where an effect may begin from where those that it contains ended."""
+        found = self.contained(group, simpler)
+        return [
+            tried
+            for contained in self.known[group[1]][group[0]].contains
+            for (kind, *_), fitted in found.items()
+            if kind == contained.kind
+            for tried in self.extended(group[:2], contained, fitted, words=group[2])
+        ]
+
+    def contained(self, group: Group, simpler: Mapping[Group, Fit]) -> dict[Group, Fit]:
+        """Return the fits of those effects, in the same joint, that an effect contains."""
+        kind, joint, _ = group
+        kinds = {contained.kind for contained in self.known[joint][kind].contains}
+        return {g: one for g, one in simpler.items() if g[0] in kinds and g[1] == joint}
+
+    def extended(
+        self,
+        group: tuple[str, Joint],
+        contained: Contained,
+        fitted: Fit,
+        words: tuple[str, ...] | None = None,
+    ) -> list[Tried]:
+        """Return where a richer effect may begin from where one that it contains ended."""
+        kind, joint = group
+        *others, last = fitted.hypothesis.added
+        *before, own = fitted.hypothesis.parts(fitted.x)
+        out: list[Tried] = []
+        for values in contained.extend({**last.fixed, **last.values(own)}):
+            own_words = tuple(v for v in values.values() if isinstance(v, str))
+            if words is None or own_words == words:
+                one = addition(kind, joint, self.known[joint][kind], values)
+                x = np.concatenate([*before, one.transformed(values)])
+                beside = replace(fitted.hypothesis, added=tuple(others))
+                out.append((beside.with_added(one), x, fitted.channels))
+        return out[:STARTS]
+
+
+def as_told(tried: Tried) -> Tried:
+    """Return where a fit begins with the model's own numbers as its file tells them."""
+    hypothesis, x, channels = tried
+    own = len(hypothesis.own)
+    return hypothesis, np.concatenate([np.zeros(own), x[own:]]), channels
