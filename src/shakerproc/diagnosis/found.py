@@ -108,6 +108,14 @@ class Found:
         """Whether the best leaves no more than the noise and what it becomes in the model."""
         return self.is_explained_by(self.best)
 
+    @property
+    def is_enough(self) -> bool:
+        """Whether no more is to be looked for: noise is left of all, or of most blocks.
+
+        Of the rest, motions that part in a few places leave more.
+        """
+        return self.explained or self.best.is_mostly_noise
+
     def left_by(self, score: Score) -> float:
         """Return the held-out error of a hypothesis [-]; that of each is taken once."""
         if score not in self._left:

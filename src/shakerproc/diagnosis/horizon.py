@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, as_fitted, scored
+from shakerproc.diagnosis.selection.scores import Score, as_fitted, best_of, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
@@ -131,7 +131,7 @@ def compared(
         if not scores:
             continue
         campaign = sampled
-        best = min(scores, key=lambda score: score.mean).fit
+        best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
             continue
@@ -159,7 +159,7 @@ def _at_once(
     scores = _scores_beside(campaign, best, there, standing, form)
     if not scores:
         return None
-    first = min(scores, key=lambda score: score.mean).fit
+    first = best_of(scores).fit
     left = error_of(campaign.data, first, form.held_out)
     return (form, scores) if _is_noise(campaign, first, form, left) else None
 

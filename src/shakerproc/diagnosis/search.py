@@ -102,7 +102,7 @@ def _corrected_or_not(
             say("the chain of measurement corrected")
         own = corrected(tests, linear) if correct else tests
         found.append(replace(_searched(model, linear, own, say), corrected=correct))
-        if found[-1].rigid or found[-1].explained:
+        if found[-1].rigid or found[-1].is_enough:
             return found[-1]
     return min(found, key=lambda one: one.left)
 
@@ -152,7 +152,7 @@ def _searched(
             here = replace(campaign, data=one_more.data)
             first = _at_the_horizon(here, linear, singles, say, one_more=one_more)
             found = _told(original, linear_model, first, one_more.failed, starts)
-            if found.explained or found.best.is_mostly_noise:
+            if found.is_enough:
                 return found
     singles = one_more.found(starts)
     campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
@@ -165,7 +165,7 @@ def _searched(
             campaign, linear, singles, say, one_more=one_more, hidden=hidden
         )
     found = _told(original, linear_model, first, one_more.failed, starts)
-    if found.explained or found.best.is_mostly_noise:
+    if found.is_enough:
         return found
     return with_more(found, first.campaign, first.forms, first.singles, say)
 

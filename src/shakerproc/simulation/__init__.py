@@ -1,6 +1,6 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
-from shakerproc.simulation.band_limited import has_jumps
+from shakerproc.simulation.band_limited import has_jumps, is_smooth
 from shakerproc.simulation.free_runs import (
     FreeRuns,
     Runs,
@@ -23,6 +23,7 @@ __all__ = [
     "Simulation",
     "free_runs",
     "has_jumps",
+    "is_smooth",
     "largest_states",
     "motions_of",
     "prepare",

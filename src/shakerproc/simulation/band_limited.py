@@ -38,6 +38,14 @@ def has_jumps(model: Model) -> bool:
     return any(_jumps(element.effect) for element in model.elements)
 
 
+def is_smooth(model: Model) -> bool:
+    """Return whether no law of a model changes its formula or remembers where it turned."""
+    return all(
+        isinstance(element.effect, AbstractMemorylessEffect) and not element.effect.switches()
+        for element in model.elements
+    )
+
+
 def _jumps(effect: AbstractEffect) -> bool:
     if not isinstance(effect, AbstractMemorylessEffect):
         return False

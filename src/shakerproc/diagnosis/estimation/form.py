@@ -6,10 +6,12 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
+from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_stretches, whole_tests, windows_of
 
@@ -55,6 +57,17 @@ class Form:
             held_out=with_passed_noise(data, found, self.held_out),
         )
 
+    def starts_of(self, data: DataSet, found: Fit) -> FloatArray | None:
+        """Return starts of what is fitted to, each told by the first periods of its window.
+
+        A start that is fitted to a whole window at once may stay in another well, or on the
+        other side of a wall, than the measured motion was.
+        """
+        if self.scored_fitted.run_in is None:
+            return None
+        settled = with_starts_fitted(data, found, self.scored_fitted)
+        return None if settled is None else settled.starts
+
 
 def carried(
     data: DataSet, found: Fit, forms: Sequence[Form], *, rounds: int = ROUNDS
@@ -77,7 +90,7 @@ def carried(
         if here is not None and len(form.fitted):
             here = fit(
                 data, here.hypothesis, here.x, form.fitted, rounds=rounds,
-                channels=here.channels,
+                channels=here.channels, starts=form.starts_of(data, here),
             )  # fmt: skip
     return here
 

@@ -13,6 +13,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
+from shakerproc.diagnosis.estimation.run_in import found_again
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -120,7 +121,10 @@ def lengthened(
     starts = (found.x, other)
     levels = [level_at(data, found.hypothesis, x, windows, channels) for x in starts]
     x = starts[int(np.argmin(levels))]
-    return fit(
+    one = fit(
         data, found.hypothesis, x, windows, rounds=rounds, channels=channels,
         step=found.steps,
     )  # fmt: skip
+    if one is None:
+        return None
+    return found_again(data, one, rounds=rounds, known=found.follows_most)

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
@@ -100,6 +100,11 @@ class Fit:
     def channels(self) -> Channels:
         """Gains, delays and offsets."""
         return self.gain, self.delay, self.offset
+
+    @property
+    def follows_most(self) -> bool:
+        """Whether it leaves no more than noise of most blocks, however much of the rest."""
+        return float(np.median(self.rows)) <= EXCESS**2
 
     @property
     def is_far(self) -> bool:
@@ -273,10 +278,12 @@ def _better(
 ) -> tuple[Point, State, float] | None:
     """Return where a step ends that lowers the cost, its state, and the next damping.
 
-    None where no step does.
+    None where no step does, or where none can lower it by what matters.
     """
     for _ in range(TRIALS):
-        there = equations.taken(damping)
+        there, fall = equations.taken(damping)
+        if fall < SETTLED:
+            break
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])

@@ -86,9 +86,13 @@ class NormalEquations:
             wide * slopes.own[index],
         )
 
-    def taken(self, damping: float) -> Point:
-        """Return where a damped step leads, within bounds."""
-        normal, score = self.normal.copy(), self.score.copy()
+    def taken(self, damping: float) -> tuple[Point, float]:
+        """Return where a damped step leads, within bounds, and by how much the cost may fall.
+
+        Were the residual as straight as its slopes, it would fall by as much at least, but for
+        what is cut of the longest steps [-].
+        """
+        normal, score, fall = self.normal.copy(), self.score.copy(), 0.0
         inverses: list[FloatArray] = []
         for own, mixed, left in self.kept:
             diagonal = np.diagonal(own, axis1=1, axis2=2)
@@ -100,7 +104,9 @@ class NormalEquations:
             turned = mixed.transpose(0, 2, 1) @ inverse
             normal -= np.sum(turned @ mixed, axis=0)
             score -= np.einsum("mns,ms->n", turned, left)
+            fall += float(np.einsum("ms,mst,mt->", left, inverse, left))
         step = self._solved(normal, score, damping)
+        fall -= float(score @ step)
         n_x, n_s = self.at.x.size, self.at.gain.size
         change = np.clip(step[:n_x], -LONGEST_STEP, LONGEST_STEP)
         x = np.clip(self.at.x + change, self.linearisation.low, self.linearisation.high)
@@ -108,7 +114,8 @@ class NormalEquations:
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], *GAINS)
         delay = self.at.delay + moved[n_x + n_s : n_x + 2 * n_s]
         offset = self.at.offset + moved[n_x + 2 * n_s :]
-        return Point(x, gain, delay, offset, self._starts(moved, inverses))
+        there = Point(x, gain, delay, offset, self._starts(moved, inverses))
+        return there, fall / self.linearisation.correlation
 
     def covariance(self, slopes: Linearised) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of x, gains, delays and offsets from the scatter over blocks.

@@ -20,6 +20,7 @@ from shakerproc.diagnosis.estimation.growth import Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
+from shakerproc.diagnosis.estimation.run_in import found_again
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
@@ -28,6 +29,9 @@ from shakerproc.diagnosis.selection.standing import worth_a_fit
 
 FIRST_ROUNDS: Final = 2
 """Steps of a fit from the best of these: what they are worth shows by then [-]."""
+
+ARRIVAL_ROUNDS: Final = 12
+"""Steps more of those that go on to longer windows [-]."""
 
 KEPT: Final = 6
 """Hypotheses that are fitted to longer windows and at the horizon [-]."""
@@ -84,7 +88,7 @@ class OneMore:
         first = {group: one for group, one in first.items() if one.level < self.condition.below}
         promising = self._promising(groups, first)
         screened = {kind: self.begin.screened(start) for kind, start in promising.items()}
-        standing = {group: first[group] for group in promising}
+        standing = {group: self._arrived(group, first[group]) for group in promising}
         for windows, rounds in zip(
             self.stages.windows[1:], self.stages.rounds[1:], strict=True
         ):
@@ -100,6 +104,8 @@ class OneMore:
                     self._grown[group, windows] = one
                 if one is not None:
                     fits[group] = one
+            if _follow(standing) and not _follow(fits):
+                break  # the motion cannot be predicted as far ahead
             worth = self._worth_going_on(list(fits.values()), windows, rounds)
             standing = {
                 group: one
@@ -162,6 +168,23 @@ class OneMore:
             channels=one.channels, starts=one.starts, step=FARTHEST_STEP,
         )  # fmt: skip
         return one if again is None else again
+
+    def _arrived(self, group: Group, one: Fit) -> Fit:
+        """Return a fit to the shortest windows that goes on until it has arrived there.
+
+        Longer windows lead nowhere from where a few steps of a curved law have ended.
+        """
+        key = group, one.windows
+        if one.converged or key in self._grown:
+            return self._grown.get(key) or one
+        found = fit(
+            self.data, one.hypothesis, one.x, one.windows, rounds=ARRIVAL_ROUNDS,
+            channels=one.channels, step=one.steps,
+        )  # fmt: skip
+        better = one if found is None or found.level > one.level else found
+        better = found_again(self.data, better, rounds=ARRIVAL_ROUNDS)
+        self._grown[key] = better
+        return better
 
     def _worth_going_on(self, fits: Sequence[Fit], windows: Windows, rounds: int) -> list[Fit]:
         """Return the fits that may be the best where the windows are longer.
@@ -283,6 +306,12 @@ class OneMore:
                 found.append(tried[i])
                 reached = float(levels[i])
         return found
+
+
+def _follow(fits: Mapping[Group, Fit]) -> bool:
+    """Return whether the one that leaves least follows the motion in most windows."""
+    best = min(fits.values(), key=lambda one: one.level, default=None)
+    return best is not None and best.follows_most
 
 
 def _is_near(score: Score | None, best: Score | None) -> bool:

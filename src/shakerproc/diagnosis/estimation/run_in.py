@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
+from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit, fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
@@ -61,6 +61,45 @@ def with_starts_fitted(
     return replace(found, windows=windows, starts=here.starts)
 
 
+def found_again(data: DataSet, found: Fit, *, rounds: int, known: bool = False) -> Fit:
+    """Return a fit with the starts of windows that it lost sought anew, if it leaves less then.
+
+    A window that begins in another well, or on the other side of a wall, than the measured
+    motion did leaves much where most leave noise; no step leads out of there. From its first
+    samples on, of which the more are taken the longer it follows them, one does.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        To windows with starts of their own.
+    rounds : int
+        Steps at most from there.
+    known : bool
+        Whether its numbers leave no more than noise of most of shorter windows: then all that
+        leave more are lost, however many.
+    """
+    windows = found.windows
+    if windows.from_rest or found.starts is None:
+        return found
+    linearisation = Linearisation(data, found.hypothesis, windows)
+    here = Point(found.x, *found.channels, found.starts)
+    state = linearisation.residual(here)
+    lost = np.zeros(0, np.int64) if state is None else _lost(linearisation, state, most=known)
+    other = _grown(data, found, windows.chosen(lost)) if lost.size else None
+    if state is None or other is None:
+        return found
+    starts = found.starts.copy()
+    starts[lost] = other
+    here, _ = moved(linearisation, here, state, [starts])
+    again = fit(
+        data, found.hypothesis, found.x, windows, rounds=rounds, channels=found.channels,
+        starts=here.starts,
+    )  # fmt: skip
+    return again if again is not None and again.level < found.level else found
+
+
 def _fitted(
     linearisation: Linearisation, found: Fit, near: FloatArray | None
 ) -> tuple[Point, State] | None:
@@ -77,13 +116,16 @@ def _fitted(
     return _settled(linearisation, here, state)
 
 
-def _lost(linearisation: Linearisation, state: State) -> NDArray[np.int64]:
+def _lost(
+    linearisation: Linearisation, state: State, *, most: bool = False
+) -> NDArray[np.int64]:
     """Return the windows in which more than noise is left, of a model that explains most."""
     left = np.zeros(len(linearisation.windows))
     for stack, rows in zip(linearisation.stacks, state[0], strict=True):
         left[stack.members] = np.mean(rows**2, axis=1)
     lost = left > EXCESS**2
-    return np.flatnonzero(lost) if 2 * lost.sum() < lost.size else np.zeros(0, np.int64)
+    few = most or 2 * lost.sum() < lost.size
+    return np.flatnonzero(lost) if few else np.zeros(0, np.int64)
 
 
 def _settled(linearisation: Linearisation, here: Point, state: State) -> tuple[Point, State]:

@@ -6,6 +6,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.selection.scores import SURE, as_fitted, gain
+from shakerproc.simulation import is_smooth
 
 ROUNDS: Final = 10
 """Steps of both fits: what is compared has to arrive first [-]."""
@@ -21,12 +22,13 @@ def as_recorded(data: DataSet, found: Fit) -> DataSet:
     Parameters
     ----------
     data : DataSet
-        As they are compared so far: those that are compared as values already stay so.
+        As they are compared so far: those that are compared as values already stay so, and
+        those of a smooth motion.
     found : Fit
         A model fitted to any windows. It is fitted anew in both ways, as neither tells much
         before it arrives; the values win where they are surely better.
     """
-    if data.points:
+    if data.points or is_smooth(found.hypothesis.model_at(found.x)):
         return data
     means = fit(
         data, found.hypothesis, found.x, found.windows, rounds=ROUNDS,

@@ -6,7 +6,14 @@ import numpy as np
 
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import error_of
-from shakerproc.diagnosis.selection.scores import SURE, Score, gain, is_better, simplest_alike
+from shakerproc.diagnosis.selection.scores import (
+    SURE,
+    Score,
+    best_of,
+    gain,
+    is_better,
+    simplest_alike,
+)
 
 SHARE: Final = 0.5
 """Share of the error beyond the noise, without an effect, that the model with it may leave: an
@@ -38,7 +45,7 @@ def further(found: Found, chosen: Score) -> Score | None:
         and is_better(s, chosen)
         and found.left_by(s) < found.left_by(chosen)
     ]
-    return min(more, key=lambda s: s.mean, default=None)
+    return best_of(more) if more else None
 
 
 def is_outside(found: Found, chosen: Score) -> bool:
