@@ -65,8 +65,12 @@ class Score:
 
     @property
     def is_mostly_noise(self) -> bool:
-        """Whether no more is left of most blocks, however far motions diverge in a few."""
-        return self.mean <= float(np.log1p(EXCESS**2))
+        """Whether no more is left of most blocks, however far motions diverge in a few.
+
+        Of those that were held out, and of those that it was fitted to.
+        """
+        most = max(self.mean, float(np.mean(self.fitted)))
+        return most <= float(np.log1p(EXCESS**2))
 
 
 def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
