@@ -17,9 +17,11 @@ from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
-from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws
+from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import FAR, Score, gain, ranked
+from shakerproc.diagnosis.selection.scores import FAR, Score, gain, ranked, simplest_alike
+from shakerproc.diagnosis.selection.standing import contains
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 
@@ -93,33 +95,78 @@ def with_more(
     singles: Sequence[Fit],
     say: Callable[[str], None],
 ) -> Found:
-    """Return what pairs of effects, and a force without a name, explain beyond singles."""
-    pairs: list[Fit] = []
-    failed = dict(found.failed)
-    for first in singles[:FIRSTS]:
+    """Return what pairs of effects, and a force without a name, explain beyond singles.
+
+    A second effect is sought beside the best of all, then beside the best that is another law,
+    until no more than noise is left.
+    """
+    for first in _unlike(found, singles, campaign.known)[:FIRSTS]:
         say(f"a second effect beside {first.hypothesis.kinds[0]}")
-        one = first.hypothesis.added[0]
-        values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
-        starts = screen_pairs(
-            campaign.data.model,
-            campaign.fitted,
-            campaign.known,
-            (one.kind, one.between, values),
+        pairs, failed = _pairs(campaign, first, say)
+        scores = along(campaign, _with_limits(pairs, campaign.known), forms[-2:])
+        scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
+        found = replace(
+            found,
+            effects=tuple(ranked([*found.effects, *scores])),
+            failed={**found.failed, **failed},
         )
-        second = OneMore(
-            campaign.data, first, campaign.known, campaign.stages,
-            linear=first.hypothesis.parts(first.x)[0], say=_beside(say, one.kind),
-        )  # fmt: skip
-        best = list(grouped(starts).values())[:SECONDS]
-        pairs += second.found([start for own in best for start in own])
-        failed |= {f"{one.kind}+{name}": why for name, why in second.failed.items()}
-    pairs.sort(key=lambda pair: pair.level)
-    scores = along(campaign, pairs[:FIRSTS], forms[-2:])
-    scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
+        if found.is_enough:
+            return found
     say("a force without a name")
-    effects = tuple(ranked([*found.effects, *scores]))
-    free = _free_along(campaign, found.linear.fit, (found.linear, *effects), forms)
-    return replace(found, effects=effects, free=free, failed=failed)
+    known = (found.linear, *found.effects)
+    return replace(found, free=_free_along(campaign, found.linear.fit, known, forms))
+
+
+def _unlike(found: Found, singles: Sequence[Fit], known: Known) -> list[Fit]:
+    """Return single effects none of which contains another, the best first.
+
+    Of those that contain one another the simplest that predicts as well as the best of them.
+    """
+    left = [score for score in found.effects if len(score.fit.hypothesis.added) == 1]
+    unlike: list[Fit] = []
+    while left:
+        family = [s for s in left if s is left[0] or _are_alike(s.fit, left[0].fit, known)]
+        unlike.append(simplest_alike(family)[0].fit)
+        left = [score for score in left if score not in family]
+    for one in singles:
+        names = one.hypothesis.names
+        if not any(names == u.hypothesis.names or _are_alike(one, u, known) for u in unlike):
+            unlike.append(one)
+    return unlike
+
+
+def _are_alike(one: Fit, other: Fit, known: Known) -> bool:
+    return contains(one, other, known) or contains(other, one, known)
+
+
+def _pairs(
+    campaign: Campaign, first: Fit, say: Callable[[str], None]
+) -> tuple[list[Fit], dict[str, str]]:
+    """Return second effects beside one, the best first, and why others failed."""
+    one = first.hypothesis.added[0]
+    values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
+    starts = screen_pairs(
+        campaign.data.model,
+        campaign.fitted,
+        campaign.known,
+        (one.kind, one.between, values),
+    )
+    second = OneMore(
+        campaign.data, first, campaign.known, campaign.stages,
+        linear=first.hypothesis.parts(first.x)[0],
+        say=lambda what: say(f"{what}, beside {one.kind}"),
+    )  # fmt: skip
+    best = [(kind, joint) for kind, joint, _ in list(grouped(starts))[:SECONDS]]
+    pairs = second.found(with_limits(starts, best, campaign.known))
+    return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
+
+
+def _with_limits(pairs: Sequence[Fit], known: Known) -> list[Fit]:
+    """Return the best pairs, and those of simpler laws that they contain."""
+    best = list(pairs[:FIRSTS])
+    return best + [
+        pair for pair in pairs[FIRSTS:] if any(contains(one, pair, known) for one in best)
+    ]
 
 
 def _free_along(
@@ -141,11 +188,6 @@ def _free_along(
         laws = [score.fit for score in shorter]
     last = along(campaign, laws, forms[-1:])
     return last[0] if last else None
-
-
-def _beside(say: Callable[[str], None], kind: str) -> Callable[[str], None]:
-    """Return what tells of a second effect beside which it is tried."""
-    return lambda what: say(f"{what}, beside {kind}")
 
 
 def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:

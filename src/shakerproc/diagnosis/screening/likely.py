@@ -1,6 +1,6 @@
 """The effects that explain by far most in the screening, which are fitted first."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -61,7 +61,16 @@ def likely(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
     bound = np.sqrt(least * nothing)
     near = {name for name, own in left.items() if own <= bound}
     near |= {(start.kind, start.between) for start in starts if not start.told}
-    near |= {name for name in left if any(_contains(known, one, name) for one in near)}
+    return with_limits(starts, near, known)
+
+
+def with_limits(
+    starts: Sequence[Start], chosen: Iterable[tuple[str, Joint]], known: Known
+) -> tuple[Start, ...]:
+    """Return the starts of chosen effects in joints, and of those that they contain there."""
+    names = {(start.kind, start.between) for start in starts}
+    near = set(chosen)
+    near |= {name for name in names if any(_contains(known, one, name) for one in near)}
     return tuple(start for start in starts if (start.kind, start.between) in near)
 
 
