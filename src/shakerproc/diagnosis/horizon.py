@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, Form, carried, forms_of
+from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried, forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
@@ -118,7 +118,8 @@ def compared(
                 longest, own = found
                 return campaign, [longest], *_parted(linear, own)
         forms[i] = form.knowing(campaign.data, best)
-        there = carried(campaign.data, best, [forms[i]], rounds=BEST_ROUNDS)
+        rounds = BEST_ROUNDS if best.follows_most else ROUNDS
+        there = carried(campaign.data, best, [forms[i]], rounds=rounds)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
         data = campaign.data if there is None else as_recorded(campaign.data, there)

@@ -119,7 +119,8 @@ class OneMore:
 
         They begin where it ended, with the model's own numbers as told where it went far from
         them: those imitate what it lacks. `data` are the tests as they are compared now,
-        `windows` what `found` was fitted to, `rounds` the steps from each of two starts.
+        `windows` what `found` was fitted to, `rounds` the steps at most of what leaves less
+        after the first few.
         """
         last = found.hypothesis.added[-1]
         for kind in sorted(self.known[last.between], key=lambda k: self._size(k, last.between)):
@@ -135,12 +136,17 @@ class OneMore:
                 continue
             self.say(f"{kind} between {' and '.join(last.between)}")
             fits = [
-                fit(data, h, x, windows, rounds=rounds, channels=channels)
+                fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
                 for h, x, channels in self._least(ended, windows)[:2]
             ]
             good = [one for one in fits if one is not None]
-            if good and (best := min(good, key=lambda one: one.level)).level < found.level:
-                yield best
+            best = min(good, key=lambda one: one.level, default=found)
+            if best.level < found.level - LEAST:
+                arrived = fit(
+                    data, best.hypothesis, best.x, windows, rounds=rounds,
+                    channels=best.channels, starts=best.starts, step=best.steps,
+                )  # fmt: skip
+                yield best if arrived is None else arrived
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
