@@ -141,7 +141,7 @@ class OneMore:
             ]
             good = [one for one in fits if one is not None]
             best = min(good, key=lambda one: one.level, default=found)
-            if best.level < found.level - LEAST:
+            if best.level < found.level:
                 arrived = fit(
                     data, best.hypothesis, best.x, windows, rounds=rounds,
                     channels=best.channels, starts=best.starts, step=best.steps,
@@ -163,7 +163,7 @@ class OneMore:
         self.data = data
         self._grown.clear()
         return {
-            group: self._again(one, self.stages.rounds[0] if one.level < alone else 0)
+            group: self._again(one, FIRST_ROUNDS if one.level < alone else 0)
             for group, one in first.items()
         }
 

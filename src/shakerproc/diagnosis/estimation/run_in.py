@@ -26,6 +26,9 @@ SHARES: Final = (0.125, 0.25, 0.5)
 DAMPED: Final = (0.0, 1e-3, 0.1, 1.0)
 """Damping of steps that are tried, one after the other [-]."""
 
+FEW: Final = 0.1
+"""Share of windows that may be lost: the cost is logarithmic, and so few do not rule it [-]."""
+
 
 def with_starts_fitted(
     data: DataSet, found: Fit, windows: Windows, *, near: FloatArray | None = None
@@ -87,8 +90,10 @@ def found_again(data: DataSet, found: Fit, *, rounds: int, known: bool = False) 
     here = Point(found.x, *found.channels, found.starts)
     state = linearisation.residual(here)
     lost = np.zeros(0, np.int64) if state is None else _lost(linearisation, state, most=known)
-    other = _grown(data, found, windows.chosen(lost)) if lost.size else None
-    if state is None or other is None:
+    if state is None or lost.size <= FEW * len(windows):
+        return found
+    other = _grown(data, found, windows.chosen(lost))
+    if other is None:
         return found
     starts = found.starts.copy()
     starts[lost] = other
