@@ -61,9 +61,10 @@ class Form:
         """Return starts of what is fitted to, each told by the first periods of its window.
 
         A start that is fitted to a whole window at once may stay in another well, or on the
-        other side of a wall, than the measured motion was.
+        other side of a wall, than the measured motion was. None where a fit does not follow
+        the motion, or where windows begin at rest.
         """
-        if self.scored_fitted.run_in is None:
+        if self.scored_fitted.run_in is None or not found.follows_most:
             return None
         settled = with_starts_fitted(data, found, self.scored_fitted)
         return None if settled is None else settled.starts

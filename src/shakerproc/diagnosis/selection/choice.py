@@ -52,12 +52,13 @@ def is_outside(found: Found, chosen: Score) -> bool:
     """Return whether something is missing that no effect of the library explains.
 
     A force without a name predicts better than all effects do; or none explains most of what
-    is missing, which is more than the noise, where that is known. Of a joint that held nothing
-    is known, and nothing was tried.
+    is missing, which is more than the noise, where that is known: what is left has to matter in
+    either. Of a joint that held nothing is known, and nothing was tried.
     """
     if found.rigid:
         return False
-    if found.free is not None and gain(found.free, found.best).t > SURE:
+    nameless = found.free is not None and gain(found.free, found.best).t > SURE
+    if nameless and found.left > NEGLIGIBLE:
         return True
     if chosen.fit.hypothesis.added or not np.isfinite(found.floor):
         return False
