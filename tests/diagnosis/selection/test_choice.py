@@ -103,6 +103,11 @@ def test_a_force_without_a_name_that_predicts_better_is_outside_the_library(foun
     assert choice.is_outside(of, choice.standing_of(of)[0])
 
 
+def test_what_a_sensor_is_calibrated_to_is_not_outside_the_library(found):
+    of = found(0.5, {("stop",): 0.0099}, free=0.0060)
+    assert not choice.is_outside(of, choice.standing_of(of)[0])
+
+
 def test_an_effect_stands_beside_numbers_that_are_not_the_models_any_more(found):
     """Damping a thousand times the file's predicts a stuck joint as well as friction does."""
     friction = {("coulomb_friction",): 0.0100}

@@ -58,7 +58,7 @@ def is_outside(found: Found, chosen: Score) -> bool:
     if found.rigid:
         return False
     nameless = found.free is not None and gain(found.free, found.best).t > SURE
-    if nameless and found.left > NEGLIGIBLE:
+    if nameless and found.left_by(found.best) > NEGLIGIBLE:
         return True
     if chosen.fit.hypothesis.added or not np.isfinite(found.floor):
         return False
