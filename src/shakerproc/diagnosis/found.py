@@ -20,7 +20,7 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, best_of, scored
+from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE, Score, best_of, scored
 
 
 @final
@@ -110,11 +110,13 @@ class Found:
 
     @property
     def is_enough(self) -> bool:
-        """Whether no more is to be looked for: noise is left of all, or of most blocks.
+        """Whether no more is to be looked for: noise is left of most that was fitted to.
 
-        Of the rest, motions that part in a few places leave more.
+        And noise of what was held out, or of most of it: motions that part in a few places
+        leave more there. What was held out alone may not exercise all that is missing.
         """
-        return self.explained or self.best.is_mostly_noise
+        best = self.best
+        return best.is_mostly_noise or (best.fit.level <= MOSTLY_NOISE and self.explained)
 
     def left_by(self, score: Score) -> float:
         """Return the held-out error of a hypothesis [-]; that of each is taken once."""

@@ -1,6 +1,6 @@
 """What one effect of the library leaves: two of them, or a force without a name."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import FAR, Score, gain, ranked, simplest_alike
@@ -103,6 +103,11 @@ def with_more(
     for first in _unlike(found, singles, campaign.known)[:FIRSTS]:
         say(f"a second effect beside {first.hypothesis.kinds[0]}")
         pairs, failed = _pairs(campaign, first, say)
+        seconds = [pair.hypothesis.added[-1] for pair in pairs[:FIRSTS]]
+        wanted = {(one.kind, one.between) for one in seconds}
+        for simpler in singles:
+            if contains(first, simpler, campaign.known):
+                pairs += _pairs(campaign, simpler, say, wanted)[0]
         scores = along(campaign, _with_limits(pairs, campaign.known), forms[-2:])
         scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
         found = replace(
@@ -140,9 +145,15 @@ def _are_alike(one: Fit, other: Fit, known: Known) -> bool:
 
 
 def _pairs(
-    campaign: Campaign, first: Fit, say: Callable[[str], None]
+    campaign: Campaign,
+    first: Fit,
+    say: Callable[[str], None],
+    wanted: Collection[tuple[str, Joint]] = (),
 ) -> tuple[list[Fit], dict[str, str]]:
-    """Return second effects beside one, the best first, and why others failed."""
+    """Return second effects beside one, the best first, and why others failed.
+
+    Those that are wanted; of all that explain most by default.
+    """
     one = first.hypothesis.added[0]
     values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
     starts = screen_pairs(
@@ -157,7 +168,8 @@ def _pairs(
         say=lambda what: say(f"{what}, beside {one.kind}"),
     )  # fmt: skip
     best = [(kind, joint) for kind, joint, _ in list(grouped(starts))[:SECONDS]]
-    pairs = second.found(with_limits(starts, best, campaign.known))
+    chosen = [start for start in starts if (start.kind, start.between) in wanted]
+    pairs = second.found(chosen or with_limits(starts, best, campaign.known))
     return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
 
 

@@ -135,18 +135,14 @@ class OneMore:
             if not ended:
                 continue
             self.say(f"{kind} between {' and '.join(last.between)}")
-            fits = [
-                fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
-                for h, x, channels in self._least(ended, windows)[:2]
-            ]
-            good = [one for one in fits if one is not None]
-            best = min(good, key=lambda one: one.level, default=found)
-            if best.level < found.level:
-                arrived = fit(
-                    data, best.hypothesis, best.x, windows, rounds=rounds,
-                    channels=best.channels, starts=best.starts, step=best.steps,
-                )  # fmt: skip
-                yield best if arrived is None else arrived
+            for h, x, channels in self._least(ended, windows)[:1]:
+                first = fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
+                if first is not None and first.level < found.level:
+                    arrived = fit(
+                        data, h, first.x, windows, rounds=rounds, channels=first.channels,
+                        starts=first.starts, step=first.steps,
+                    )  # fmt: skip
+                    yield first if arrived is None else arrived
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.

@@ -12,6 +12,7 @@ from shakerproc.diagnosis.selection.scores import (
     best_of,
     gain,
     is_better,
+    is_silent,
     simplest_alike,
 )
 
@@ -118,9 +119,19 @@ def _explains_most(found: Found, score: Score) -> bool:
     left = _beyond_noise(found, score)
     numbers = score.fit.hypothesis.size - found.linear.fit.hypothesis.size
     told = SHARE**numbers * _beyond_noise(found, found.as_it_is or found.linear)
-    return left <= told and all(
-        left <= SHARE * _beyond_noise(found, one) for one in _simpler(found, score)
-    )
+    return left <= told and all(_halves(found, score, one) for one in _simpler(found, score))
+
+
+def _halves(found: Found, score: Score, other: Score) -> bool:
+    """Return whether a hypothesis leaves half of what another one does, beyond the noise.
+
+    Of what was held out, if the other leaves more than noise of that: else nothing that it
+    lacks may have been exercised there, and of what both were fitted to.
+    """
+    if is_silent(other):
+        own, others = (float(np.mean(np.expm1(one.fitted))) - 1.0 for one in (score, other))
+        return max(own, 0.0) <= SHARE**2 * others
+    return _beyond_noise(found, score) <= SHARE * _beyond_noise(found, other)
 
 
 def _holds_on(found: Found, score: Score) -> bool:

@@ -27,6 +27,9 @@ FAR: Final = 6.0
 """Standard errors by which a hypothesis may predict worse than the best on short windows and is
 still fitted at the horizon: once in 10^9 by chance [-]."""
 
+MOSTLY_NOISE: Final = float(np.log1p(EXCESS**2))
+"""Mean logarithm of 1 + mean square up to which noise alone is left of most blocks [-]."""
+
 LEAST: Final = 0.01
 """Gain below which an effect does not matter: what is left falls by half a per cent [-]."""
 
@@ -69,8 +72,7 @@ class Score:
 
         Of those that were held out, and of those that it was fitted to.
         """
-        most = max(self.mean, float(np.mean(self.fitted)))
-        return most <= float(np.log1p(EXCESS**2))
+        return max(self.mean, float(np.mean(self.fitted))) <= MOSTLY_NOISE
 
 
 def scored(data: DataSet, found: Fit, windows: Windows) -> Score | None:
@@ -124,6 +126,11 @@ def gain(better: Score, other: Score) -> Gain:
     pairs = ((better.logs, other.logs), (better.fitted, other.fitted))
     silent = all(map(_are_noise, pairs[0])) and not all(map(_are_noise, pairs[1]))
     return _gain(*pairs[silent])
+
+
+def is_silent(score: Score) -> bool:
+    """Return whether more than noise is left of what was fitted to, but not of the rest."""
+    return _are_noise(score.logs) and not _are_noise(score.fitted)
 
 
 def leaves_something(score: Score) -> bool:

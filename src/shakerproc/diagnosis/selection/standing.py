@@ -38,12 +38,18 @@ def worth_a_fit(scores: Sequence[Score], known: Known) -> list[Fit]:
 
 
 def contains(richer: Fit, simpler: Fit, known: Known) -> bool:
-    """Return whether a law has another one, in the same joint, as a limit."""
-    if not (richer.hypothesis.added and simpler.hypothesis.added):
+    """Return whether one hypothesis has another as a limit: all effects alike but one.
+
+    That one has the other's, in the same joint, as a limit.
+    """
+    own = richer.hypothesis.names - simpler.hypothesis.names
+    others = simpler.hypothesis.names - richer.hypothesis.names
+    if len(own) != 1 or len(others) != 1:
         return False
-    one, other = richer.hypothesis.added[-1], simpler.hypothesis.added[-1]
-    limits = [c.kind for c in known[one.between][one.kind].contains if c.limit]
-    return other.kind in limits and other.between == one.between
+    (kind, joint), (other, there) = *own, *others
+    return joint == there and any(
+        c.limit and c.kind == other for c in known[joint][kind].contains
+    )
 
 
 def _no_better(richer: Score, simpler: Score) -> bool:
