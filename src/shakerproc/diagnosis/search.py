@@ -27,6 +27,7 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
+from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import (
@@ -209,7 +210,10 @@ def _with_richer(
 ) -> list[Score]:
     """Return scores with those of laws that contain the best, until one leaves noise alone."""
     found = {score.fit.hypothesis.names: score for score in effects}
-    for one in one_more.richer(campaign.data, best.fit, form.fitted, ROUNDS):
+    richer = richer_laws(
+        one_more.begin, campaign.data, best.fit, form.fitted, rounds=ROUNDS, say=one_more.say
+    )
+    for one in richer:
         arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
         for score in scored_at(campaign, [arrived], form):
             found[one.hypothesis.names] = score

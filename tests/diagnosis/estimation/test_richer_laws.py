@@ -8,6 +8,7 @@ from tests.diagnosis.one_mass import JOINT, added, data_of, one_mass
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.models import EFFECTS
 
@@ -30,7 +31,9 @@ def searched():
 
 def test_the_law_that_contains_it_leaves_less_and_has_the_true_numbers(searched):
     search, coulomb = searched
-    richer = search.richer(coulomb.data, coulomb, coulomb.windows, rounds=8)
+    richer = richer_laws(
+        search.begin, coulomb.data, coulomb, coulomb.windows, rounds=8, say=lambda _: None
+    )
     stribeck = next(one for one in richer if one.hypothesis.kinds == ("stribeck_friction",))
     assert stribeck.level < coulomb.level
     effect = stribeck.hypothesis.model_at(stribeck.x).elements[-1].effect

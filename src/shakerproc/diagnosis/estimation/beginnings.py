@@ -7,12 +7,15 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.least_squares import Fit, level_at
 from shakerproc.diagnosis.estimation.own_starts import own_start, turned
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.scores import LEAST
 from shakerproc.models.identification import Contained
 
 STARTS: Final = 64
@@ -135,6 +138,22 @@ class Beginnings:
                 beside = replace(fitted.hypothesis, added=tuple(others))
                 out.append((beside.with_added(one), x, fitted.channels))
         return out[:STARTS]
+
+
+def least_left(data: DataSet, tried: Sequence[Tried], windows: Windows) -> list[Tried]:
+    """Return starts by what they leave of windows as they are, without those that run away.
+
+    Those that leave the same are one: forces above what a joint carries, say, which no slope
+    leads away from.
+    """
+    levels = np.array([level_at(data, h, x, windows, own) for h, x, own in tried])
+    found: list[Tried] = []
+    reached = -np.inf
+    for i in np.argsort(levels):
+        if np.isfinite(levels[i]) and levels[i] > reached + LEAST:
+            found.append(tried[i])
+            reached = float(levels[i])
+    return found
 
 
 def as_told(tried: Tried) -> Tried:

@@ -1,6 +1,6 @@
 """The search for one more effect on top of a hypothesis, over windows that grow."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final, final
 
 import numpy as np
@@ -11,8 +11,8 @@ from shakerproc.diagnosis.estimation.beginnings import (
     Beginnings,
     Group,
     Tried,
-    as_told,
     grouped,
+    least_left,
 )
 from shakerproc.diagnosis.estimation.condition import NONE, Condition
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -113,36 +113,6 @@ class OneMore:
                 if one in worth or group[0] == self.condition.wanted
             }
         return sorted(standing.values(), key=lambda one: one.level)
-
-    def richer(self, data: DataSet, found: Fit, windows: Windows, rounds: int) -> Iterator[Fit]:
-        """Yield the laws that contain a fitted one and leave less, those of few numbers first.
-
-        They begin where it ended, with the model's own numbers as told where it went far from
-        them: those imitate what it lacks. `data` are the tests as they are compared now,
-        `windows` what `found` was fitted to, `rounds` the steps at most of what leaves less
-        after the first few.
-        """
-        last = found.hypothesis.added[-1]
-        for kind in sorted(self.known[last.between], key=lambda k: self._size(k, last.between)):
-            ended = [
-                one
-                for contained in self.known[last.between][kind].contains
-                if contained.limit and contained.kind == last.kind
-                for one in self.begin.extended((kind, last.between), contained, found)
-            ]
-            if found.is_far:
-                ended = list(map(as_told, ended))
-            if not ended:
-                continue
-            self.say(f"{kind} between {' and '.join(last.between)}")
-            for h, x, channels in self._least(ended, windows)[:1]:
-                first = fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
-                if first is not None and first.level < found.level:
-                    arrived = fit(
-                        data, h, first.x, windows, rounds=rounds, channels=first.channels,
-                        starts=first.starts, step=first.steps,
-                    )  # fmt: skip
-                    yield first if arrived is None else arrived
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
@@ -271,7 +241,7 @@ class OneMore:
             return found
         others = [
             fit(self.data, hypothesis, x, windows, rounds=rounds, channels=channels)
-            for hypothesis, x, channels in self._least(tried, windows)[:2]
+            for hypothesis, x, channels in least_left(self.data, tried, windows)[:2]
             if found is None
             or level_at(self.data, hypothesis, x, windows, channels) < found.level
         ]
@@ -288,26 +258,11 @@ class OneMore:
         told = [one for one in tried if one[2] is None]
         others = [one for one in tried if one[2] is not None]
         first, whole = self.stages.looked_at, self.stages.whole
-        near = self._least(told, first)
-        found = [*near[:2], *self._least(others, first)[:2]]
+        near = least_left(self.data, told, first)
+        found = [*near[:2], *least_left(self.data, others, first)[:2]]
         if whole is not None and simplest:
-            found += self._least(near[:BEST_STARTS], whole)[:2]
+            found += least_left(self.data, near[:BEST_STARTS], whole)[:2]
         return list({id(one): one for one in found}.values())
-
-    def _least(self, tried: Sequence[Tried], windows: Windows) -> list[Tried]:
-        """Return starts by what they leave of windows as they are, without those that run away.
-
-        Those that leave the same are one: forces above what a joint carries, say, which no
-        slope leads away from.
-        """
-        levels = np.array([level_at(self.data, h, x, windows, own) for h, x, own in tried])
-        found: list[Tried] = []
-        reached = -np.inf
-        for i in np.argsort(levels):
-            if np.isfinite(levels[i]) and levels[i] > reached + LEAST:
-                found.append(tried[i])
-                reached = float(levels[i])
-        return found
 
 
 def _follow(fits: Mapping[Group, Fit]) -> bool:
