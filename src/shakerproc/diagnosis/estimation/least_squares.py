@@ -276,7 +276,7 @@ def level_at(
 def _better(
     equations: NormalEquations, cost: float, damping: float
 ) -> tuple[Point, State, float] | None:
-    """Return where a step ends that lowers the cost, its state, the next damping; None if none."""
+    """Return where a step leads that gains, its state, and the next damping; None if none."""
     for _ in range(TRIALS):
         there, fall = equations.taken(damping)
         if fall < SETTLED:

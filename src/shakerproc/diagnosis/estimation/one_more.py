@@ -144,10 +144,12 @@ class OneMore:
     def _arrived(self, group: Group, one: Fit) -> Fit:
         """Return a fit to the shortest windows that goes on until it has arrived there.
 
-        Longer windows lead nowhere from where a few steps of a curved law have ended.
+        Longer windows lead nowhere from where a few steps of a curved law have ended. Laws
+        that contain it begin where it ended, there.
         """
+        kind, joint, _ = group
         key = group, one.windows
-        if one.converged or key in self._grown:
+        if one.converged or self.known[joint][kind].contains or key in self._grown:
             return self._grown.get(key) or one
         found = fit(
             self.data, one.hypothesis, one.x, one.windows, rounds=ARRIVAL_ROUNDS,
