@@ -279,13 +279,13 @@ def _better(
     """Return where a step leads that gains, its state, and the next damping; None if none."""
     for _ in range(TRIALS):
         there, fall = equations.taken(damping)
-        if fall < SETTLED:
-            break
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
         if tried is not None and tried[2] < cost:
             return there, tried, max(damping / 10.0, LEAST_DAMPING)
+        if fall < SETTLED:
+            break
         damping *= 10.0
     return None
 
