@@ -106,8 +106,10 @@ def with_more(
         seconds = [pair.hypothesis.added[-1] for pair in pairs[:FIRSTS]]
         wanted = {(one.kind, one.between) for one in seconds}
         for simpler in singles:
-            if contains(first, simpler, campaign.known):
-                pairs += _pairs(campaign, simpler, say, wanted)[0]
+            if wanted and contains(first, simpler, campaign.known):
+                others, why = _pairs(campaign, simpler, say, wanted)
+                pairs += others
+                failed |= why
         scores = along(campaign, _with_limits(pairs, campaign.known), forms[-2:])
         scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
         found = replace(
@@ -148,11 +150,11 @@ def _pairs(
     campaign: Campaign,
     first: Fit,
     say: Callable[[str], None],
-    wanted: Collection[tuple[str, Joint]] = (),
+    wanted: Collection[tuple[str, Joint]] | None = None,
 ) -> tuple[list[Fit], dict[str, str]]:
     """Return second effects beside one, the best first, and why others failed.
 
-    Those that are wanted; of all that explain most by default.
+    Those that are wanted; by default those that explain most, and what they contain.
     """
     one = first.hypothesis.added[0]
     values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
@@ -167,9 +169,12 @@ def _pairs(
         linear=first.hypothesis.parts(first.x)[0],
         say=lambda what: say(f"{what}, beside {one.kind}"),
     )  # fmt: skip
-    best = [(kind, joint) for kind, joint, _ in list(grouped(starts))[:SECONDS]]
-    chosen = [start for start in starts if (start.kind, start.between) in wanted]
-    pairs = second.found(chosen or with_limits(starts, best, campaign.known))
+    if wanted is None:
+        best = [(kind, joint) for kind, joint, _ in list(grouped(starts))[:SECONDS]]
+        starts = with_limits(starts, best, campaign.known)
+    else:
+        starts = tuple(start for start in starts if (start.kind, start.between) in wanted)
+    pairs = second.found(starts) if starts else []
     return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
 
 

@@ -55,11 +55,10 @@ def with_starts_fitted(
         return None
     here, state = fitted
     lost = _lost(linearisation, state) if near is None else np.zeros(0, np.int64)
-    other = _grown(data, found, windows.run_in.chosen(lost)) if lost.size else None
+    is_few = 0 < 2 * lost.size < len(windows)
+    other = _grown(data, found, windows.run_in.chosen(lost)) if is_few else None
     if other is not None and here.starts is not None:
-        starts = here.starts.copy()
-        starts[lost] = other
-        here, state = moved(linearisation, here, state, [starts])
+        here, state = _begun_at(linearisation, here, state, lost, other)
         here, _ = _settled(linearisation, here, state)
     return replace(found, windows=windows, starts=here.starts)
 
@@ -89,15 +88,15 @@ def found_again(data: DataSet, found: Fit, *, rounds: int, known: bool = False) 
     linearisation = Linearisation(data, found.hypothesis, windows)
     here = Point(found.x, *found.channels, found.starts)
     state = linearisation.residual(here)
-    lost = np.zeros(0, np.int64) if state is None else _lost(linearisation, state, most=known)
-    if state is None or lost.size <= FEW * len(windows):
+    if state is None:
+        return found
+    lost = _lost(linearisation, state)
+    if lost.size <= FEW * len(windows) or (2 * lost.size >= len(windows) and not known):
         return found
     other = _grown(data, found, windows.chosen(lost))
     if other is None:
         return found
-    starts = found.starts.copy()
-    starts[lost] = other
-    here, _ = moved(linearisation, here, state, [starts])
+    here, _ = _begun_at(linearisation, here, state, lost, other)
     again = fit(
         data, found.hypothesis, found.x, windows, rounds=rounds, channels=found.channels,
         starts=here.starts,
@@ -121,16 +120,25 @@ def _fitted(
     return _settled(linearisation, here, state)
 
 
-def _lost(
-    linearisation: Linearisation, state: State, *, most: bool = False
-) -> NDArray[np.int64]:
-    """Return the windows in which more than noise is left, of a model that explains most."""
+def _lost(linearisation: Linearisation, state: State) -> NDArray[np.int64]:
+    """Return the windows in which more than noise is left."""
     left = np.zeros(len(linearisation.windows))
     for stack, rows in zip(linearisation.stacks, state[0], strict=True):
         left[stack.members] = np.mean(rows**2, axis=1)
-    lost = left > EXCESS**2
-    few = most or 2 * lost.sum() < lost.size
-    return np.flatnonzero(lost) if few else np.zeros(0, np.int64)
+    return np.flatnonzero(left > EXCESS**2)
+
+
+def _begun_at(
+    linearisation: Linearisation,
+    here: Point,
+    state: State,
+    which: NDArray[np.int64],
+    other: FloatArray,
+) -> tuple[Point, State]:
+    """Return some windows begun at other starts, each where that leaves less."""
+    starts = np.array(here.starts)
+    starts[which] = other
+    return moved(linearisation, here, state, [starts])
 
 
 def _settled(linearisation: Linearisation, here: Point, state: State) -> tuple[Point, State]:

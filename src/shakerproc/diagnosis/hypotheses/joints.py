@@ -76,3 +76,12 @@ def identifications(at: JointScales) -> Mapping[str, Identification]:
     """Return what each effect says of a joint that moves like this, by kind."""
     known = {kind: effect.identification(at) for kind, effect in EFFECTS.items()}
     return {kind: one for kind, one in known.items() if one is not None}
+
+
+def has_limit(known: Known, richer: tuple[str, Joint], simpler: tuple[str, Joint]) -> bool:
+    """Return whether an effect has another one, in the same joint, as a limit."""
+    kind, joint = richer
+    other, there = simpler
+    return joint == there and any(
+        one.limit and one.kind == other for one in known[joint][kind].contains
+    )

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.hypotheses.joints import Known, has_limit
 from shakerproc.diagnosis.screening.start import Start
 from shakerproc.diagnosis.screening.transfer import Joint
 
@@ -70,13 +70,5 @@ def with_limits(
     """Return the starts of chosen effects in joints, and of those that they contain there."""
     names = {(start.kind, start.between) for start in starts}
     near = set(chosen)
-    near |= {name for name in names if any(_contains(known, one, name) for one in near)}
+    near |= {name for name in names if any(has_limit(known, one, name) for one in near)}
     return tuple(start for start in starts if (start.kind, start.between) in near)
-
-
-def _contains(known: Known, richer: tuple[str, Joint], simpler: tuple[str, Joint]) -> bool:
-    """Return whether an effect has another one, in the same joint, as a limit."""
-    if richer[1] != simpler[1]:
-        return False
-    contained = known[richer[1]][richer[0]].contains
-    return any(one.kind == simpler[0] and one.limit for one in contained)

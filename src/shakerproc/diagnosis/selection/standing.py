@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.hypotheses.joints import Known, has_limit
 from shakerproc.diagnosis.selection.scores import LEAST, SURE, Score, gain
 
 
@@ -46,10 +46,7 @@ def contains(richer: Fit, simpler: Fit, known: Known) -> bool:
     others = simpler.hypothesis.names - richer.hypothesis.names
     if len(own) != 1 or len(others) != 1:
         return False
-    (kind, joint), (other, there) = *own, *others
-    return joint == there and any(
-        c.limit and c.kind == other for c in known[joint][kind].contains
-    )
+    return has_limit(known, *own, *others)
 
 
 def _no_better(richer: Score, simpler: Score) -> bool:
