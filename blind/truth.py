@@ -33,9 +33,10 @@ class Truth:
 
 @dataclass(frozen=True)
 class Motion:
-    """What one test does: acceleration over fine steps, the rest over samples."""
+    """What one test does: acceleration at fine steps, its means over them, the rest at samples."""
 
     acceleration: np.ndarray
+    means: np.ndarray
     displacement: np.ndarray
     velocity: np.ndarray
     stretch: np.ndarray
@@ -116,12 +117,12 @@ def move(
     )
     m[layout.STEP] = 1.0 / (sample_rate * substeps)
     m[layout.SUBSTEPS], m[layout.LIMIT] = substeps, limit
-    acceleration = np.empty((n_steps, n))
+    accelerations = np.empty((2, n_steps, n))
     samples = np.empty((n_steps // substeps, 2 * n + 3 * ne))
-    status = integrate(m, base, force, acceleration, samples)
+    status = integrate(m, base, force, accelerations, samples)
     if status == 2:
         raise RuntimeError("the memory of an Iwan element is full")
     if status:
         return None
     parts = np.split(samples, np.cumsum([n, n, ne, ne]), axis=1)
-    return Motion(acceleration, *parts)
+    return Motion(*accelerations, *parts)

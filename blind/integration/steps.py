@@ -153,8 +153,12 @@ def accept(m, share):
 
 
 @kernel
-def integrate(m, base, push, acceleration, samples):
-    """Fill the outputs; return 0, 1 where the motion ran away, 2 where a memory is full."""
+def integrate(m, base, push, accelerations, samples):
+    """Fill the outputs; return 0, 1 where the motion ran away, 2 where a memory is full.
+
+    Accelerations are those at the beginnings of the steps, then their means over the steps.
+    """
+    acceleration, means = accelerations[0], accelerations[1]
     n, every = int(m[N_MASSES]), int(m[SUBSTEPS])
     set_modes(m, 0.0)
     for k in range(acceleration.shape[0]):
@@ -166,10 +170,14 @@ def integrate(m, base, push, acceleration, samples):
             acceleration[k, i] = m[RATES + n + i] + base[2 * k]
         if k % every == 0:
             sample(m, k // every, samples)
+        felt = (base[2 * k] + 4.0 * base[2 * k + 1] + base[2 * k + 2]) / 6.0
+        for i in range(n):
+            means[k, i] = felt - m[Y + n + i] / m[STEP]
         status = one_step(m)
         if status != 0:
             return status
         for i in range(n):
+            means[k, i] += m[Y + n + i] / m[STEP]
             if not abs(m[Y + i]) < m[LIMIT]:
                 return 1
     return 0
