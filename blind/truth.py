@@ -33,7 +33,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Motion:
-    """What one test does: acceleration at fine steps, its means over them, the rest at samples."""
+    """What a test does: acceleration at fine steps and its means over them, else at samples."""
 
     acceleration: np.ndarray
     means: np.ndarray
