@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, as_fitted, best_of, scored
+from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, best_of, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
@@ -198,7 +198,13 @@ def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:
     return is_within(left, pooled_floor(floors))
 
 
-def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> list[Score]:
+def along(
+    campaign: Campaign,
+    fits: Sequence[Fit],
+    forms: Sequence[Form],
+    *,
+    beside: Fit | None = None,
+) -> list[Score]:
     """Return fits carried over to one horizon after the other, and scored at the last.
 
     Those that run away are left out.
@@ -211,8 +217,30 @@ def along(campaign: Campaign, fits: Sequence[Fit], forms: Sequence[Form]) -> lis
         On shorter windows.
     forms : sequence of Form
         What they are carried over to.
+    beside : Fit, optional
+        One that has arrived at the last: what predicts far worse than it at a horizon is
+        fitted to no longer one, and is scored with the numbers that it has.
     """
-    return scored_at(campaign, [carried(campaign.data, one, forms) for one in fits], forms[-1])
+    standing, fallen = list(fits), list[Fit]()
+    for form in forms:
+        there = [carried(campaign.data, one, [form]) for one in standing]
+        if form is forms[-1]:
+            return scored_at(campaign, [*there, *fallen], form)
+        standing = [one for one in there if one is not None]
+        if beside is not None:
+            behind = _far_behind(campaign, standing, beside, form)
+            fallen += behind
+            standing = [one for one in standing if one not in behind]
+    return []
+
+
+def _far_behind(campaign: Campaign, fits: Sequence[Fit], beside: Fit, form: Form) -> list[Fit]:
+    """Return the fits at a horizon that predict far worse there than another one does."""
+    best = scored_at(campaign, [beside], form)
+    if not best:
+        return []
+    scores = scored_at(campaign, fits, form)
+    return [score.fit for score in scores if gain(best[0], score).t > FAR]
 
 
 def scored_at(campaign: Campaign, fits: Sequence[Fit | None], form: Form) -> list[Score]:

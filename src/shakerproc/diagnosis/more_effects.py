@@ -15,12 +15,12 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import along, scored_at
+from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import FAR, Score, gain, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import Score, ranked, simplest_alike
 from shakerproc.diagnosis.selection.standing import contains
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
@@ -110,7 +110,8 @@ def with_more(
                 others, why = _pairs(campaign, simpler, say, wanted)
                 pairs += others
                 failed |= why
-        scores = along(campaign, _with_limits(pairs, campaign.known), forms[-2:])
+        pairs = _with_limits(pairs, campaign.known)
+        scores = along(campaign, pairs, forms[-2:], beside=found.best.fit)
         scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
         found = replace(
             found,
@@ -120,8 +121,9 @@ def with_more(
         if found.is_enough:
             return found
     say("a force without a name")
-    known = (found.linear, *found.effects)
-    return replace(found, free=_free_along(campaign, found.linear.fit, known, forms))
+    laws = _free(campaign, found.linear.fit)
+    free = along(campaign, laws, forms, beside=found.best.fit)
+    return replace(found, free=free[0] if free else None)
 
 
 def _unlike(found: Found, singles: Sequence[Fit], known: Known) -> list[Fit]:
@@ -184,27 +186,6 @@ def _with_limits(pairs: Sequence[Fit], known: Known) -> list[Fit]:
     return best + [
         pair for pair in pairs[FIRSTS:] if any(contains(one, pair, known) for one in best)
     ]
-
-
-def _free_along(
-    campaign: Campaign, linear: Fit, known: Sequence[Score], forms: Sequence[Form]
-) -> Score | None:
-    """Return the missing force without a name at the last horizon.
-
-    It is not fitted there where at the one before it predicts far worse than the best that is
-    known.
-    """
-    laws = _free(campaign, linear)
-    if len(forms) > 1 and laws:
-        shorter = along(campaign, laws, forms[:-1])
-        best = min(known, key=lambda score: score.mean).fit
-        other = scored_at(campaign, [best], forms[-2])
-        if shorter and other and gain(other[0], shorter[0]).t > FAR:
-            last = scored_at(campaign, [shorter[0].fit], forms[-1])
-            return last[0] if last else None
-        laws = [score.fit for score in shorter]
-    last = along(campaign, laws, forms[-1:])
-    return last[0] if last else None
 
 
 def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:

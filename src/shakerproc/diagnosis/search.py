@@ -1,8 +1,8 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
 from shakerproc.diagnosis.estimation.linear import fit_linear, signs_and_delays
@@ -27,22 +27,18 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import (
-    along,
-    compared,
     is_mostly_noise,
     is_noise,
-    scored_at,
     usable_forms,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.more_effects import hidden_pairs, parts_of, with_more
+from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
+from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, screen, widening
-from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_something, ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -129,7 +125,7 @@ def _searched(
     rigid = rigid_joints(campaign.data)
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
-        outcome = _at_the_horizon(campaign, linear, [], say)
+        outcome = at_the_horizon(campaign, linear, [], say)
         return replace(_told(original, linear_model, outcome, {}, ()), rigid=rigid)
     say("screening")
     alone = is_noise(campaign, linear, forms[-1])
@@ -151,7 +147,8 @@ def _searched(
             continue
         if any(one.level < MUCH * linear.level for one in singles):
             here = replace(campaign, data=one_more.data)
-            first = _at_the_horizon(here, linear, singles, say, one_more=one_more)
+            first = widened(first, singles) if first is not None else None
+            first = first or at_the_horizon(here, linear, singles, say, one_more=one_more)
             found = _told(original, linear_model, first, one_more.failed, starts)
             if found.is_enough:
                 return found
@@ -161,71 +158,20 @@ def _searched(
     if not is_mostly_noise(campaign, best):
         left = min((start.left for start in starts), default=0.0)
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
-    if first is None or hidden or not set(singles) <= set(first.singles):
-        first = _at_the_horizon(
-            campaign, linear, singles, say, one_more=one_more, hidden=hidden
-        )
+    first = widened(first, singles) if first is not None and not hidden else None
+    first = first or at_the_horizon(
+        campaign, linear, singles, say, one_more=one_more, hidden=hidden
+    )
     found = _told(original, linear_model, first, one_more.failed, starts)
     if found.is_enough:
         return found
     return with_more(found, first.campaign, first.forms, first.singles, say)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Outcome:
-    """What is left of hypotheses at the longest horizon at which they can be told apart."""
-
-    campaign: Campaign
-    forms: Sequence[Form]
-    linear: Score
-    effects: Sequence[Score]
-    singles: Sequence[Fit]
-
-
-def _at_the_horizon(
-    campaign: Campaign,
-    linear: Fit,
-    singles: Sequence[Fit],
-    say: Callable[[str], None],
-    *,
-    one_more: OneMore | None = None,
-    hidden: Sequence[Fit] = (),
-) -> _Outcome:
-    """Return the model without and with effects there, and with the parts of pairs.
-
-    A law that leaves something there no longer stands in for those that contain it.
-    """
-    say("at the horizon")
-    campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
-    effects += along(campaign, parts_of(effects, singles), forms)
-    best = best_of([base, *effects])
-    if one_more is not None and best.fit.hypothesis.added and leaves_something(best):
-        effects = _with_richer(campaign, forms[-1], effects, best, one_more)
-    return _Outcome(campaign, forms, base, ranked(effects), singles)
-
-
-def _with_richer(
-    campaign: Campaign, form: Form, effects: Sequence[Score], best: Score, one_more: OneMore
-) -> list[Score]:
-    """Return scores with those of laws that contain the best, until one leaves noise alone."""
-    found = {score.fit.hypothesis.names: score for score in effects}
-    richer = richer_laws(
-        one_more.begin, campaign.data, best.fit, form.fitted, rounds=ROUNDS, say=one_more.say
-    )
-    for one in richer:
-        arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
-        for score in scored_at(campaign, [arrived], form):
-            found[one.hypothesis.names] = score
-            if not leaves_something(score):
-                return list(found.values())
-    return list(found.values())
-
-
 def _told(
     original: Model,
     linear_model: LinearModel,
-    outcome: _Outcome,
+    outcome: Outcome,
     failed: Mapping[str, str],
     starts: Sequence[Start],
 ) -> Found:

@@ -1,0 +1,82 @@
+"""What is left of hypotheses at the longest horizon at which they can be told apart."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.estimation.richer_laws import richer_laws
+from shakerproc.diagnosis.horizon import along, compared, scored_at
+from shakerproc.diagnosis.more_effects import parts_of
+from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_something, ranked
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What is left of hypotheses at the longest horizon at which they can be told apart."""
+
+    campaign: Campaign
+    forms: Sequence[Form]
+    linear: Score
+    effects: Sequence[Score]
+    singles: Sequence[Fit]
+
+
+def at_the_horizon(
+    campaign: Campaign,
+    linear: Fit,
+    singles: Sequence[Fit],
+    say: Callable[[str], None],
+    *,
+    one_more: OneMore | None = None,
+    hidden: Sequence[Fit] = (),
+) -> Outcome:
+    """Return the model without and with effects there, and with the parts of pairs.
+
+    A law that leaves something there no longer stands in for those that contain it.
+    """
+    say("at the horizon")
+    campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
+    effects += along(campaign, parts_of(effects, singles), forms)
+    best = best_of([base, *effects])
+    if one_more is not None and best.fit.hypothesis.added and leaves_something(best):
+        effects = _with_richer(campaign, forms[-1], effects, best, one_more)
+    return Outcome(campaign, forms, base, ranked(effects), singles)
+
+
+def widened(outcome: Outcome, singles: Sequence[Fit]) -> Outcome | None:
+    """Return an outcome with the effects that were found since.
+
+    None where one of them predicts better than all before, as the horizon is that of the best,
+    or told since how the recorder took accelerations.
+    """
+    new = [one for one in singles if one not in outcome.singles]
+    if any(one.data.points for one in new) and not outcome.campaign.data.points:
+        return None
+    before = [outcome.linear, *outcome.effects]
+    best = best_of(before).fit
+    scores = along(outcome.campaign, new, outcome.forms, beside=best)
+    if best_of([*before, *scores]) not in before:
+        return None
+    return replace(outcome, effects=ranked([*outcome.effects, *scores]), singles=singles)
+
+
+def _with_richer(
+    campaign: Campaign, form: Form, effects: Sequence[Score], best: Score, one_more: OneMore
+) -> list[Score]:
+    """Return scores with those of laws that contain the best, until one leaves noise alone."""
+    found = {score.fit.hypothesis.names: score for score in effects}
+    richer = richer_laws(
+        one_more.begin, campaign.data, best.fit, form.fitted, rounds=ROUNDS, say=one_more.say
+    )
+    for one in richer:
+        arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
+        for score in scored_at(campaign, [arrived], form):
+            found[one.hypothesis.names] = score
+            if not leaves_something(score):
+                return list(found.values())
+    return list(found.values())
