@@ -19,9 +19,10 @@ from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
-from shakerproc.errors import DiagnosisError, ModelError
+from shakerproc.errors import ModelError
 
 SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
@@ -89,6 +90,11 @@ class Fit:
     steps: FloatArray
 
     @cached_property
+    def settled(self) -> "dict[tuple[DataSet, Windows], Fit | None]":
+        """What `with_starts_fitted` made of it so far."""
+        return {}
+
+    @cached_property
     def level(self) -> float:
         """Mean logarithm of 1 + the rows [-].
 
@@ -112,7 +118,7 @@ class Fit:
         own = self.x[: len(self.hypothesis.own)]
         return bool(np.any(np.abs(own) > np.log(FARTHEST)))
 
-    @property
+    @cached_property
     def covariance(self) -> FloatArray:
         """Covariance of x, gains, delays and offsets, (n, n) array.
 
@@ -123,24 +129,16 @@ class Fit:
         DiagnosisError
             If the motion runs away.
         """
-        return self._covariance[0]
-
-    @property
-    def widened_covariance(self) -> FloatArray:
-        """The same, 1.96 of whose standard deviations are the bound of Student's law."""
-        covariance, wider = self._covariance
-        return covariance * np.outer(wider, wider)
+        return self._spread().covariance
 
     @cached_property
-    def _covariance(self) -> tuple[FloatArray, FloatArray]:
+    def widened_covariance(self) -> FloatArray:
+        """The same, 1.96 of whose standard deviations are the bound (see `Spread.widened`)."""
+        return self._spread().widened()
+
+    def _spread(self) -> Spread:
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
-        here = Point(self.x, *self.channels, self.starts)
-        state = linearisation.residual(here)
-        if state is None:
-            raise DiagnosisError(f"{'+'.join(self.hypothesis.kinds)}: its motion runs away.")
-        linearisation.correlation = correlation_of(state[0])
-        slopes = linearisation.linearise(here, state)
-        return NormalEquations(linearisation, here, slopes).covariance(slopes)
+        return Spread(linearisation, Point(self.x, *self.channels, self.starts))
 
 
 def fit(

@@ -35,6 +35,8 @@ def with_starts_fitted(
 ) -> Fit | None:
     """Return a fit whose numbers stand, with the starts of these windows fitted.
 
+    What was fitted from measured starts is not fitted again.
+
     Parameters
     ----------
     data : DataSet
@@ -49,14 +51,26 @@ def with_starts_fitted(
     """
     if windows.run_in is None:
         return replace(found, windows=windows, starts=None)
-    linearisation = Linearisation(data, found.hypothesis, windows.run_in)
+    if near is not None:
+        return _with_starts(data, found, windows, windows.run_in, near)
+    if (data, windows) not in found.settled:
+        own = _with_starts(data, found, windows, windows.run_in, None)
+        found.settled[data, windows] = own
+    return found.settled[data, windows]
+
+
+def _with_starts(
+    data: DataSet, found: Fit, windows: Windows, run_in: Windows, near: FloatArray | None
+) -> Fit | None:
+    """Return the fit with starts that were fitted to the run-in."""
+    linearisation = Linearisation(data, found.hypothesis, run_in)
     fitted = _fitted(linearisation, found, near)
     if fitted is None:
         return None
     here, state = fitted
     lost = _lost(linearisation, state) if near is None else np.zeros(0, np.int64)
     is_few = 0 < 2 * lost.size < len(windows)
-    other = _grown(data, found, windows.run_in.chosen(lost)) if is_few else None
+    other = _grown(data, found, run_in.chosen(lost)) if is_few else None
     if other is not None and here.starts is not None:
         here, state = _begun_at(linearisation, here, state, lost, other)
         here, _ = _settled(linearisation, here, state)

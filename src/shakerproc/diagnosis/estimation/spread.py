@@ -1,0 +1,115 @@
+"""How far the numbers of a fit may be from the truth.
+
+A force that jumps, or a motion that parts from its neighbours, gives the cost many least values
+side by side. The search ends in one of them, and the slopes there tell how steep the cost is
+but not how far the next one lies.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.correlation import correlation_of
+from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
+from shakerproc.diagnosis.estimation.point import Point
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.errors import DiagnosisError
+
+PAIRS: Final = 4
+"""Steps, each forth and back, that tell how the cost rises: its scatter to a quarter [-]."""
+
+FARTHEST: Final = 1.0
+"""Standard deviation of a coordinate from which it is not told, and stays [-]."""
+
+AT_BOUND: Final = 1e-6
+"""Distance from a bound within which a coordinate stands at it [-]."""
+
+WIDEST: Final = 32.0
+"""Largest reach that is looked for [-]."""
+
+
+@final
+class Spread:
+    """How far the numbers of a fit may be from the truth.
+
+    Parameters
+    ----------
+    linearisation : Linearisation
+        What is fitted to what.
+    at : Point
+        Where the search ended.
+
+    Attributes
+    ----------
+    covariance : (n, n) array
+        Covariance of x, gains, delays and offsets (see `NormalEquations.covariance`).
+
+    Raises
+    ------
+    DiagnosisError
+        If the motion runs away there.
+    """
+
+    def __init__(self, linearisation: Linearisation, at: Point) -> None:
+        state = linearisation.residual(at)
+        if state is None:
+            kinds = "+".join(linearisation.hypothesis.kinds)
+            raise DiagnosisError(f"{kinds}: its motion runs away.")
+        linearisation.correlation = correlation_of(state[0])
+        self._linearisation, self._at = linearisation, at
+        slopes = linearisation.linearise(at, state)
+        equations = NormalEquations(linearisation, at, slopes)
+        self.covariance, wider = equations.covariance(slopes)
+        self._student = self.covariance * np.outer(wider, wider)
+
+    def widened(self) -> FloatArray:
+        """Return the covariance, 1.96 of whose standard deviations are the bound, (n, n) array.
+
+        That of Student's law, as far as the cost can tell.
+        """
+        return self._student * self.reach() ** 2
+
+    def reach(self) -> float:
+        """Return how many standard errors away the cost is surely higher, 1 at least [-].
+
+        Of steps of so many, in directions drawn by chance, the mean rise exceeds the scatter
+        between forth and back. Next to the least value of a smooth cost it does at once.
+        """
+        steps = list(self._steps())
+        reach = 1.0
+        while reach < WIDEST and not self._rises(reach, steps):
+            reach *= 2.0
+        return reach
+
+    def _steps(self) -> Iterator[FloatArray]:
+        """Yield steps of a standard error in directions drawn by chance, (n_x,) arrays.
+
+        Of what is told and stands at no bound.
+        """
+        x, low, high = self._at.x, self._linearisation.low, self._linearisation.high
+        free = (x > low + AT_BOUND) & (x < high - AT_BOUND)
+        own = self._student[: x.size, : x.size] * np.outer(free, free)
+        power, directions = np.linalg.eigh(0.5 * (own + own.T))
+        told = np.where(power < FARTHEST**2, np.sqrt(np.maximum(power, 0.0)), 0.0)
+        for normal in np.random.default_rng(0).standard_normal((PAIRS, x.size)):
+            yield directions @ (told * normal)
+
+    def _rises(self, reach: float, steps: Sequence[FloatArray]) -> bool:
+        """Return whether the cost is surely higher so many standard errors away."""
+        here = self._cost(np.zeros_like(self._at.x))
+        pairs = [(self._cost(reach * step), self._cost(-reach * step)) for step in steps]
+        costs = np.array([pair for pair in pairs if np.all(np.isfinite(pair))])
+        if not costs.size:
+            return True
+        scatter = np.sqrt(0.5 * np.mean((costs[:, 0] - costs[:, 1]) ** 2))
+        return bool(np.mean(costs) - here > scatter)
+
+    def _cost(self, step: FloatArray) -> float:
+        """Return the cost a step away; infinite where the motion runs away."""
+        linearisation, at = self._linearisation, self._at
+        x = np.clip(at.x + step, linearisation.low, linearisation.high)
+        state = linearisation.residual(replace(at, x=x))
+        return np.inf if state is None else state[2]
