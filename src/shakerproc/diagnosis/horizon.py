@@ -8,7 +8,14 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried, forms_of
+from shakerproc.diagnosis.estimation.form import (
+    BEST_ROUNDS,
+    ROUNDS,
+    Form,
+    arrived,
+    carried,
+    forms_of,
+)
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
@@ -119,14 +126,14 @@ def compared(
                 return campaign, [longest], *_parted(linear, own)
         forms[i] = form.knowing(campaign.data, best)
         rounds = BEST_ROUNDS if best.follows_most else ROUNDS
-        there = carried(campaign.data, best, [forms[i]], rounds=rounds)
+        there = arrived(campaign.data, best, forms[i], rounds=rounds)
         if i and (there is None or not _is_predicted(campaign, there, forms[i])):
             break
         data = campaign.data if there is None else as_recorded(campaign.data, there)
         sampled = replace(campaign, data=data)
         if there is not None and data is not campaign.data:
             forms[i] = form.knowing(data, there)
-            there = carried(data, there, [forms[i]], rounds=BEST_ROUNDS)
+            there = arrived(data, there, forms[i])
             least = np.inf
         scores = _scores_beside(sampled, best, there, standing, forms[i])
         if not scores:
@@ -152,7 +159,7 @@ def _at_once(
     nothing that this one does not.
     """
     form = form.knowing(campaign.data, best)
-    there = carried(campaign.data, best, [form], rounds=BEST_ROUNDS)
+    there = arrived(campaign.data, best, form)
     if there is None or not is_mostly_noise(campaign, there):
         return None
     if not _is_predicted(campaign, there, form):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.form import BEST_ROUNDS, ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
@@ -74,8 +74,7 @@ def _with_richer(
         one_more.begin, campaign.data, best.fit, form.fitted, rounds=ROUNDS, say=one_more.say
     )
     for one in richer:
-        arrived = carried(campaign.data, one, [form], rounds=BEST_ROUNDS)
-        for score in scored_at(campaign, [arrived], form):
+        for score in scored_at(campaign, [arrived(campaign.data, one, form)], form):
             found[one.hypothesis.names] = score
             if not leaves_something(score):
                 return list(found.values())

@@ -11,6 +11,7 @@ from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_stretches, whole_tests, windows_of
@@ -94,6 +95,36 @@ def carried(
                 channels=here.channels, starts=form.starts_of(data, here),
             )  # fmt: skip
     return here
+
+
+def arrived(data: DataSet, found: Fit, form: Form, *, rounds: int = BEST_ROUNDS) -> Fit | None:
+    """Return the best fit carried over to a form; what is rarely exercised fitted, too.
+
+    The cost is logarithmic: a few blocks that leave far more than noise do not rule it. That
+    may be where motions part, or where alone a number shows: the force at which all slips, say.
+    There plain squares lead, and what they lead to is taken if it leaves less.
+
+    Parameters
+    ----------
+    data, found, rounds
+        As for `carried`.
+    form : Form
+        What it is carried over to.
+    """
+    there = carried(data, found, [form], rounds=rounds)
+    if there is None or not there.follows_most or there.chi_square <= EXCESS**2:
+        return there
+    plain = fit(
+        data, there.hypothesis, there.x, form.fitted, rounds=ROUNDS, channels=there.channels,
+        starts=there.starts, plain=True,
+    )  # fmt: skip
+    if plain is None or plain.level >= there.level:
+        return there
+    again = fit(
+        data, plain.hypothesis, plain.x, form.fitted, rounds=rounds, channels=plain.channels,
+        starts=plain.starts,
+    )  # fmt: skip
+    return again if again is not None and again.level < there.level else there
 
 
 def forms_of(data: DataSet) -> list[Form]:

@@ -151,6 +151,7 @@ def fit(
     channels: Channels | None = None,
     starts: FloatArray | None = None,
     step: float | FloatArray = STEP,
+    plain: bool = False,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
 
@@ -172,8 +173,10 @@ def fit(
         Starts of windows to begin with; the measured ones.
     step : float or (n_x,) array
         Change of the coordinates for slopes at first; later as far as the search moves [-].
+    plain : bool
+        Whether squares count as they are, however large in a few blocks.
     """
-    linearisation = Linearisation(data, hypothesis, windows)
+    linearisation = Linearisation(data, hypothesis, windows, plain=plain)
     begun = _begun(linearisation, x, channels or perfect(data), starts)
     if begun is None:
         return None

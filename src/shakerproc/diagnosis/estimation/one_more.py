@@ -215,12 +215,14 @@ class OneMore:
         kind, joint, _ = group
         identification = self.known[joint][kind]
         tried = [*self.begin.of(starts), *self.begin.beyond(group, simpler)]
+        screened = self.begin.of([min(starts, key=lambda start: start.left)])
+        chosen = self._best(tried, screened, simplest=not identification.contains)
         fits = [
             fit(
                 self.data, h, x, self.stages.windows[0], rounds=FIRST_ROUNDS,
                 channels=channels, step=FARTHEST_STEP,
             )
-            for h, x, channels in self._best(tried, simplest=not identification.contains)
+            for h, x, channels in chosen
         ]  # fmt: skip
         good = [one for one in fits if one is not None]
         return min(good, key=lambda one: one.level) if good else None
@@ -250,10 +252,14 @@ class OneMore:
         good = [one for one in (found, *others) if one is not None]
         return min(good, key=lambda one: one.level, default=None)
 
-    def _best(self, tried: Sequence[Tried], *, simplest: bool) -> list[Tried]:
+    def _best(
+        self, tried: Sequence[Tried], screened: Sequence[Tried], *, simplest: bool
+    ) -> list[Tried]:
         """Return the best starts with numbers and sensors as told, and the best of the others.
 
-        Numbers and gains that imitate the effect without it explain more at first and lead
+        Besides the best that was screened: of laws that remember, those that do next to
+        nothing leave less before the first step than those that are nearly right. Numbers and
+        gains that imitate the effect without it explain more at first and lead
         away from it. What is rare shows in whole tests alone: there the best starts of what
         nothing simpler leads to are sought, too.
         """
@@ -262,9 +268,10 @@ class OneMore:
         first, whole = self.stages.looked_at, self.stages.whole
         near = least_left(self.data, told, first)
         found = [*near[:2], *least_left(self.data, others, first)[:2]]
+        found += least_left(self.data, screened, first)[:1]
         if whole is not None and simplest:
             found += least_left(self.data, near[:BEST_STARTS], whole)[:2]
-        return list({id(one): one for one in found}.values())
+        return list({one[1].tobytes(): one for one in found}.values())
 
 
 def _follow(fits: Mapping[Group, Fit]) -> bool:

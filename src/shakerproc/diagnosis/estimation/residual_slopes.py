@@ -53,6 +53,8 @@ class Linearisation:
         What is fitted.
     windows : Windows
         What it is fitted to.
+    plain : bool
+        Whether squares count as they are, however large in a few blocks.
 
     Attributes
     ----------
@@ -65,8 +67,11 @@ class Linearisation:
         deviations.
     """
 
-    def __init__(self, data: DataSet, hypothesis: Hypothesis, windows: Windows) -> None:
+    def __init__(
+        self, data: DataSet, hypothesis: Hypothesis, windows: Windows, *, plain: bool = False
+    ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
+        self._plain = plain
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
@@ -134,7 +139,10 @@ class Linearisation:
         that cannot be predicted does not rule the sum. n residuals are worth as many as are
         independent.
         """
-        each = sum(float(np.sum(np.log1p(self.scales(r)) * self.sizes(r))) for r in rows)
+        if self._plain:
+            each = sum(float(np.sum(r**2)) for r in rows)
+        else:
+            each = sum(float(np.sum(np.log1p(self.scales(r)) * self.sizes(r))) for r in rows)
         return each / self.correlation + float(np.sum((self.values(at) / self.spread) ** 2))
 
     def level(self, rows: list[FloatArray], at: Point) -> float:
@@ -168,6 +176,8 @@ class Linearisation:
 
     def weights(self, rows: FloatArray) -> FloatArray:
         """Return the root of the weight of every residual: the slope of its block's cost."""
+        if self._plain:
+            return np.ones_like(rows)
         root = 1.0 / np.sqrt(1.0 + self.scales(rows))
         return np.repeat(root, self.sizes(rows).astype(int), axis=1)
 

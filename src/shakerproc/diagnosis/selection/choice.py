@@ -115,11 +115,15 @@ def _better(found: Found) -> list[Score]:
 
 
 def _explains_most(found: Found, score: Score) -> bool:
-    """Return whether a hypothesis leaves much less than any does with fewer effects."""
-    left = _beyond_noise(found, score)
+    """Return whether a hypothesis leaves much less than any does with fewer effects.
+
+    One that leaves no more than noise of most blocks is no law that comes near by its many
+    numbers, however far motions part in a few.
+    """
     numbers = score.fit.hypothesis.size - found.linear.fit.hypothesis.size
     told = SHARE**numbers * _beyond_noise(found, found.as_it_is or found.linear)
-    return left <= told and all(_halves(found, score, one) for one in _simpler(found, score))
+    comes_near = score.is_mostly_noise or _beyond_noise(found, score) <= told
+    return comes_near and all(_halves(found, score, one) for one in _simpler(found, score))
 
 
 def _halves(found: Found, score: Score, other: Score) -> bool:

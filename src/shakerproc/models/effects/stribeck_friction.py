@@ -147,5 +147,5 @@ def _around_coulomb(values: Values, speed: float) -> tuple[Values, ...]:
             "stribeck_velocity": fall * speed,
         }
         for share, excess in pairs
-        for fall in ((0.1,) if excess < 0.01 else (0.02, 0.1, 0.4))
+        for fall in ((0.1,) if excess < 0.01 else (0.02, 0.1, 0.4, 2.0))
     )
