@@ -15,11 +15,12 @@ from shakerproc.diagnosis.selection.scores import (
 )
 
 
-def score(logs, size=2, fitted=None):
+def score(logs, size=2, fitted=None, *, is_far=False):
     """Return a score; what it was fitted to is left as what was held out, or as given."""
     logs = np.array(logs, float)
     rows = np.expm1(logs) if fitted is None else np.array(fitted, float)
-    return Score(SimpleNamespace(hypothesis=SimpleNamespace(size=size), rows=rows), logs)
+    own = SimpleNamespace(hypothesis=SimpleNamespace(size=size), rows=rows, is_far=is_far)
+    return Score(own, logs)
 
 
 def test_where_blocks_speak_both_ways_the_error_is_that_of_their_mean():
@@ -93,6 +94,18 @@ def test_noise_is_not_judged_by_what_was_fitted_to_it():
     one = score(np.full(60, np.log(2.0)), fitted=np.full(80, 1.6))
     richer = score(np.full(60, np.log(2.0)), fitted=np.full(80, 0.9))
     assert gain(richer, one).mean == 0.0
+
+
+def test_some_blocks_of_what_was_fitted_to_tell_where_the_rest_is_noise():
+    silent = np.full(60, np.log(1.2))
+    some = np.full(80, 0.2)
+    some[:4] = 20.0
+    assert gain(score(silent, fitted=np.full(80, 0.2)), score(silent, fitted=some)).t > 6.0
+
+
+def test_one_whose_numbers_are_not_the_models_is_no_simpler():
+    far, own = score([1.0, 1.0, 1.0], size=2, is_far=True), score([1.0, 1.0, 1.0], size=4)
+    assert simplest_alike([far, own]) == [own, far]
 
 
 def test_more_than_noise_is_left_where_it_is_of_one_part_of_the_tests():

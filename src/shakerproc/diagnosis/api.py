@@ -1,6 +1,6 @@
 """From a model and its tests to a diagnosis."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -8,7 +8,7 @@ from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
-from shakerproc.diagnosis.data import TestArrays, check, prepared
+from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
@@ -121,9 +121,13 @@ def diagnose_arrays(
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
     refuted: dict[str, Refuted] = {}
+
+    def estimated(less: Mapping[str, Refuted]) -> Sequence[Test]:
+        return prepared(tests, imposed=imposed, refuted=less)
+
     while True:
-        found = seek(known, prepared(tests, imposed=imposed, refuted=refuted), say)
-        more = with_more_refuted(found, refuted)
+        found = seek(known, estimated(refuted), say)
+        more = with_more_refuted(found, refuted, estimated)
         if more == refuted:
             break
         say("again, with the next estimate of the noise")

@@ -13,7 +13,8 @@ from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.hidden_motion import completed
-from shakerproc.diagnosis.estimation.least_squares import Fit, perfect, predicted_rows
+from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
+from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.windows import whole_tests

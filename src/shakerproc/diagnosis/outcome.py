@@ -37,13 +37,15 @@ def at_the_horizon(
 ) -> Outcome:
     """Return the model without and with effects there, and with the parts of pairs.
 
-    A law that leaves something there no longer stands in for those that contain it.
+    A law that leaves something there, or needs numbers that are not the model's any more, no
+    longer stands in for those that contain it.
     """
     say("at the horizon")
     campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
     effects += along(campaign, parts_of(effects, singles), forms)
     best = best_of([base, *effects])
-    if one_more is not None and best.fit.hypothesis.added and leaves_something(best):
+    wanting = leaves_something(best) or best.fit.is_far
+    if one_more is not None and best.fit.hypothesis.added and wanting:
         effects = _with_richer(campaign, forms[-1], effects, best, one_more)
     return Outcome(campaign, forms, base, ranked(effects), singles)
 

@@ -8,10 +8,8 @@ from tests.diagnosis.one_mass import DAMPING, RATE, STIFFNESS, added, data_of, o
 
 from shakerproc.diagnosis.estimation.hidden_motion import completed, hidden_motions
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
-from shakerproc.diagnosis.estimation.least_squares import (
-    fit,
-    predicted_rows,
-)
+from shakerproc.diagnosis.estimation.least_squares import fit
+from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.normal_equations import student_over_normal
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.point import Point

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
@@ -114,10 +114,7 @@ def arrived(data: DataSet, found: Fit, form: Form, *, rounds: int = BEST_ROUNDS)
     there = carried(data, found, [form], rounds=rounds)
     if there is None or not there.follows_most or there.chi_square <= EXCESS**2:
         return there
-    plain = fit(
-        data, there.hypothesis, there.x, form.fitted, rounds=ROUNDS, channels=there.channels,
-        starts=there.starts, plain=True,
-    )  # fmt: skip
+    plain = fit_plainly(there, rounds=ROUNDS)
     if plain is None or plain.level >= there.level:
         return there
     again = fit(

@@ -151,7 +151,6 @@ def fit(
     channels: Channels | None = None,
     starts: FloatArray | None = None,
     step: float | FloatArray = STEP,
-    plain: bool = False,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
 
@@ -173,13 +172,34 @@ def fit(
         Starts of windows to begin with; the measured ones.
     step : float or (n_x,) array
         Change of the coordinates for slopes at first; later as far as the search moves [-].
-    plain : bool
-        Whether squares count as they are, however large in a few blocks.
     """
-    linearisation = Linearisation(data, hypothesis, windows, plain=plain)
+    linearisation = Linearisation(data, hypothesis, windows)
     begun = _begun(linearisation, x, channels or perfect(data), starts)
-    if begun is None:
-        return None
+    return None if begun is None else _sought(linearisation, begun, rounds, step)
+
+
+def fit_plainly(found: Fit, *, rounds: int) -> Fit | None:
+    """Return a fit that goes on by squares as they are, however large in a few blocks.
+
+    Parameters
+    ----------
+    found : Fit
+        Where it begins.
+    rounds : int
+        Steps at most.
+    """
+    linearisation = Linearisation(found.data, found.hypothesis, found.windows, plain=True)
+    begun = _begun(linearisation, found.x, found.channels, found.starts)
+    return None if begun is None else _sought(linearisation, begun, rounds, STEP)
+
+
+def _sought(
+    linearisation: Linearisation,
+    begun: tuple[Point, State],
+    rounds: int,
+    step: float | FloatArray,
+) -> Fit | None:
+    """Return where steps from a beginning lead; None where it runs away."""
     here, (residual, predicted, _) = begun
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
@@ -205,13 +225,13 @@ def fit(
     if chi_square > RUNAWAY**2:
         return None
     return Fit(
-        data,
-        hypothesis,
+        linearisation.data,
+        linearisation.hypothesis,
         here.x,
         here.gain,
         here.delay,
-        _expected(here.offset, windows),
-        windows,
+        _expected(here.offset, linearisation.windows),
+        linearisation.windows,
         here.starts,
         cost=cost,
         rows=linearisation.blocks(residual, here),
@@ -251,29 +271,6 @@ def perfect(data: DataSet) -> Channels:
     return np.ones(n), np.zeros(n), np.zeros(data.n_offsets)
 
 
-def level_at(
-    data: DataSet,
-    hypothesis: Hypothesis,
-    x: FloatArray,
-    windows: Windows,
-    channels: Channels | None = None,
-) -> float:
-    """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
-
-    Parameters
-    ----------
-    data, hypothesis, x, windows, channels
-        As for `fit`.
-    """
-    linearisation = Linearisation(data, hypothesis, windows)
-    try:
-        here = linearisation.point(x, channels or perfect(data))
-        state = linearisation.residual(here)
-    except ModelError:
-        return float("inf")
-    return float("inf") if state is None else linearisation.level(state[0], here)
-
-
 def _better(
     equations: NormalEquations, cost: float, damping: float
 ) -> tuple[Point, State, float] | None:
@@ -289,11 +286,3 @@ def _better(
             break
         damping *= 10.0
     return None
-
-
-def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
-    """Return the mean square of the residual over the noise in every block [-]."""
-    linearisation = Linearisation(data, found.hypothesis, windows)
-    here = Point(found.x, *found.channels, found.starts)
-    state = linearisation.residual(here)
-    return None if state is None else linearisation.blocks(state[0], here)

@@ -17,7 +17,8 @@ from shakerproc.diagnosis.estimation.beginnings import (
 from shakerproc.diagnosis.estimation.condition import NONE, Condition
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.growth import Stages, lengthened
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit, level_at
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.run_in import found_again

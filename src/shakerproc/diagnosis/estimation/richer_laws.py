@@ -1,8 +1,8 @@
 """Laws that contain one that was fitted, begun where it ended."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
-from shakerproc.diagnosis.estimation.beginnings import Beginnings, as_told, least_left
+from shakerproc.diagnosis.estimation.beginnings import Beginnings, Tried, as_told, least_left
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
@@ -47,11 +47,23 @@ def richer_laws(
         say(f"{kind} between {' and '.join(last.between)}")
         if found.is_far:
             ended = list(map(as_told, ended))
-        for h, x, channels in least_left(data, ended, windows)[:1]:
-            first = fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
-            if first is not None and first.level < found.level:
-                arrived = fit(
-                    data, h, first.x, windows, rounds=rounds, channels=first.channels,
-                    starts=first.starts, step=first.steps,
-                )  # fmt: skip
-                yield first if arrived is None else arrived
+        tried = [
+            fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
+            for h, x, channels in _apart(least_left(data, ended, windows))
+        ]
+        less = [one for one in tried if one is not None and one.level < found.level]
+        for first in sorted(less, key=lambda one: one.level)[:1]:
+            arrived = fit(
+                data, first.hypothesis, first.x, windows, rounds=rounds,
+                channels=first.channels, starts=first.starts, step=first.steps,
+            )  # fmt: skip
+            yield first if arrived is None else arrived
+
+
+def _apart(ordered: Sequence[Tried]) -> list[Tried]:
+    """Return the two beginnings that leave least, the middle one and the last.
+
+    Those next to the simpler law leave least before the first step, and may lead back to it.
+    """
+    chosen = dict.fromkeys((0, 1, len(ordered) // 2, len(ordered) - 1))
+    return [ordered[i] for i in chosen if 0 <= i < len(ordered)]

@@ -8,7 +8,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import Fit, predicted_rows
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
@@ -121,11 +122,13 @@ def gain(better: Score, other: Score) -> Gain:
     """Return by how much the first predicts better than the other what was held out.
 
     Where both leave no more of that than noise it cannot tell them apart: a joint never slipped
-    there, say. Then what they were fitted to does, if one of them leaves more than noise of it.
+    there, say. Then what they were fitted to does, if one of them leaves more than noise of it,
+    or of some of its blocks where the other leaves noise of each.
     """
-    pairs = ((better.logs, other.logs), (better.fitted, other.fitted))
-    silent = all(map(_are_noise, pairs[0])) and not all(map(_are_noise, pairs[1]))
-    return _gain(*pairs[silent])
+    held_out, fitted = (better.logs, other.logs), (better.fitted, other.fitted)
+    each = [float(np.max(np.expm1(logs))) <= EXCESS**2 for logs in fitted]
+    tells = not all(map(_are_noise, fitted)) or each[0] != each[1]
+    return _gain(*(fitted if tells and all(map(_are_noise, held_out)) else held_out))
 
 
 def is_silent(score: Score) -> bool:
@@ -167,10 +170,13 @@ def ranked(scores: Sequence[Score]) -> list[Score]:
 
 
 def simplest_alike(scores: Sequence[Score]) -> list[Score]:
-    """Return those that predict as well as the best, the one with fewest numbers first."""
+    """Return those that predict as well as the best, the one with fewest numbers first.
+
+    Of those, with numbers that are the model's own; else that is no simpler.
+    """
     best = best_of(scores)
     alike = [s for s in scores if s is best or gain(best, s).t < ALIKE]
-    return sorted(alike, key=lambda s: (s.fit.hypothesis.size, s.mean))
+    return sorted(alike, key=lambda s: (s.fit.is_far, s.fit.hypothesis.size, s.mean))
 
 
 def _are_noise(logs: FloatArray) -> bool:

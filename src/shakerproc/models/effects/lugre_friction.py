@@ -172,8 +172,8 @@ def _around_coulomb(values: Values, at: JointScales) -> tuple[Values, ...]:
 
 
 def _around_stribeck(values: Values, at: JointScales) -> tuple[Values, ...]:
-    sliding, excess = number(values, "sliding_force"), number(values, "excess")
-    speed = number(values, "stribeck_velocity")
+    excess, speed = number(values, "excess"), number(values, "stribeck_velocity")
+    sliding = number(values, "breakaway_force") / (1.0 + excess)
     return tuple(_start(at, sliding, excess, speed, bend) for bend in (_STIFF, 0.01, 0.05))
 
 

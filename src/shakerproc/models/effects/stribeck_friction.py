@@ -101,12 +101,12 @@ class StribeckFriction(AbstractMemorylessEffect):
         speed = at.velocity
         return Identification(
             free={
-                "sliding_force": friction(at),
+                "breakaway_force": friction(at),
                 "excess": positive(0.3, 1e-3, 30.0),
                 "stribeck_velocity": positive(0.1 * speed, 1e-3, 100.0),
             },
             starts=grid(
-                sliding_force=frictions(at),
+                breakaway_force=tuple(1.4 * force for force in frictions(at)),
                 excess=(0.4,),
                 stribeck_velocity=(0.02 * speed, 0.1 * speed, 0.4 * speed),
             ),
@@ -114,7 +114,7 @@ class StribeckFriction(AbstractMemorylessEffect):
                 Contained("coulomb_friction", lambda values: _around_coulomb(values, speed)),
             ),
             numbers=_numbers,
-            scaled=("sliding_force",),
+            scaled=("breakaway_force",),
         )
 
     def rows(self) -> tuple[Row, ...]:
@@ -123,11 +123,15 @@ class StribeckFriction(AbstractMemorylessEffect):
 
 
 def _numbers(values: Values) -> Values:
-    """Return the parameters: `excess` is the breakaway over the sliding force, less 1 [-]."""
-    sliding = number(values, "sliding_force")
+    """Return the parameters: `excess` is the breakaway over the sliding force, less 1 [-].
+
+    A joint that mostly sticks tells the breakaway force and how fast the force falls next to
+    rest, not what it falls to: with the sliding force for a coordinate that is a bent valley.
+    """
+    breakaway = number(values, "breakaway_force")
     return {
-        "sliding_force": sliding,
-        "breakaway_force": sliding * (1.0 + number(values, "excess")),
+        "sliding_force": breakaway / (1.0 + number(values, "excess")),
+        "breakaway_force": breakaway,
         "stribeck_velocity": number(values, "stribeck_velocity"),
     }
 
@@ -142,7 +146,7 @@ def _around_coulomb(values: Values, speed: float) -> tuple[Values, ...]:
     pairs = ((1.0, 1e-3), (0.95, 0.15), (0.8, 0.5), (0.87, 0.15), (0.67, 0.5))  # of it; excess
     return tuple(
         {
-            "sliding_force": share * sliding,
+            "breakaway_force": share * (1.0 + excess) * sliding,
             "excess": excess,
             "stribeck_velocity": fall * speed,
         }

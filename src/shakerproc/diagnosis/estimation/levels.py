@@ -1,0 +1,41 @@
+"""What numbers leave of windows as they are, without a fit."""
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
+from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.point import Channels, Point
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
+from shakerproc.errors import ModelError
+
+
+def level_at(
+    data: DataSet,
+    hypothesis: Hypothesis,
+    x: FloatArray,
+    windows: Windows,
+    channels: Channels | None = None,
+) -> float:
+    """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
+
+    Parameters
+    ----------
+    data, hypothesis, x, windows, channels
+        As for `fit`.
+    """
+    linearisation = Linearisation(data, hypothesis, windows)
+    try:
+        here = linearisation.point(x, channels or perfect(data))
+        state = linearisation.residual(here)
+    except ModelError:
+        return float("inf")
+    return float("inf") if state is None else linearisation.level(state[0], here)
+
+
+def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
+    """Return the mean square of the residual over the noise in every block [-]."""
+    linearisation = Linearisation(data, found.hypothesis, windows)
+    here = Point(found.x, *found.channels, found.starts)
+    state = linearisation.residual(here)
+    return None if state is None else linearisation.blocks(state[0], here)
