@@ -232,7 +232,8 @@ def along(
     for form in forms:
         there = [carried(campaign.data, one, [form]) for one in standing]
         if form is forms[-1]:
-            return scored_at(campaign, [*there, *fallen], form)
+            there += [carried(campaign.data, one, [form], rounds=0) for one in fallen]
+            return scored_at(campaign, there, form)
         standing = [one for one in there if one is not None]
         if beside is not None:
             behind = _far_behind(campaign, standing, beside, form)
