@@ -244,7 +244,7 @@ def along(
 
 def _far_behind(campaign: Campaign, fits: Sequence[Fit], beside: Fit, form: Form) -> list[Fit]:
     """Return the fits at a horizon that predict far worse there than another one does."""
-    best = scored_at(campaign, [beside], form)
+    best = scored_at(campaign, [carried(campaign.data, beside, [form], rounds=0)], form)
     if not best:
         return []
     scores = scored_at(campaign, fits, form)
