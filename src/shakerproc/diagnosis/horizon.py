@@ -228,18 +228,18 @@ def along(
         One that has arrived at the last: what predicts far worse than it at a horizon is
         fitted to no longer one, and is scored with the numbers that it has.
     """
+    *shorter, last = forms
     standing, fallen = list(fits), list[Fit]()
-    for form in forms:
+    for form in shorter:
         there = [carried(campaign.data, one, [form]) for one in standing]
-        if form is forms[-1]:
-            there += [carried(campaign.data, one, [form], rounds=0) for one in fallen]
-            return scored_at(campaign, there, form)
         standing = [one for one in there if one is not None]
         if beside is not None:
             behind = _far_behind(campaign, standing, beside, form)
             fallen += behind
             standing = [one for one in standing if one not in behind]
-    return []
+    there = [carried(campaign.data, one, [last]) for one in standing]
+    there += [carried(campaign.data, one, [last], rounds=0) for one in fallen]
+    return scored_at(campaign, there, last)
 
 
 def _far_behind(campaign: Campaign, fits: Sequence[Fit], beside: Fit, form: Form) -> list[Fit]:

@@ -118,7 +118,7 @@ class Fit:
         own = self.x[: len(self.hypothesis.own)]
         return bool(np.any(np.abs(own) > np.log(FARTHEST)))
 
-    @cached_property
+    @property
     def covariance(self) -> FloatArray:
         """Covariance of x, gains, delays and offsets, (n, n) array.
 
@@ -129,13 +129,14 @@ class Fit:
         DiagnosisError
             If the motion runs away.
         """
-        return self._spread().covariance
+        return self._spread.covariance
 
     @cached_property
     def widened_covariance(self) -> FloatArray:
         """The same, 1.96 of whose standard deviations are the bound (see `Spread.widened`)."""
-        return self._spread().widened()
+        return self._spread.widened()
 
+    @cached_property
     def _spread(self) -> Spread:
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
         return Spread(linearisation, Point(self.x, *self.channels, self.starts))

@@ -15,12 +15,9 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
+from shakerproc.diagnosis.estimation.spread import drawn_steps
 from shakerproc.errors import ModelError
 from shakerproc.simulation import has_jumps
-
-TOLD: Final = 1.0
-"""Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
-not tell it: a factor of e [-]."""
 
 FEW: Final = 4
 """Draws that tell how far noise carries a motion: their mean square over all windows is known
@@ -89,15 +86,10 @@ def drawn_numbers(found: Fit) -> FloatArray:
     """Return coordinates that would do as well as those of a fit, (DRAWS, n_x) array.
 
     From the normal distribution with their covariance, but no closer than a model is
-    held to, within their bounds. What the tests do not tell stays as it is: far away it would
-    show.
+    held to, within their bounds (see `drawn_steps`).
     """
     n = found.x.size
-    covariance = 0.5 * (found.covariance + found.covariance.T)[:n, :n]
-    power, directions = np.linalg.eigh(covariance)
-    power = np.where(power < TOLD**2, np.maximum(power, 0.0) + NEARBY**2, 0.0)
-    normal = np.random.default_rng(0).standard_normal((DRAWS, n))
-    drawn = found.x + (normal * np.sqrt(power)) @ directions.T
+    drawn = found.x + drawn_steps(found.covariance[:n, :n], DRAWS, least=NEARBY)
     return np.asarray(np.clip(drawn, *found.hypothesis.bounds()))
 
 

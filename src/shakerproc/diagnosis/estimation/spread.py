@@ -5,7 +5,6 @@ side by side. The search ends in one of them, and the slopes there tell how stee
 but not how far the next one lies.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final, final
 
@@ -21,8 +20,9 @@ from shakerproc.errors import DiagnosisError
 PAIRS: Final = 4
 """Steps, each forth and back, that tell how the cost rises: its scatter to a quarter [-]."""
 
-FARTHEST: Final = 1.0
-"""Standard deviation of a coordinate from which it is not told, and stays [-]."""
+TOLD: Final = 1.0
+"""Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
+not tell it: a factor of e [-]."""
 
 AT_BOUND: Final = 1e-6
 """Distance from a bound within which a coordinate stands at it [-]."""
@@ -60,6 +60,7 @@ class Spread:
             raise DiagnosisError(f"{kinds}: its motion runs away.")
         linearisation.correlation = correlation_of(state[0])
         self._linearisation, self._at = linearisation, at
+        self._here = linearisation.cost(state[0], at)
         slopes = linearisation.linearise(at, state)
         equations = NormalEquations(linearisation, at, slopes)
         self.covariance, wider = equations.covariance(slopes)
@@ -78,34 +79,25 @@ class Spread:
         Of steps of so many, in directions drawn by chance, the mean rise exceeds the scatter
         between forth and back. Next to the least value of a smooth cost it does at once.
         """
-        steps = list(self._steps())
-        reach = 1.0
+        steps, reach = self._steps(), 1.0
         while reach < WIDEST and not self._rises(reach, steps):
             reach *= 2.0
         return reach
 
-    def _steps(self) -> Iterator[FloatArray]:
-        """Yield steps of a standard error in directions drawn by chance, (n_x,) arrays.
-
-        Of what is told and stands at no bound.
-        """
+    def _steps(self) -> FloatArray:
+        """Return steps of a standard error of what stands at no bound, (PAIRS, n_x) array."""
         x, low, high = self._at.x, self._linearisation.low, self._linearisation.high
         free = (x > low + AT_BOUND) & (x < high - AT_BOUND)
-        own = self._student[: x.size, : x.size] * np.outer(free, free)
-        power, directions = np.linalg.eigh(0.5 * (own + own.T))
-        told = np.where(power < FARTHEST**2, np.sqrt(np.maximum(power, 0.0)), 0.0)
-        for normal in np.random.default_rng(0).standard_normal((PAIRS, x.size)):
-            yield directions @ (told * normal)
+        return drawn_steps(self._student[: x.size, : x.size] * np.outer(free, free), PAIRS)
 
-    def _rises(self, reach: float, steps: Sequence[FloatArray]) -> bool:
+    def _rises(self, reach: float, steps: FloatArray) -> bool:
         """Return whether the cost is surely higher so many standard errors away."""
-        here = self._cost(np.zeros_like(self._at.x))
         pairs = [(self._cost(reach * step), self._cost(-reach * step)) for step in steps]
         costs = np.array([pair for pair in pairs if np.all(np.isfinite(pair))])
         if not costs.size:
             return True
         scatter = np.sqrt(0.5 * np.mean((costs[:, 0] - costs[:, 1]) ** 2))
-        return bool(np.mean(costs) - here > scatter)
+        return bool(np.mean(costs) - self._here > scatter)
 
     def _cost(self, step: FloatArray) -> float:
         """Return the cost a step away; infinite where the motion runs away."""
@@ -113,3 +105,24 @@ class Spread:
         x = np.clip(at.x + step, linearisation.low, linearisation.high)
         state = linearisation.residual(replace(at, x=x))
         return np.inf if state is None else state[2]
+
+
+def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> FloatArray:
+    """Return steps of a standard error in directions drawn by chance, (count, n) array [-].
+
+    What the tests do not tell stays as it is: far away it would show.
+
+    Parameters
+    ----------
+    covariance : (n, n) array
+        Of the coordinates.
+    count : int
+        How many.
+    least : float
+        Standard deviation that each direction has besides [-].
+    """
+    power, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    power = np.where(power < TOLD**2, np.maximum(power, 0.0) + least**2, 0.0)
+    normal = np.random.default_rng(0).standard_normal((count, power.size))
+    steps: FloatArray = (normal * np.sqrt(power)) @ directions.T
+    return steps
