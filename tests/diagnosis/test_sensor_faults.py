@@ -85,6 +85,17 @@ def test_samples_at_a_limit_are_found_and_the_limit(campaign):
     assert np.isnan(unknown).all()
 
 
+def test_the_crests_of_a_coarsely_quantised_sine_are_no_limit():
+    t = np.arange(20_000) / RATE
+    rows = (1.0 + 1e-3 * t) * np.sin(2 * np.pi * 13.7 * t)
+    step = np.max(np.abs(rows)) / 500.0  # 16 bit, the range 65 times the largest value
+    hit, limits = clipped(np.round(rows[np.newaxis] / step) * step)
+    assert not hit.any()
+    assert np.isnan(limits).all()
+    hit, _ = clipped(np.round(np.clip(rows, -0.9, 0.9)[np.newaxis] / step) * step)
+    assert hit.any()
+
+
 def test_a_joint_whose_two_sides_move_alike_held():
     rng = np.random.default_rng(0)
     tests = []

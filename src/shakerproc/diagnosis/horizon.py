@@ -142,7 +142,7 @@ def compared(
         best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
-            continue
+            break
         least = min(least, left)
         chosen = i
         base, effects = _parted(linear, scores)

@@ -1,8 +1,8 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, final
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         Called with what is being tried.
     """
     if model.excitation.role is None:
-        return _searched(model, fit_linear(model, tests), tests, say)
+        return _begun(model, fit_linear(model, tests), tests, say).ended(say)
     say("linear model")
     signs, late = signs_and_delays(model, tests)
     found = _with_chain(model, turned(tests, signs, late), say)
@@ -92,24 +92,55 @@ def _corrected_or_not(
 ) -> Found:
     """Return what the tests say as recorded or corrected, whichever leaves less."""
     if not is_unusual(linear):
-        return _searched(model, linear, tests, say)
-    found: list[Found] = []
+        return _begun(model, linear, tests, say).ended(say)
+    begun: list[Begun] = []
     for correct in (True, False) if explains(linear) else (False, True):
         if correct:
             say("the chain of measurement corrected")
         own = corrected(tests, linear) if correct else tests
-        found.append(replace(_searched(model, linear, own, say), corrected=correct))
-        if found[-1].rigid or found[-1].is_enough:
-            return found[-1]
-    return min(found, key=lambda one: one.left)
+        begun.append(_begun(model, linear, own, say, correct=correct))
+        if begun[-1].is_enough:
+            return begun[-1].found
+    return min(begun, key=lambda one: one.found.left).ended(say)
 
 
-def _searched(
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """What was found with one effect at most, and what it takes to go on.
+
+    Attributes
+    ----------
+    found : Found
+        Without and with one effect, or two that hide each other.
+    outcome : Outcome
+        The same at the horizon.
+    """
+
+    found: Found
+    outcome: Outcome
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether no more is to be looked for."""
+        return bool(self.found.rigid) or self.found.is_enough
+
+    def ended(self, say: Callable[[str], None]) -> Found:
+        """Return the same with what more effects explain, where that is to be looked for."""
+        if self.is_enough:
+            return self.found
+        first = self.outcome
+        return with_more(self.found, first.campaign, first.forms, first.singles, say)
+
+
+def _begun(
     original: Model,
     linear_model: LinearModel,
     tests: Sequence[Test],
     say: Callable[[str], None],
-) -> Found:
+    *,
+    correct: bool = False,
+) -> Begun:
     """Return what explains tests on top of a linear model.
 
     Raises
@@ -120,13 +151,18 @@ def _searched(
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
     forms = usable_forms(campaign)  # before the long work
+
+    def told(outcome: Outcome, failed: Mapping[str, str], starts: Sequence[Start]) -> Begun:
+        found = _told(original, linear_model, outcome, failed, starts)
+        return Begun(replace(found, corrected=correct), outcome)
+
     say("the model's own numbers")
     linear = own_numbers(campaign)
     rigid = rigid_joints(campaign.data)
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
-        outcome = at_the_horizon(campaign, linear, [], say)
-        return replace(_told(original, linear_model, outcome, {}, ()), rigid=rigid)
+        begun = told(at_the_horizon(campaign, linear, [], say), {}, ())
+        return replace(begun, found=replace(begun.found, rigid=rigid))
     say("screening")
     alone = is_noise(campaign, linear, forms[-1])
     known = campaign.known
@@ -149,9 +185,9 @@ def _searched(
             here = replace(campaign, data=one_more.data)
             first = widened(first, singles) if first is not None else None
             first = first or at_the_horizon(here, linear, singles, say, one_more=one_more)
-            found = _told(original, linear_model, first, one_more.failed, starts)
-            if found.is_enough:
-                return found
+            begun = told(first, one_more.failed, starts)
+            if begun.is_enough:
+                return begun
     singles = one_more.found(starts)
     campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
     best = min((linear, *singles), key=lambda one: one.level)
@@ -162,10 +198,7 @@ def _searched(
     first = first or at_the_horizon(
         campaign, linear, singles, say, one_more=one_more, hidden=hidden
     )
-    found = _told(original, linear_model, first, one_more.failed, starts)
-    if found.is_enough:
-        return found
-    return with_more(found, first.campaign, first.forms, first.singles, say)
+    return told(first, one_more.failed, starts)
 
 
 def _told(

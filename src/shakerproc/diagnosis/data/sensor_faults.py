@@ -9,13 +9,11 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.spectra.range_ends import range_ends
 
 REPEATED: Final = 8
 """Samples at a largest or smallest value from which on it is a limit: noise never repeats its
 extremes [-]."""
-
-NEAR: Final = 1e-6
-"""Share of the range within which samples are the same [-]."""
 
 MAINS: Final = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""
@@ -40,14 +38,12 @@ def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
         As recorded [unit of each sensor].
     """
     hit, limits = np.zeros(rows.shape, bool), np.full(len(rows), np.nan)
-    for i, row in enumerate(rows):
-        top, low = float(np.max(row)), float(np.min(row))
-        near = NEAR * (top - low)
-        for mask in (row >= top - near, row <= low + near):
+    for i, (row, low, high) in enumerate(zip(rows, *range_ends([rows]), strict=True)):
+        for mask in (row >= high, row <= low):
             side_by_side = np.count_nonzero(mask[1:] & mask[:-1])
-            if near > 0.0 and np.count_nonzero(mask) >= REPEATED and side_by_side > 1:
+            if np.count_nonzero(mask) >= REPEATED and side_by_side > 1:
                 hit[i] |= mask
-                limits[i] = max(abs(top), abs(low))
+                limits[i] = np.max(np.abs(row))
     return hit, limits
 
 

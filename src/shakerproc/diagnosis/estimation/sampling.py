@@ -2,10 +2,12 @@
 
 from typing import Final
 
+import numpy as np
+
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
-from shakerproc.diagnosis.selection.scores import SURE, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import SURE, Score, as_fitted, gain
 from shakerproc.simulation import is_smooth
 
 ROUNDS: Final = 10
@@ -26,23 +28,30 @@ def as_recorded(data: DataSet, found: Fit) -> DataSet:
         those of a smooth motion.
     found : Fit
         A model fitted to any windows. It is fitted anew in both ways, as neither tells much
-        before it arrives; the values win where they are surely better.
+        before it arrives; the values win where they are surely better. Where they are worse
+        where it stands, it is not: what folds back is larger than what is off by it.
     """
     if data.points or is_smooth(found.hypothesis.model_at(found.x)):
         return data
-    means = fit(
+    values = data.as_values()
+    if not _certainty(as_fitted(values, found), as_fitted(data, found)) > 0.0:
+        return data
+    first = _fitted(data, found)
+    second = None if first is None else _fitted(values, first)
+    if first is None or second is None:
+        return data
+    certainty = _certainty(as_fitted(values, second), as_fitted(data, first))
+    return values if certainty > SURE else data
+
+
+def _fitted(data: DataSet, found: Fit) -> Fit | None:
+    """Return a fit that goes on to where it arrives, as accelerations are compared now."""
+    return fit(
         data, found.hypothesis, found.x, found.windows, rounds=ROUNDS,
         channels=found.channels, starts=found.starts, step=FARTHEST_STEP,
     )  # fmt: skip
-    if means is None:
-        return data
-    values = fit(
-        data.as_values(), means.hypothesis, means.x, means.windows, rounds=ROUNDS,
-        channels=means.channels, starts=means.starts, step=FARTHEST_STEP,
-    )  # fmt: skip
-    if values is None:
-        return data
-    own, other = as_fitted(values.data, values), as_fitted(data, means)
-    if own is None or other is None or gain(own, other).t < SURE:
-        return data
-    return values.data
+
+
+def _certainty(values: Score | None, means: Score | None) -> float:
+    """Return by how many standard errors values are better than means."""
+    return -np.inf if values is None or means is None else gain(values, means).t

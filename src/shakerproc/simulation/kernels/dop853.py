@@ -241,8 +241,9 @@ def one_sample(
     work: FloatArray,
     scales: FloatArray,
     stats: FloatArray,
+    most: int,
 ) -> float:
-    """Carry the motion from a share `at` of a piece to its end.
+    """Carry the motion from a share `at` of a piece to its end, in so many steps at most.
 
     Returns
     -------
@@ -251,7 +252,7 @@ def one_sample(
     """
     n, n_y = machine.mass.size, series.y.shape[0]
     flips = 0
-    last = stats[3] + MOST_STEPS
+    last = stats[3] + most
     while at < 1.0:
         if stats[3] > last:
             series.y[0, 0] = np.inf  # as a motion that has run away is told
@@ -352,7 +353,7 @@ def integrate_dop853(
         if j >= 0:
             wanted = one_sample(
                 machine, tableau, pieces, j, 0.0, wanted, sample, tolerance, series, work,
-                scales, stats,
+                scales, stats, MOST_STEPS,
             )  # fmt: skip
         if not abs(series.y[0, 0]) < 1e100:
             stats[0], stats[5] = 2.0, (j + 1) * sample
