@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.resting_places import resting_places
+from shakerproc.diagnosis.estimation.resting_places import may_shift, resting_places
+from shakerproc.diagnosis.estimation.starts_by_equation import by_equation
 from shakerproc.models import Model
 from shakerproc.simulation import largest_states
 from shakerproc.simulation.assembly import System, assemble
@@ -43,7 +44,10 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
 def elsewhere(
     data: DataSet, model: Model, table: NDArray[np.int64], starts: FloatArray
 ) -> list[FloatArray]:
-    """Return starts of windows around the other places at which the masses may rest.
+    """Return starts of windows where the mean of a displacement was not measured.
+
+    Around the other places at which the masses may rest, and where the forces of the model
+    balance the inertia.
 
     Parameters
     ----------
@@ -60,6 +64,9 @@ def elsewhere(
             if choice < len(own):
                 row[: len(model.masses)] += own[choice] - own[0]
         out.append(there)
+    if may_shift(data, model):
+        told = by_equation(data, model, table, starts)
+        out += [] if told is None else [told]
     return out
 
 

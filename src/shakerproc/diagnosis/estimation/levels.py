@@ -6,6 +6,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.window_starts import with_place_told
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
@@ -19,6 +20,8 @@ def level_at(
 ) -> float:
     """Return the level of the residual (see `Fit`) of numbers as they are; infinite if none.
 
+    Windows begin where the forces of the hypothesis let them.
+
     Parameters
     ----------
     data, hypothesis, x, windows, channels
@@ -30,7 +33,10 @@ def level_at(
         state = linearisation.residual(here)
     except ModelError:
         return float("inf")
-    return float("inf") if state is None else linearisation.level(state[0], here)
+    if state is None:
+        return float("inf")
+    here, state = with_place_told(linearisation, here, state)
+    return linearisation.level(state[0], here)
 
 
 def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:

@@ -53,15 +53,26 @@ def resting_places(
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
     """
-    joints = [joint for joint in joints_of(model) if _may_shift(data, model, joint)]
-    measured = any(sensor.measures == "displacement" for sensor in model.sensors.values())
-    if measured or not joints:
+    joints = _shifting(data, model)
+    if not joints:
         return (np.zeros((1, len(model.masses))),) * len(table)
     spread = np.linalg.pinv(np.array([_apart(model, joint) for joint in joints]))
     roots = [
         _roots(*_mean_force(model, joint, _stretches(data, joint, table))) for joint in joints
     ]
     return tuple(_combined(each) @ spread.T for each in zip(*roots, strict=True))
+
+
+def may_shift(data: DataSet, model: Model) -> bool:
+    """Return whether the mean of a displacement is neither measured nor none."""
+    return bool(_shifting(data, model))
+
+
+def _shifting(data: DataSet, model: Model) -> list[Joint]:
+    """Return the joints that may rest elsewhere than at none, as far as nothing tells."""
+    if any(sensor.measures == "displacement" for sensor in model.sensors.values()):
+        return []
+    return [joint for joint in joints_of(model) if _may_shift(data, model, joint)]
 
 
 def _stretches(data: DataSet, joint: Joint, table: NDArray[np.int64]) -> FloatArray:

@@ -29,16 +29,27 @@ def with_best_starts(
     """
     if here.starts is None:
         return here, state
+    starts = here.starts
+    here, state = with_place_told(linearisation, here, state)
     model = linearisation.hypothesis.model_at(here.x)
-    starts, table = here.starts, linearisation.windows.table
-    for other in elsewhere(linearisation.data, model, table, starts):
-        here, state = moved(linearisation, here, state, [other])
     sizes = largest_states(model)[:, 0]
     for i, size in enumerate(sizes, start=starts.shape[1] - len(sizes)):
         for side in (1.0, -1.0):
             loaded = np.array(here.starts)
             loaded[:, i] = starts[:, i] + side * LOADED * size
             here, state = moved(linearisation, here, state, [loaded])
+    return here, state
+
+
+def with_place_told(
+    linearisation: Linearisation, here: Point, state: State
+) -> tuple[Point, State]:
+    """Return a point whose windows begin where the forces let them (see `elsewhere`)."""
+    if here.starts is None:
+        return here, state
+    model = linearisation.hypothesis.model_at(here.x)
+    for other in elsewhere(linearisation.data, model, linearisation.windows.table, here.starts):
+        here, state = moved(linearisation, here, state, [other])
     return here, state
 
 

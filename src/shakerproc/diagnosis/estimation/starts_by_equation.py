@@ -1,0 +1,219 @@
+"""Starts of windows by the equation of motion, where a mean displacement was not measured.
+
+An accelerometer tells a displacement but for what it was, and how fast it changed, where the
+window began. The forces of the model tell both: along the window they have to balance the
+inertia that was measured. Nothing is simulated, so that every place at which a window may begin
+can be tried.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.models import BASE, Element, Model
+from shakerproc.models.effects.base import AbstractMemorylessEffect
+
+PERIODS: Final = 2.0
+"""Length from the beginning of a window that is looked at, in periods of the joint's motion: it
+tells both numbers, and errors of what is integrated do not grow in it [-]."""
+
+PLACES: Final = np.linspace(-3.0, 3.0, 61)
+"""Displacements that are tried, over the largest that was measured without its mean [-]."""
+
+FASTER: Final = np.array([-0.3, 0.0, 0.3])
+"""Velocities that are tried beside that measured, over the largest [-]."""
+
+NEAREST: Final = 3
+"""Places that are gone on from: those of the least misfit around them [-]."""
+
+ROUNDS: Final = 6
+"""Steps of Gauss and Newton from there [-]."""
+
+STEP: Final = 1e-4
+"""Change for their slopes, over the largest motion [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Record:
+    """The beginnings of windows, side by side.
+
+    Attributes
+    ----------
+    inertia : (n_windows, n_masses, n) array
+        Mass by measured acceleration, less the force that drives [N].
+    moved, passed : (n_windows, n_masses, n) array
+        Displacement [m] and velocity [m/s] since the window began, against the base.
+    time : (n,) array
+        Since then [s].
+    """
+
+    inertia: FloatArray
+    moved: FloatArray
+    passed: FloatArray
+    time: FloatArray
+
+    def misfit(self, model: Model, at: FloatArray) -> FloatArray:
+        """Return what forces leave of the inertia, (n_windows, k, n_masses * n) array [N].
+
+        `at` (n_windows, k, 2 n_masses) holds displacements and velocities at the beginning.
+        """
+        names = list(model.masses)
+        z, v = (part[..., np.newaxis] for part in np.split(at, 2, axis=2))
+        places = z + v * self.time + self.moved[:, np.newaxis]
+        speeds = v + self.passed[:, np.newaxis]
+        left = np.broadcast_to(self.inertia[:, np.newaxis], places.shape).copy()
+        for element in model.elements:
+            rows = [None if one == BASE else names.index(one) for one in element.between]
+            across = [
+                sum(
+                    (sign * part[:, :, row] for sign, row in zip((-1.0, 1.0), rows, strict=True)
+                     if row is not None),
+                    np.zeros(1),
+                )
+                for part in (places, speeds)
+            ]  # fmt: skip
+            force = element.effect.force_at(*across)  # type: ignore[attr-defined]
+            for sign, row in zip((-1.0, 1.0), rows, strict=True):
+                if row is not None:
+                    left[:, :, row] += sign * force
+        return left.reshape(*left.shape[:2], -1)
+
+
+def by_equation(
+    data: DataSet, model: Model, table: NDArray[np.int64], starts: FloatArray
+) -> FloatArray | None:
+    """Return starts at which the forces of a model balance the inertia that was measured.
+
+    None where some mass has no accelerometer, or a law remembers.
+
+    Parameters
+    ----------
+    data, model, table
+        As for `completed`.
+    starts : (n_windows, n_motions) array
+        What is known of them without the forces.
+    """
+    sensors = _accelerometers(model)
+    if sensors is None or not all(map(_is_known_by_motion, model.elements)):
+        return None
+    n, half = len(model.masses), starts.shape[1] // 2
+    columns = np.r_[:n, half : half + n]  # what else moves, further modes, stays as it is
+    record = _record(data, model, table, sensors)
+    sizes = data.motion_sizes
+    with np.errstate(all="ignore"):
+        begun = _scanned(record, model, starts[:, columns], sizes)
+        found, left = _settled(record, model, begun, sizes)
+    best = np.argmin(left, axis=1)
+    chosen: FloatArray = found[np.arange(len(found)), best]
+    good = np.isfinite(chosen).all(axis=1, keepdims=True)
+    told = starts.copy()
+    told[:, columns] = np.where(good, chosen, starts[:, columns])
+    return told
+
+
+def _accelerometers(model: Model) -> list[int] | None:
+    """Return the sensor of each mass that measures its acceleration; None if one lacks it."""
+    found = {
+        sensor.at: i
+        for i, sensor in enumerate(model.sensors.values())
+        if sensor.measures == "acceleration"
+    }
+    named = [found.get(name) for name in model.masses]
+    return [i for i in named if i is not None] if None not in named else None
+
+
+def _is_known_by_motion(element: Element) -> bool:
+    return isinstance(element.effect, AbstractMemorylessEffect)
+
+
+def _record(
+    data: DataSet, model: Model, table: NDArray[np.int64], sensors: Sequence[int]
+) -> _Record:
+    """Return the beginnings of windows."""
+    rate = data.tests[0].sample_rate
+    size = int(min(table[:, 2].min(), PERIODS / data.frequency * rate + 2))
+    measured, drives = [], []
+    for test, begin, _ in table:
+        part = slice(int(begin), int(begin) + size)
+        measured.append(data.tests[test].responses[sensors, part])
+        drives.append(data.tests[test].input[part])
+    acceleration, drive = np.array(measured), np.array(drives)[:, np.newaxis]
+    moves = model.excitation.moves_base
+    relative = acceleration - drive if moves else acceleration
+    inertia = np.array(list(model.masses.values()))[:, np.newaxis] * acceleration
+    if model.excitation.on is not None and not moves:
+        inertia[:, list(model.masses).index(str(model.excitation.on))] -= drive[:, 0]
+    passed, moved = relative, relative
+    if size > 1:
+        passed = scipy.integrate.cumulative_simpson(relative, dx=1.0 / rate, initial=0.0)
+        moved = scipy.integrate.cumulative_simpson(passed, dx=1.0 / rate, initial=0.0)
+    return _Record(inertia, moved, passed, np.arange(size) / rate)
+
+
+def _scanned(
+    record: _Record, model: Model, starts: FloatArray, sizes: FloatArray
+) -> FloatArray:
+    """Return the starts of least misfit around them, (n_windows, k, 2 n_masses) array.
+
+    One mass after the other is tried everywhere while the others stay.
+    """
+    n, out = len(model.masses), [starts[:, np.newaxis]]
+    for i in range(n):
+        at = np.repeat(starts[:, np.newaxis], PLACES.size * FASTER.size, axis=1)
+        at[:, :, i] = np.repeat(PLACES, FASTER.size) * sizes[i]
+        at[:, :, n + i] += np.tile(FASTER, PLACES.size) * sizes[n + i]
+        misfit = np.sum(record.misfit(model, at) ** 2, axis=2)
+        misfit = np.where(np.isfinite(misfit), misfit, np.inf).reshape(
+            -1, PLACES.size, FASTER.size
+        )
+        speed, least = np.argmin(misfit, axis=2), np.min(misfit, axis=2)
+        beside = np.pad(least, ((0, 0), (1, 1)), constant_values=np.inf)
+        lowest = np.logical_and(least <= beside[:, :-2], least <= beside[:, 2:])
+        order = np.argsort(np.where(lowest, least, np.inf), axis=1)[:, :NEAREST]
+        rows = np.arange(len(at))[:, np.newaxis]
+        out.append(at[rows, order * FASTER.size + speed[rows, order]])
+    return np.concatenate(out, axis=1)
+
+
+def _settled(
+    record: _Record, model: Model, at: FloatArray, sizes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return starts moved to where the misfit is least, and the sum of its squares there."""
+    left = record.misfit(model, at)
+    cost = np.sum(left**2, axis=2)
+    for _ in range(ROUNDS):
+        slopes = (
+            np.stack(
+                [
+                    (record.misfit(model, at + STEP * size * row) - left) / (STEP * size)
+                    for row, size in zip(np.eye(at.shape[2]), sizes, strict=True)
+                ],
+                axis=-1,
+            )
+            * sizes
+        )
+        normal = slopes.swapaxes(-1, -2) @ slopes
+        normal += (
+            1e-9 * np.trace(normal, axis1=-2, axis2=-1)[..., None, None] * np.eye(sizes.size)
+        )
+        score = np.einsum("wkrp,wkr->wkp", slopes, left)
+        usable = np.isfinite(normal).all(axis=(-1, -2)) & np.isfinite(score).all(axis=-1)
+        usable &= np.trace(normal, axis1=-2, axis2=-1) > 0.0
+        normal = np.where(usable[..., None, None], normal, np.eye(sizes.size))
+        step = np.linalg.solve(normal, np.where(usable[..., None], score, 0.0)[..., None])[
+            ..., 0
+        ]
+        there = at - sizes * step
+        tried = record.misfit(model, there)
+        lower = np.sum(tried**2, axis=2) < cost
+        at = np.where(lower[..., None], there, at)
+        left = np.where(lower[..., None], tried, left)
+        cost = np.sum(left**2, axis=2)
+    return at, np.where(np.isfinite(cost), cost, np.inf)
