@@ -1,6 +1,6 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -176,8 +176,25 @@ def _begun(
         say=say,
         condition=Condition(explained=alone),
     )
+    found: list[Begun] = []
+    for outcome in _outcomes(campaign, linear, starts, one_more, say):
+        found.append(told(outcome, one_more.failed, starts))
+        if found[-1].is_enough:
+            break
+    return found[-1]
+
+
+def _outcomes(
+    campaign: Campaign,
+    linear: Fit,
+    starts: Sequence[Start],
+    one_more: OneMore,
+    say: Callable[[str], None],
+) -> Iterator[Outcome]:
+    """Yield what is found as the circle of effects that are tried widens; all at last."""
     first = None
-    for circle in () if alone else widening(starts, known):
+    alone = one_more.condition.explained
+    for circle in () if alone else widening(starts, campaign.known):
         singles = one_more.found(circle)
         if first is not None and set(singles) <= set(first.singles):
             continue
@@ -185,9 +202,7 @@ def _begun(
             here = replace(campaign, data=one_more.data)
             first = widened(first, singles) if first is not None else None
             first = first or at_the_horizon(here, linear, singles, say, one_more=one_more)
-            begun = told(first, one_more.failed, starts)
-            if begun.is_enough:
-                return begun
+            yield first
     singles = one_more.found(starts)
     campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
     best = min((linear, *singles), key=lambda one: one.level)
@@ -195,10 +210,9 @@ def _begun(
         left = min((start.left for start in starts), default=0.0)
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
     first = widened(first, singles) if first is not None and not hidden else None
-    first = first or at_the_horizon(
+    yield first or at_the_horizon(
         campaign, linear, singles, say, one_more=one_more, hidden=hidden
     )
-    return told(first, one_more.failed, starts)
 
 
 def _told(
