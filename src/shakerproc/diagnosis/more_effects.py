@@ -40,8 +40,8 @@ be worth a fit before it is known how far the single one carries [-]."""
 
 EXPLAINED: Final = 0.25
 """Share of what the first leaves in the screening that a second explains at least, to be worth
-a fit. Of five tuning draws of pairs the true one explained 0.41 to 0.999, of five campaigns with
-nuisances alone the best law, but for a mode apart, 0.01 to 0.33 [-]."""
+a fit. Of five tuning draws of pairs the true one explained 0.41 to 0.999, of five campaigns
+with nuisances alone the best law, but for a mode apart, 0.01 to 0.33 [-]."""
 
 
 def hidden_pairs(
