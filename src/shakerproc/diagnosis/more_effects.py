@@ -177,19 +177,16 @@ def _pairs(
         say=lambda what: say(f"{what}, beside {one.kind}"),
     )  # fmt: skip
     if wanted is None:
-        names = dict.fromkeys((kind, joint) for kind, joint, _ in grouped(starts))
-        best = [name for name in names if _explains_enough(starts, name)][:SECONDS]
-        starts = with_limits(starts, best, campaign.known)
+        best = dict.fromkeys(
+            (kind, joint)
+            for (kind, joint, _), own in grouped(starts).items()
+            if max(start.explained for start in own) >= EXPLAINED
+        )
+        starts = with_limits(starts, list(best)[:SECONDS], campaign.known)
     else:
         starts = tuple(start for start in starts if (start.kind, start.between) in wanted)
     pairs = second.found(starts) if starts else []
     return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
-
-
-def _explains_enough(starts: Sequence[Start], name: tuple[str, Joint]) -> bool:
-    """Return whether a second effect explains enough of what the first leaves there."""
-    own = [start.explained for start in starts if (start.kind, start.between) == name]
-    return max(own) >= EXPLAINED
 
 
 def _with_limits(pairs: Sequence[Fit], known: Known) -> list[Fit]:

@@ -98,7 +98,8 @@ def _corrected_or_not(
         if correct:
             say("the chain of measurement corrected")
         own = corrected(tests, linear) if correct else tests
-        begun.append(_begun(model, linear, own, say, correct=correct))
+        one = _begun(model, linear, own, say)
+        begun.append(replace(one, found=replace(one.found, corrected=correct)))
         if begun[-1].is_enough:
             return begun[-1].found
     return min(begun, key=lambda one: one.found.left).ended(say)
@@ -138,8 +139,6 @@ def _begun(
     linear_model: LinearModel,
     tests: Sequence[Test],
     say: Callable[[str], None],
-    *,
-    correct: bool = False,
 ) -> Begun:
     """Return what explains tests on top of a linear model.
 
@@ -151,18 +150,14 @@ def _begun(
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
     forms = usable_forms(campaign)  # before the long work
-
-    def told(outcome: Outcome, failed: Mapping[str, str], starts: Sequence[Start]) -> Begun:
-        found = _told(original, linear_model, outcome, failed, starts)
-        return Begun(replace(found, corrected=correct), outcome)
-
     say("the model's own numbers")
     linear = own_numbers(campaign)
     rigid = rigid_joints(campaign.data)
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
-        begun = told(at_the_horizon(campaign, linear, [], say), {}, ())
-        return replace(begun, found=replace(begun.found, rigid=rigid))
+        outcome = at_the_horizon(campaign, linear, [], say)
+        one = _told(original, linear_model, outcome, {}, ())
+        return Begun(replace(one, rigid=rigid), outcome)
     say("screening")
     alone = is_noise(campaign, linear, forms[-1])
     known = campaign.known
@@ -176,12 +171,13 @@ def _begun(
         say=say,
         condition=Condition(explained=alone),
     )
-    found: list[Begun] = []
+    begun: list[Begun] = []
     for outcome in _outcomes(campaign, linear, starts, one_more, say):
-        found.append(told(outcome, one_more.failed, starts))
-        if found[-1].is_enough:
+        one = _told(original, linear_model, outcome, one_more.failed, starts)
+        begun.append(Begun(one, outcome))
+        if begun[-1].is_enough:
             break
-    return found[-1]
+    return begun[-1]
 
 
 def _outcomes(

@@ -56,6 +56,8 @@ def elsewhere(
     starts : (n_windows, n_motions) array
         What that returned.
     """
+    if not may_shift(data, model):
+        return []
     places = resting_places(data, model, table)
     out = []
     for choice in range(1, max(map(len, places), default=1)):
@@ -64,10 +66,8 @@ def elsewhere(
             if choice < len(own):
                 row[: len(model.masses)] += own[choice] - own[0]
         out.append(there)
-    if may_shift(data, model):
-        told = by_equation(data, model, table, starts)
-        out += [] if told is None else [told]
-    return out
+    told = by_equation(data, model, table, starts)
+    return out if told is None else [*out, told]
 
 
 def sizes(data: DataSet, model: Model) -> FloatArray:

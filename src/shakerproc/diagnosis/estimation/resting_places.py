@@ -56,7 +56,7 @@ def resting_places(
     joints = _shifting(data, model)
     if not joints:
         return (np.zeros((1, len(model.masses))),) * len(table)
-    spread = np.linalg.pinv(np.array([_apart(model, joint) for joint in joints]))
+    spread = np.linalg.pinv(np.array([apart(model, joint) for joint in joints]))
     roots = [
         _roots(*_mean_force(model, joint, _stretches(data, joint, table))) for joint in joints
     ]
@@ -106,7 +106,7 @@ def _may_shift(data: DataSet, model: Model, joint: Joint) -> bool:
     return not np.allclose(force, -other, atol=0.0) or bool(np.any(force < 0.0))
 
 
-def _apart(model: Model, joint: Joint) -> FloatArray:
+def apart(model: Model, joint: Joint) -> FloatArray:
     """Return what a joint sees of the displacements of all masses, (n_masses,) array."""
     names = list(model.masses)
     row = np.zeros(len(names))

@@ -8,7 +8,7 @@ can be tried.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
@@ -16,12 +16,16 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.models import BASE, Element, Model
+from shakerproc.diagnosis.estimation.resting_places import apart
+from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 
 PERIODS: Final = 2.0
 """Length from the beginning of a window that is looked at, in periods of the joint's motion: it
 tells both numbers, and errors of what is integrated do not grow in it [-]."""
+
+SAMPLES: Final = 200
+"""Samples of that length at most, 100 of every period: slow motions take no memory [-]."""
 
 PLACES: Final = np.linspace(-3.0, 3.0, 61)
 """Displacements that are tried, over the largest that was measured without its mean [-]."""
@@ -39,6 +43,10 @@ STEP: Final = 1e-4
 """Change for their slopes, over the largest motion [-]."""
 
 
+_Law: TypeAlias = tuple[FloatArray, AbstractMemorylessEffect]
+"""What a joint sees of the displacements of all masses, and a law in it."""
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Record:
@@ -51,7 +59,7 @@ class _Record:
     moved, passed : (n_windows, n_masses, n) array
         Displacement [m] and velocity [m/s] since the window began, against the base.
     time : (n,) array
-        Since then [s].
+        Since then [s]; n is `SAMPLES` at most.
     """
 
     inertia: FloatArray
@@ -59,30 +67,18 @@ class _Record:
     passed: FloatArray
     time: FloatArray
 
-    def misfit(self, model: Model, at: FloatArray) -> FloatArray:
+    def misfit(self, laws: Sequence[_Law], at: FloatArray) -> FloatArray:
         """Return what forces leave of the inertia, (n_windows, k, n_masses * n) array [N].
 
         `at` (n_windows, k, 2 n_masses) holds displacements and velocities at the beginning.
         """
-        names = list(model.masses)
         z, v = (part[..., np.newaxis] for part in np.split(at, 2, axis=2))
         places = z + v * self.time + self.moved[:, np.newaxis]
         speeds = v + self.passed[:, np.newaxis]
         left = np.broadcast_to(self.inertia[:, np.newaxis], places.shape).copy()
-        for element in model.elements:
-            rows = [None if one == BASE else names.index(one) for one in element.between]
-            across = [
-                sum(
-                    (sign * part[:, :, row] for sign, row in zip((-1.0, 1.0), rows, strict=True)
-                     if row is not None),
-                    np.zeros(1),
-                )
-                for part in (places, speeds)
-            ]  # fmt: skip
-            force = element.effect.force_at(*across)  # type: ignore[attr-defined]
-            for sign, row in zip((-1.0, 1.0), rows, strict=True):
-                if row is not None:
-                    left[:, :, row] += sign * force
+        for across, effect in laws:
+            force = effect.force_at(across @ places, across @ speeds)
+            left += across[:, np.newaxis] * force[:, :, np.newaxis]
         return left.reshape(*left.shape[:2], -1)
 
 
@@ -100,16 +96,16 @@ def by_equation(
     starts : (n_windows, n_motions) array
         What is known of them without the forces.
     """
-    sensors = _accelerometers(model)
-    if sensors is None or not all(map(_is_known_by_motion, model.elements)):
+    sensors, laws = _accelerometers(model), _laws(model)
+    if sensors is None or laws is None:
         return None
     n, half = len(model.masses), starts.shape[1] // 2
     columns = np.r_[:n, half : half + n]  # what else moves, further modes, stays as it is
     record = _record(data, model, table, sensors)
     sizes = data.motion_sizes
     with np.errstate(all="ignore"):
-        begun = _scanned(record, model, starts[:, columns], sizes)
-        found, left = _settled(record, model, begun, sizes)
+        begun = _scanned(record, laws, starts[:, columns], sizes)
+        found, left = _settled(record, laws, begun, sizes)
     best = np.argmin(left, axis=1)
     chosen: FloatArray = found[np.arange(len(found)), best]
     good = np.isfinite(chosen).all(axis=1, keepdims=True)
@@ -129,8 +125,11 @@ def _accelerometers(model: Model) -> list[int] | None:
     return [i for i in named if i is not None] if None not in named else None
 
 
-def _is_known_by_motion(element: Element) -> bool:
-    return isinstance(element.effect, AbstractMemorylessEffect)
+def _laws(model: Model) -> list[_Law] | None:
+    """Return the laws of a model, each in its joint; None if one remembers."""
+    found = [(apart(model, one.between), one.effect) for one in model.elements]
+    laws = [(a, law) for a, law in found if isinstance(law, AbstractMemorylessEffect)]
+    return laws if len(laws) == len(found) else None
 
 
 def _record(
@@ -150,26 +149,25 @@ def _record(
     inertia = np.array(list(model.masses.values()))[:, np.newaxis] * acceleration
     if model.excitation.on is not None and not moves:
         inertia[:, list(model.masses).index(str(model.excitation.on))] -= drive[:, 0]
-    passed, moved = relative, relative
-    if size > 1:
-        passed = scipy.integrate.cumulative_simpson(relative, dx=1.0 / rate, initial=0.0)
-        moved = scipy.integrate.cumulative_simpson(passed, dx=1.0 / rate, initial=0.0)
-    return _Record(inertia, moved, passed, np.arange(size) / rate)
+    passed = scipy.integrate.cumulative_simpson(relative, dx=1.0 / rate, initial=0.0)
+    moved = scipy.integrate.cumulative_simpson(passed, dx=1.0 / rate, initial=0.0)
+    some = np.linspace(0, size - 1, min(size, SAMPLES)).astype(int)
+    return _Record(inertia[..., some], moved[..., some], passed[..., some], some / rate)
 
 
 def _scanned(
-    record: _Record, model: Model, starts: FloatArray, sizes: FloatArray
+    record: _Record, laws: Sequence[_Law], starts: FloatArray, sizes: FloatArray
 ) -> FloatArray:
     """Return the starts of least misfit around them, (n_windows, k, 2 n_masses) array.
 
     One mass after the other is tried everywhere while the others stay.
     """
-    n, out = len(model.masses), [starts[:, np.newaxis]]
+    n, out = starts.shape[1] // 2, [starts[:, np.newaxis]]
     for i in range(n):
         at = np.repeat(starts[:, np.newaxis], PLACES.size * FASTER.size, axis=1)
         at[:, :, i] = np.repeat(PLACES, FASTER.size) * sizes[i]
         at[:, :, n + i] += np.tile(FASTER, PLACES.size) * sizes[n + i]
-        misfit = np.sum(record.misfit(model, at) ** 2, axis=2)
+        misfit = np.sum(record.misfit(laws, at) ** 2, axis=2)
         misfit = np.where(np.isfinite(misfit), misfit, np.inf).reshape(
             -1, PLACES.size, FASTER.size
         )
@@ -183,37 +181,25 @@ def _scanned(
 
 
 def _settled(
-    record: _Record, model: Model, at: FloatArray, sizes: FloatArray
+    record: _Record, laws: Sequence[_Law], at: FloatArray, sizes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return starts moved to where the misfit is least, and the sum of its squares there."""
-    left = record.misfit(model, at)
+    left = record.misfit(laws, at)
     cost = np.sum(left**2, axis=2)
+    steps = STEP * np.diag(sizes)
     for _ in range(ROUNDS):
-        slopes = (
-            np.stack(
-                [
-                    (record.misfit(model, at + STEP * size * row) - left) / (STEP * size)
-                    for row, size in zip(np.eye(at.shape[2]), sizes, strict=True)
-                ],
-                axis=-1,
-            )
-            * sizes
-        )
-        normal = slopes.swapaxes(-1, -2) @ slopes
-        normal += (
-            1e-9 * np.trace(normal, axis1=-2, axis2=-1)[..., None, None] * np.eye(sizes.size)
-        )
-        score = np.einsum("wkrp,wkr->wkp", slopes, left)
-        usable = np.isfinite(normal).all(axis=(-1, -2)) & np.isfinite(score).all(axis=-1)
-        usable &= np.trace(normal, axis1=-2, axis2=-1) > 0.0
-        normal = np.where(usable[..., None, None], normal, np.eye(sizes.size))
-        step = np.linalg.solve(normal, np.where(usable[..., None], score, 0.0)[..., None])[
-            ..., 0
-        ]
-        there = at - sizes * step
-        tried = record.misfit(model, there)
-        lower = np.sum(tried**2, axis=2) < cost
-        at = np.where(lower[..., None], there, at)
-        left = np.where(lower[..., None], tried, left)
+        moved = [(record.misfit(laws, at + step) - left) / STEP for step in steps]
+        slopes = _finite(np.stack(moved, axis=-1))
+        turned = slopes.swapaxes(-1, -2)
+        change = np.linalg.pinv(turned @ slopes, hermitian=True) @ turned
+        there = at - sizes * (change @ _finite(left)[..., np.newaxis])[..., 0]
+        tried = record.misfit(laws, there)
+        lower = (np.sum(tried**2, axis=2) < cost)[..., np.newaxis]
+        at, left = np.where(lower, there, at), np.where(lower, tried, left)
         cost = np.sum(left**2, axis=2)
     return at, np.where(np.isfinite(cost), cost, np.inf)
+
+
+def _finite(rows: FloatArray) -> FloatArray:
+    """Return rows, 0 where a force is beyond all numbers: nothing is told there."""
+    return np.nan_to_num(rows, nan=0.0, posinf=0.0, neginf=0.0)
