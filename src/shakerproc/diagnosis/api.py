@@ -10,6 +10,8 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.judged_again import judged_again
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.refuted import with_more_refuted
@@ -121,12 +123,16 @@ def diagnose_arrays(
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
     refuted: dict[str, Refuted] = {}
+    found: Found | None = None
 
     def estimated(less: Mapping[str, Refuted]) -> Sequence[Test]:
         return prepared(tests, imposed=imposed, refuted=less)
 
     while True:
-        found = seek(known, estimated(refuted), say)
+        again = None if found is None or imposed else found
+        if again is not None:
+            again = judged_again(known, again, estimated(refuted), say)
+        found = again or seek(known, estimated(refuted), say)
         more = with_more_refuted(found, refuted, estimated)
         if more == refuted:
             break

@@ -122,19 +122,13 @@ def compared(
             near = True
             found = _at_once(campaign, best, standing, forms[-1])
             if found is not None:
-                longest, own = found
+                campaign, longest, own = found
                 return campaign, [longest], *_parted(linear, own)
-        forms[i] = form.knowing(campaign.data, best)
         rounds = BEST_ROUNDS if best.follows_most else ROUNDS
-        there = arrived(campaign.data, best, forms[i], rounds=rounds)
-        if i and (there is None or not _is_predicted(campaign, there, forms[i])):
+        sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
+        if i and (there is None or not _is_predicted(sampled, there, forms[i])):
             break
-        data = campaign.data if there is None else as_recorded(campaign.data, there)
-        sampled = replace(campaign, data=data)
-        if there is not None and data is not campaign.data:
-            forms[i] = form.knowing(data, there)
-            there = arrived(data, there, forms[i])
-            least = np.inf
+        least = least if sampled.data is campaign.data else np.inf
         scores = _scores_beside(sampled, best, there, standing, forms[i])
         if not scores:
             continue
@@ -151,33 +145,66 @@ def compared(
 
 def _at_once(
     campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form
-) -> tuple[Form, list[Score]] | None:
+) -> tuple[Campaign, Form, list[Score]] | None:
     """Return the longest horizon and the scores there; None if more than noise is left.
 
     A fit that leaves no more than noise of short windows is next to the truth, and needs none
     in between to arrive; where it leaves no more at the longest either, shorter ones tell
     nothing that this one does not.
     """
-    form = form.knowing(campaign.data, best)
-    there = arrived(campaign.data, best, form)
-    if there is None or not is_mostly_noise(campaign, there):
+    if not _is_predicted(campaign, best, form):
         return None
-    if not _is_predicted(campaign, there, form):
+    campaign, form, there = _arrived(campaign, best, form)
+    if there is None or not is_mostly_noise(campaign, there):
         return None
     scores = _scores_beside(campaign, best, there, standing, form)
     if not scores:
         return None
     first = best_of(scores).fit
     left = error_of(campaign.data, first, form.held_out)
-    return (form, scores) if _is_noise(campaign, first, form, left) else None
+    return (campaign, form, scores) if _is_noise(campaign, first, form, left) else None
+
+
+def _arrived(
+    campaign: Campaign, best: Fit, form: Form, *, rounds: int = BEST_ROUNDS
+) -> tuple[Campaign, Form, Fit | None]:
+    """Return the best fit carried over to a horizon that knows where it cannot be predicted.
+
+    And the tests, with accelerations compared as the recorder took them.
+    """
+    form = form.knowing(campaign.data, best)
+    there = arrived(campaign.data, best, form, rounds=rounds)
+    data = campaign.data if there is None else as_recorded(campaign.data, there)
+    if there is not None and data is not campaign.data:
+        campaign, form = replace(campaign, data=data), form.knowing(data, there)
+        there = arrived(data, there, form)
+    return campaign, form, there
 
 
 def _scores_beside(
     campaign: Campaign, best: Fit, there: Fit | None, standing: Sequence[Fit], form: Form
 ) -> list[Score]:
     """Return the scores of hypotheses at a horizon, the best of which is there already."""
-    fits = [there if one is best else carried(campaign.data, one, [form]) for one in standing]
+    fits = [
+        there
+        if one is best
+        else carried(campaign.data, one, [form], rounds=_rounds(campaign, best, one))
+        for one in standing
+    ]
     return scored_at(campaign, fits, form)
+
+
+def _rounds(campaign: Campaign, best: Fit, one: Fit) -> int:
+    """Return the steps that a hypothesis is worth at the next horizon, beside the best.
+
+    None where an effect predicts far worse what both were fitted to: it is scored with the
+    numbers that it has.
+    """
+    if not one.hypothesis.added or not np.array_equal(one.windows.table, best.windows.table):
+        return ROUNDS
+    own, first = as_fitted(campaign.data, one), as_fitted(campaign.data, best)
+    is_far = own is not None and first is not None and gain(first, own).t > FAR
+    return 0 if is_far else ROUNDS
 
 
 def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
@@ -187,16 +214,16 @@ def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
     return own, [score for score in scores if score.fit.hypothesis.added]
 
 
-def _is_predicted(campaign: Campaign, there: Fit, form: Form) -> bool:
-    """Return whether a fit at a horizon predicts it.
+def _is_predicted(campaign: Campaign, found: Fit, form: Form) -> bool:
+    """Return whether a fit predicts the motion as far as a horizon.
 
     Noise may part the motion by `PARTED` at most, and so may the spread of its numbers: else a
     good fit is judged by where motions part. The numbers of one that leaves no more than noise
     of what it was fitted to are known.
     """
-    known = there.chi_square <= EXCESS**2
-    numbers = None if known else drawn_numbers(there)
-    return parted(campaign.data, there, form.held_out.some(PREDICTED), numbers) <= PARTED
+    known = found.chi_square <= EXCESS**2
+    numbers = None if known else drawn_numbers(found)
+    return parted(campaign.data, found, form.held_out.some(PREDICTED), numbers) <= PARTED
 
 
 def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:

@@ -156,7 +156,7 @@ def _begun(
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
         outcome = at_the_horizon(campaign, linear, [], say)
-        one = _told(original, linear_model, outcome, {}, ())
+        one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
     say("screening")
     alone = is_noise(campaign, linear, forms[-1])
@@ -173,7 +173,7 @@ def _begun(
     )
     begun: list[Begun] = []
     for outcome in _outcomes(campaign, linear, starts, one_more, say):
-        one = _told(original, linear_model, outcome, one_more.failed, starts)
+        one = told(original, linear_model, outcome, one_more.failed, starts)
         begun.append(Begun(one, outcome))
         if begun[-1].is_enough:
             break
@@ -211,7 +211,7 @@ def _outcomes(
     )
 
 
-def _told(
+def told(
     original: Model,
     linear_model: LinearModel,
     outcome: Outcome,

@@ -15,7 +15,7 @@ from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
-STEP: Final = 1e-4
+STEP: Final = 3e-4
 """Least change of a coordinate for slopes: the engine's 1e-6 makes them right to a per cent
 [-]."""
 

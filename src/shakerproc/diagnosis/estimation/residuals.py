@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.models import Model
 from shakerproc.simulation import Runs, free_runs
 
-TOLERANCE: Final = 1e-6
+TOLERANCE: Final = 1e-5
 """Truncation of a simulation that is compared with a measurement [-]."""
 
 

@@ -11,6 +11,8 @@ does not settle, or a branch ends, the sample is left to the Taylor series.
 
 from typing import Final
 
+import numpy as np
+
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
 from shakerproc.simulation.kernels.carried_forces import (
@@ -50,6 +52,16 @@ a three hundredth of what its extension to the next sample misses there [-]."""
 
 _LESS_LOOSE: Final = 10.0
 """The same where a series predicts, after an event [-]."""
+
+UNKNOWN: Final = np.inf
+"""How corrections shrink before two were made one after the other [-]."""
+
+_LEAST_SHRINKING: Final = 1e-3
+"""Least share of a correction that is expected of the next one: a law may be flat where two were
+made, and steep a few parts on [-]."""
+
+_LEFT: Final = 0.1
+"""What a correction may leave, over the tolerance [-]."""
 
 
 @inlined
@@ -162,19 +174,25 @@ def _settle(
     step: float,
     tolerance: float,
     warm: bool,
+    shrinking: float,
     scales: FloatArray,
     series: Series,
     room: Carried,
     n: int,
     n_y: int,
     n_c: int,
-) -> bool:
-    """Correct the end of a part by the forces there until it rests; return whether it does."""
+) -> tuple[bool, float]:
+    """Correct the end of a part by the forces there until it rests; return whether it does.
+
+    And how much of a correction the next one is, as it was where two were made, and twice
+    that with every part since: as much is left after a correction, which none is made to see.
+    """
     w, w_rate, y = room.y[INPUT, 0], 0.0, room.y
     for k in range(1, n_c):
         w += y[INPUT, k]
         w_rate += k * y[INPUT, k]
-    for _ in range(_ATTEMPTS):
+    before = 0.0
+    for attempt in range(_ATTEMPTS):
         for i in range(n_y):
             series.y[i, 0] = y[END, i]
         series.w[0], series.w[1] = w, w_rate
@@ -194,11 +212,16 @@ def _settle(
             if not change <= worst * scales[i]:
                 worst = change / scales[i] if scales[i] > 0.0 else 1.0
             y[END, i] = end
+        if attempt > 0:
+            shrinking = max(worst / before, _LEAST_SHRINKING)
         if worst <= tolerance:
-            return True
+            return True, shrinking
+        if shrinking * worst <= _LEFT * tolerance:
+            return True, 2.0 * shrinking
         if not worst <= (_LOOSE if warm else _LESS_LOOSE) * tolerance:
-            return False
-    return False
+            return False, shrinking
+        before = worst
+    return False, shrinking
 
 
 @inlined
@@ -251,6 +274,7 @@ def carry(
     fastest = scales[n]
     for i in range(n_y):
         y[FROM, i] = series.y[i, 0]
+    shrinking = UNKNOWN
     k_out, wait, part, warm = j // stride - before, stride - j % stride, 0, False
     while j < stop:
         shift(pieces, j, part / parts, 1.0 / parts, y[INPUT])
@@ -260,10 +284,11 @@ def carry(
         else:
             set_out(machine, store, slot, time, step, series, room, n, n_y, n_c)
         _predict(store, slot, step, room, n, n_y, n_c)
-        if not _settle(
-            machine, store, slot, time + step, step, tolerance, warm, scales, series, room, n,
-            n_y, n_c,
-        ):  # fmt: skip
+        settled, shrinking = _settle(
+            machine, store, slot, time + step, step, tolerance, warm, shrinking, scales, series,
+            room, n, n_y, n_c,
+        )  # fmt: skip
+        if not settled:
             break
         w = series.w[0]
         note(machine, store, 1, y[END], series, room, n)
