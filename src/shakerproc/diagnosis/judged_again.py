@@ -26,9 +26,7 @@ def judged_again(
         What was found before.
     """
     pairs = zip(before.data.tests, tests, strict=True)
-    own = [
-        replace(old, noise_density=new.noise_density, noise=new.noise) for old, new in pairs
-    ]
+    own = [replace(old, noise_density=new.noise_density, noise=new.noise) for old, new in pairs]
     campaign = campaign_of(before.data.model, own)
     if before.data.points:
         campaign = replace(campaign, data=campaign.data.as_values())

@@ -149,6 +149,24 @@ class NormalEquations:
         found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
         return found, student_over_normal(blocks)
 
+    def moved_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
+        """Return by how much x, gains, delays and offsets move with the residual, (n,) array.
+
+        Parameters
+        ----------
+        slopes : Linearised
+            Those of these equations.
+        change : list of (n_members, n_residuals) array
+            What the residual of each stack changes by.
+        """
+        pull = np.zeros(len(self.information))
+        for i, (own, mixed, _) in enumerate(self.kept):
+            root = self.linearisation.weights(slopes.residual[i])
+            _, columns, by_start = self._weighted(slopes, i)
+            columns = columns - by_start @ (_inverse(own) @ mixed)
+            pull += np.einsum("mrn,mr->n", columns, root * change[i])
+        return -self._inverted() @ pull
+
     def _inverted(self) -> FloatArray:
         size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
         scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)

@@ -16,8 +16,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
 STEP: Final = 3e-4
-"""Least change of a coordinate for slopes: the engine's 1e-6 makes them right to a per cent
-[-]."""
+"""Least change of a coordinate for slopes: the engine's 1e-5 makes them right to 3 % [-]."""
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
@@ -191,14 +190,9 @@ class Linearisation:
         """Return the slopes of the residual; without `physics`, by the starts alone.
 
         They are those of chords over steps of the coordinates, `STEP` by default.
-
-        Values at the samples jump where a jump of the acceleration crosses a sample, and have
-        no slope there; what is expected of them has: their means.
         """
         residual, predicted, _ = state
-        here = predicted
-        if self.data.points:
-            here = self.predict(at.x, at.starts, at.offset, evened=True) or predicted
+        here = self.evened(at, predicted)
         slopes: list[list[FloatArray]] = [[] for _ in self.stacks]
         if physics:
             for change in self._by_coordinates(at, here, steps):
@@ -217,6 +211,16 @@ class Linearisation:
             [_table(c, r, 0) for c, r in zip(own, residual, strict=True)],
         )
 
+    def evened(self, at: Point, predicted: Predicted) -> Predicted:
+        """Return what has slopes of what is predicted.
+
+        Values at the samples jump where a jump of the acceleration crosses a sample, and have
+        no slope there; what is expected of them has: their means.
+        """
+        if not self.data.points:
+            return predicted
+        return self.predict(at.x, at.starts, at.offset, evened=True) or predicted
+
     def _by_coordinates(
         self, at: Point, here: Predicted, steps: FloatArray | None
     ) -> Iterator[list[FloatArray]]:
@@ -227,14 +231,14 @@ class Linearisation:
             moved = at.x.copy()
             moved[k] += step
             there = self.predict(moved, at.starts, at.offset, evened=True)
-            yield self._differences(at.gain / step, here, there)
+            yield self.differences(at.gain / step, here, there)
 
     def _by_offsets(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by the constant input of each test."""
         if not at.offset.size:
             return
         there = self.predict(at.x, at.starts, at.offset + STEP, evened=True)
-        change = self._differences(at.gain / STEP, here, there)
+        change = self.differences(at.gain / STEP, here, there)
         of_test = [self.windows.table[stack.members[0], 0] for stack in self.stacks]
         for test in range(at.offset.size):
             yield [
@@ -250,14 +254,14 @@ class Linearisation:
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
             there = self.predict(at.x, shifted, at.offset, evened=True)
-            yield self._differences(at.gain / STEP, here, there)
+            yield self.differences(at.gain / STEP, here, there)
 
-    def _differences(
+    def differences(
         self, factor: FloatArray, here: Predicted, there: Predicted | None
     ) -> list[FloatArray]:
         """Return how the residual changes, times a factor of each sensor; 0 where it cannot."""
         if there is None:
-            return [np.zeros((stack.members.size, stack.size)) for stack in self.stacks]
+            return [np.zeros((s.members.size, s.size)) for s in self.stacks]
         found = []
         for stack in self.stacks:
             change = stack.of(here.outputs) - stack.of(there.outputs)

@@ -14,7 +14,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Point
-from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation
+from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.errors import DiagnosisError
 
 PAIRS: Final = 4
@@ -65,13 +66,25 @@ class Spread:
         equations = NormalEquations(linearisation, at, slopes)
         self.covariance, wider = equations.covariance(slopes)
         self._student = self.covariance * np.outer(wider, wider)
+        self._by_input = equations.moved_by(slopes, _by_input(linearisation, at, state[1]))
 
     def widened(self) -> FloatArray:
         """Return the covariance, 1.96 of whose standard deviations are the bound, (n, n) array.
 
-        That of Student's law, as far as the cost can tell.
+        That of Student's law, as far as the cost can tell, and what the calibration of the
+        input leaves open. Nothing tells its gain; but its sensor may be off by as much as
+        those of the responses are beside it.
         """
-        return self._student * self.reach() ** 2
+        moved = self._by_input
+        calibration = self._calibration() ** 2 * np.outer(moved, moved)
+        return self._student * self.reach() ** 2 + calibration
+
+    def _calibration(self) -> float:
+        """Return how far gains of the responses are from 1, but for their errors [-]."""
+        gain, n = self._at.gain, self._at.x.size
+        errors = np.diag(self.covariance)[n : n + gain.size]
+        square = float(np.mean((gain - 1.0) ** 2 - errors))
+        return float(np.sqrt(max(square, 0.0)))
 
     def reach(self) -> float:
         """Return how many standard errors away the cost is surely higher, 1 at least [-].
@@ -105,6 +118,18 @@ class Spread:
         x = np.clip(at.x + step, linearisation.low, linearisation.high)
         state = linearisation.residual(replace(at, x=x))
         return np.inf if state is None else state[2]
+
+
+def _by_input(
+    linearisation: Linearisation, at: Point, predicted: Predicted
+) -> list[FloatArray]:
+    """Return the slopes of the residual of every stack by one gain of all inputs."""
+    data = linearisation.data
+    tests = [replace(test, input=(1.0 + STEP) * test.input) for test in data.tests]
+    louder, model = replace(data, tests=tuple(tests)), linearisation.hypothesis.model_at(at.x)
+    here = linearisation.evened(at, predicted)
+    there = predict(louder, model, linearisation.windows, at.starts, at.offset, evened=True)
+    return linearisation.differences(at.gain / STEP, here, there)
 
 
 def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> FloatArray:

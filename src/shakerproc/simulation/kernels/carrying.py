@@ -57,8 +57,8 @@ UNKNOWN: Final = np.inf
 """How corrections shrink before two were made one after the other [-]."""
 
 _LEAST_SHRINKING: Final = 1e-3
-"""Least share of a correction that is expected of the next one: a law may be flat where two were
-made, and steep a few parts on [-]."""
+"""Least share of a correction that is expected of the next one: a law may be flat where two
+were made, and steep a few parts on [-]."""
 
 _LEFT: Final = 0.1
 """What a correction may leave, over the tolerance [-]."""
