@@ -1,10 +1,13 @@
 """How far the numbers of a fit may be from the truth, on tests of a known truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.diagnosis.one_mass import added, data_of, one_mass
 
 from shakerproc.diagnosis.estimation.form import Form, arrived, carried
+from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
@@ -37,6 +40,19 @@ def test_away_from_the_least_cost_one_standard_error_tells_nothing(cubic):
     away = cubic.x.copy()
     away[-1] += 12.0 * np.sqrt(cubic.covariance[away.size - 1, away.size - 1])
     assert 1.0 < spread_of(cubic, away).reach() <= WIDEST
+
+
+def test_sensors_that_disagree_leave_open_what_the_input_is_by_their_spread(cubic):
+    """Were the input louder by a share, all motions were, and forces: k3 has the unit N/m^3."""
+    tests = [replace(test, responses=0.98 * test.responses) for test in cubic.data.tests]
+    data = replace(cubic.data, tests=tuple(tests))
+    found = fit(data, cubic.hypothesis, cubic.x, cubic.windows, rounds=20)
+    np.testing.assert_allclose(found.gain, 0.98, atol=2e-3)
+    number = estimates(found, 0)["coefficient"]
+    np.testing.assert_allclose(np.log(number.high / number.value), 1.96 * 2 * 0.02, rtol=0.05)
+    of_spring, before = (linear_estimates(one) for one in (found, cubic))
+    for name, own in of_spring.items():  # no length in its unit
+        np.testing.assert_allclose(own.high, before[name].high, rtol=1e-3)
 
 
 def test_a_force_that_jumps_makes_the_bound_no_narrower_than_the_slopes_say():
