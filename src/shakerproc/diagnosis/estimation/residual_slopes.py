@@ -26,6 +26,10 @@ step of the search passes by far [-]."""
 GAIN_SPREAD: Final = 0.01
 """Standard deviation of the gain of a sensor: the tolerance of data sheets [-]."""
 
+AS_IT_IS: Final = 1e-6
+"""The same of the first sensor where masses are free: with all other numbers these take any
+gain that all sensors share, and nothing tells the one from the other [-]."""
+
 DELAY_SPREAD: Final = 20e-6
 """Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
 
@@ -78,9 +82,11 @@ class Linearisation:
         rate = data.tests[0].sample_rate
         self.cluster = BLOCK_S * rate * data.n_sensors
         self.block = data.block_s * rate
+        first = AS_IT_IS if hypothesis.frees_masses else GAIN_SPREAD
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
-            np.full(data.n_sensors, GAIN_SPREAD),
+            [first],
+            np.full(data.n_sensors - 1, GAIN_SPREAD),
             np.full(data.n_sensors, DELAY_SPREAD),
             np.full(data.n_offsets, OFFSET_SPREAD),
         ])
@@ -212,11 +218,7 @@ class Linearisation:
         )
 
     def evened(self, at: Point, predicted: Predicted) -> Predicted:
-        """Return what has slopes of what is predicted.
-
-        Values at the samples jump where a jump of the acceleration crosses a sample, and have
-        no slope there; what is expected of them has: their means.
-        """
+        """Return what has slopes: of values at the samples, which jump, the means expected."""
         if not self.data.points:
             return predicted
         return self.predict(at.x, at.starts, at.offset, evened=True) or predicted

@@ -173,6 +173,11 @@ class Hypothesis:
         edges = np.cumsum([len(self.own), *(len(one.names) for one in self.added)])
         return tuple(np.split(x, edges[:-1]))
 
+    @property
+    def frees_masses(self) -> bool:
+        """Whether masses are free, as where a force drives the model."""
+        return any(number.element is None for number in self.own)
+
     def model_at(self, x: FloatArray) -> Model:
         """Return the model with these numbers.
 
