@@ -10,7 +10,6 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
-from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.judged_again import judged_again
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
@@ -123,21 +122,17 @@ def diagnose_arrays(
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
     refuted: dict[str, Refuted] = {}
-    found: Found | None = None
 
     def estimated(less: Mapping[str, Refuted]) -> Sequence[Test]:
         return prepared(tests, imposed=imposed, refuted=less)
 
-    while True:
-        again = None if found is None or imposed else found
-        if again is not None:
-            again = judged_again(known, again, estimated(refuted), say)
-        found = again or seek(known, estimated(refuted), say)
-        more = with_more_refuted(found, refuted, estimated)
-        if more == refuted:
-            break
+    found = seek(known, estimated(refuted), say)
+    while (more := with_more_refuted(found, refuted, estimated)) != refuted:
         say("again, with the next estimate of the noise")
         refuted = more
+        less = estimated(refuted)
+        again = None if imposed else judged_again(known, found, less, say)
+        found = again or seek(known, less, say)
     say("the verdict")
     verdict = judged(found, clearances=clearances, shaker=shaker, seed=seed)
     return replace(verdict, notes=(*verdict.notes, *wording.refuted_notes(refuted)))
