@@ -114,6 +114,16 @@ def test_a_second_effect_is_found_beside_the_first():
     assert_allclose(start.values["stiffness"], 4e4, rtol=0.1)
 
 
+def test_what_the_model_has_already_is_not_what_is_missing_next():
+    """A cubic spring in the file, 5 % off: the damping beside it comes first."""
+    truth = with_effect(chain(1), HIDDEN["cubic_stiffness"], ONE)
+    tests = campaign(with_effect(truth, HIDDEN["quadratic_damping"], ONE))
+    model = with_effect(chain(1), CubicStiffness(2.1e10), ONE)
+    first, *_ = screen(model, tests, [ONE], identifications(model, tests, KINDS))
+    assert first.kind == "quadratic_damping"
+    assert_allclose(first.values["coefficient"], 150.0, rtol=0.05)
+
+
 def test_a_first_effect_that_no_model_can_have_is_an_error():
     model = chain(1)
     tests = campaign(model, levels=(2.0,))

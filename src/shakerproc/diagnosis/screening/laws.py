@@ -112,25 +112,30 @@ class Law:
 
         A law with memory begins a block before; one that knows the time, with the test.
         """
-        first = stretch.start
-        if not isinstance(self.effect, AbstractMemorylessEffect):
-            first = (
-                0 if self._knows_time(motion, sample_rate) else max(0, first - stretch.block)
-            )
-        part = slice(first, stretch.stop)
-        with np.errstate(all="ignore"):
-            along = self.effect.force_along(
-                motion.displacement[part], motion.velocity[part], sample_rate
-            )
-        return np.asarray(along[stretch.start - first :], float)
+        return force_along(self.effect, motion, stretch, sample_rate)
 
-    def _knows_time(self, motion: JointMotion, sample_rate: float) -> bool:
-        """Return whether the force changes while the joint rests away from its zero."""
-        still = np.full(
-            2, motion.displacement[np.argmax(motion.displacement[::16]) * 16] or 1.0
+
+def force_along(
+    effect: AbstractEffect, motion: JointMotion, stretch: Stretch, sample_rate: float
+) -> FloatArray:
+    """Return the force of an effect along a stretch of a test (see `Law.force`) [N]."""
+    first = stretch.start
+    if not isinstance(effect, AbstractMemorylessEffect):
+        knows_time = _knows_time(effect, motion, sample_rate)
+        first = 0 if knows_time else max(0, first - stretch.block)
+    part = slice(first, stretch.stop)
+    with np.errstate(all="ignore"):
+        along = effect.force_along(
+            motion.displacement[part], motion.velocity[part], sample_rate
         )
-        force = self.effect.force_along(still, 0.0 * still, sample_rate)
-        return bool(force[0] != force[1])
+    return np.asarray(along[stretch.start - first :], float)
+
+
+def _knows_time(effect: AbstractEffect, motion: JointMotion, sample_rate: float) -> bool:
+    """Return whether the force changes while the joint rests away from its zero."""
+    still = np.full(2, motion.displacement[np.argmax(motion.displacement[::16]) * 16] or 1.0)
+    force = effect.force_along(still, 0.0 * still, sample_rate)
+    return bool(force[0] != force[1])
 
 
 def _kept(value: float, low: float, high: float) -> float:

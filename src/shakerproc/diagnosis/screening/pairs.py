@@ -61,7 +61,7 @@ def screen_pairs(
 
 def beside(screening: Screening, known: Law) -> Screening:
     """Return a screening with an effect and its slopes among what is common."""
-    columns: FloatArray = np.concatenate(slopes_of(screening, known))
+    columns: FloatArray = np.concatenate([screening.beside, *slopes_of(screening, known)])
     return replace(screening, beside=columns).with_motions(screening.motions)
 
 

@@ -11,6 +11,7 @@ from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.screening.equations import Equations, equations_of
 from shakerproc.diagnosis.screening.laws import Law
 from shakerproc.diagnosis.screening.motion import Motions, motions_of
+from shakerproc.diagnosis.screening.own_forces import own_columns
 from shakerproc.diagnosis.screening.regression import Gains, Regression
 from shakerproc.diagnosis.screening.stretches import stretches_of
 from shakerproc.diagnosis.screening.transfer import Joint, linear_model
@@ -110,7 +111,7 @@ def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -
     linear = linear_model(model)
     stretches = stretches_of(tests, _sizes(motions, joints), len(linear.sensors))
     equations = equations_of(linear, tests, stretches)
-    beside = equations.nuisances[:0]
+    beside = own_columns(model, equations, motions)
     regression = _regression(equations, motions, joints, beside)
     return Screening(model, tuple(joints), motions, equations, regression, beside)
 
