@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from shakerproc.diagnosis.campaign import campaign_of
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import Test, with_noise_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.outcome import at_the_horizon
 from shakerproc.diagnosis.search import told
@@ -25,9 +25,7 @@ def judged_again(
     before : Found
         What was found before.
     """
-    pairs = zip(before.data.tests, tests, strict=True)
-    own = [replace(old, noise_density=new.noise_density, noise=new.noise) for old, new in pairs]
-    campaign = campaign_of(before.data.model, own)
+    campaign = campaign_of(before.data.model, with_noise_of(before.data.tests, tests))
     if before.data.points:
         campaign = replace(campaign, data=campaign.data.as_values())
     fits = [score.fit for score in before.effects]

@@ -205,6 +205,14 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     )
 
 
+def with_noise_of(tests: Sequence[Test], others: Sequence[Test]) -> tuple[Test, ...]:
+    """Return tests with the noise of others in its place."""
+    pairs = zip(tests, others, strict=True)
+    return tuple(
+        replace(own, noise_density=new.noise_density, noise=new.noise) for own, new in pairs
+    )
+
+
 def check(test: TestArrays, n_sensors: int) -> None:
     """Pass a test that can be judged.
 

@@ -136,9 +136,8 @@ class NormalEquations:
         inverse = self._inverted()
         one = np.eye(len(inverse))
         each = []
-        for i, (own, mixed, _) in enumerate(self.kept):
-            left, columns, by_start = self._weighted(slopes, i)
-            columns = columns - by_start @ (_inverse(own) @ mixed)
+        for i in range(len(self.kept)):
+            left, columns = self._without_starts(slopes, i)
             for rows, short in _clusters(left, columns, self.linearisation.cluster):
                 without = one - (rows.T @ rows) @ inverse
                 alone = np.linalg.lstsq(without, rows.T @ short, rcond=1e-9)[0]
@@ -160,12 +159,17 @@ class NormalEquations:
             What the residual of each stack changes by.
         """
         pull = np.zeros(len(self.information))
-        for i, (own, mixed, _) in enumerate(self.kept):
+        for i in range(len(self.kept)):
             root = self.linearisation.weights(slopes.residual[i])
-            _, columns, by_start = self._weighted(slopes, i)
-            columns = columns - by_start @ (_inverse(own) @ mixed)
+            _, columns = self._without_starts(slopes, i)
             pull += np.einsum("mrn,mr->n", columns, root * change[i])
         return -self._inverted() @ pull
+
+    def _without_starts(self, slopes: Linearised, index: int) -> tuple[FloatArray, FloatArray]:
+        """Return residual and slopes of a stack, the starts going along with each change."""
+        own, mixed, _ = self.kept[index]
+        left, columns, by_start = self._weighted(slopes, index)
+        return left, columns - by_start @ (_inverse(own) @ mixed)
 
     def _inverted(self) -> FloatArray:
         size = np.sqrt(np.maximum(np.diag(self.information), LEAST))

@@ -9,9 +9,9 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.screening.equations import Equations, equations_of
+from shakerproc.diagnosis.screening.forces import columns_of, own_columns
 from shakerproc.diagnosis.screening.laws import Law
 from shakerproc.diagnosis.screening.motion import Motions, motions_of
-from shakerproc.diagnosis.screening.own_forces import own_columns
 from shakerproc.diagnosis.screening.regression import Gains, Regression
 from shakerproc.diagnosis.screening.stretches import stretches_of
 from shakerproc.diagnosis.screening.transfer import Joint, linear_model
@@ -48,24 +48,10 @@ class Screening:
     regression: Regression
     beside: FloatArray
 
-    def along(self, laws: Sequence[Law]) -> list[FloatArray]:
-        """Return forces of laws of one joint along every stretch, (n_laws, n) arrays [N]."""
-        between, absolute = laws[0].between, laws[0].effect.absolute
-        motion = self.motions.across(between, absolute=absolute)
-        rates = [test.sample_rate for test in self.equations.tests]
-        return [
-            np.array([law.force(motion[s.test], s, rates[s.test]) for law in laws])
-            for s in self.equations.stretches
-        ]
-
     def columns(self, laws: Sequence[Law]) -> FloatArray:
         """Return the whitened columns of laws of one joint; zeros where a force fails."""
-        forces = self.along(laws)
-        for force in forces:
-            force[~np.all(np.isfinite(force), axis=1)] = 0.0
-        linear, absolute = self.equations.linear, laws[0].effect.absolute
-        direction = linear.direction(laws[0].between, second_only=absolute)
-        return self.equations.columns(forces, direction)
+        effects = [law.effect for law in laws]
+        return columns_of(self.equations, self.motions, laws[0].between, effects)
 
     def gains(self, laws: Sequence[Law]) -> Gains:
         """Return what the forces of laws of one joint explain."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from shakerproc.comparison import floor
 from shakerproc.comparison.noise import NOT_REFUTED, Refuted
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import Test, with_noise_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
 
@@ -44,8 +44,5 @@ def with_more_refuted(
         if more == known:
             return known
         known = more
-        less = zip(data.tests, estimated(known), strict=True)
-        noises = [(own, new.noise_density, new.noise) for own, new in less]
-        tests = tuple(replace(own, noise_density=d, noise=n) for own, d, n in noises)
-        data = replace(data, tests=tests)
+        data = replace(data, tests=with_noise_of(data.tests, estimated(known)))
         floors = floors_of(data, best, windows)

@@ -4,9 +4,10 @@ The linear part of a model, and of the branches that it is on, moves exactly. Th
 every other law over a sample is the quintic with the law's values and rates at both its ends
 and at the end of the sample before (of the first after an event, with four terms of the law's
 series at the start): it misses a sine by (omega h)^6 / 4800. Its far end is predicted and
-corrected until the motion rests. States of laws with memory follow by an implicit rule of
-order 4 that is stable however fast the state relaxes (Hermite and Obreshkov's). Where that
-does not settle, or a branch ends, the sample is left to the Taylor series.
+corrected until the motion rests, or would in the next correction. States of laws with memory
+follow by an implicit rule of order 4 that is stable however fast the state relaxes (Hermite
+and Obreshkov's). Where that does not settle, or a branch ends, the sample is left to the
+Taylor series.
 """
 
 from typing import Final
@@ -53,7 +54,7 @@ a three hundredth of what its extension to the next sample misses there [-]."""
 _LESS_LOOSE: Final = 10.0
 """The same where a series predicts, after an event [-]."""
 
-UNKNOWN: Final = np.inf
+_UNKNOWN: Final = np.inf
 """How corrections shrink before two were made one after the other [-]."""
 
 _LEAST_SHRINKING: Final = 1e-3
@@ -274,7 +275,7 @@ def carry(
     fastest = scales[n]
     for i in range(n_y):
         y[FROM, i] = series.y[i, 0]
-    shrinking = UNKNOWN
+    shrinking = _UNKNOWN
     k_out, wait, part, warm = j // stride - before, stride - j % stride, 0, False
     while j < stop:
         shift(pieces, j, part / parts, 1.0 / parts, y[INPUT])

@@ -1,6 +1,6 @@
-"""Forces of the nonlinear elements that a model has already, as columns of the screening."""
+"""Forces of effects as columns: of what may be missing, of what a model has already."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -10,14 +10,32 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.screening.equations import Equations
 from shakerproc.diagnosis.screening.laws import force_along
 from shakerproc.diagnosis.screening.motion import Motions
+from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.errors import ModelError
-from shakerproc.models import Element, Model
+from shakerproc.models import Model
 from shakerproc.models.effects import AbstractEffect
 from shakerproc.models.laws import Law as Formula
 from shakerproc.models.parallel_elements import resolved
 
 _STEP: Final = 1e-3
 """Share by which each number is changed for its slope: the screening is linear in it [-]."""
+
+
+def columns_of(
+    equations: Equations, motions: Motions, between: Joint, effects: Sequence[AbstractEffect]
+) -> FloatArray:
+    """Return the whitened columns of effects in one joint; zeros where a force fails."""
+    absolute = effects[0].absolute
+    motion = motions.across(between, absolute=absolute)
+    rates = [test.sample_rate for test in equations.tests]
+    forces = [
+        np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
+        for s in equations.stretches
+    ]
+    for force in forces:
+        force[~np.all(np.isfinite(force), axis=1)] = 0.0
+    direction = equations.linear.direction(between, second_only=absolute)
+    return equations.columns(forces, direction)
 
 
 def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatArray:
@@ -35,25 +53,10 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     for element in resolved(model):
         if all(row.law is Formula.LINEAR for row in element.effect.rows()):
             continue
-        columns = _columns(element, equations, motions)
+        effects = [element.effect, *_nearby(element.effect)]
+        columns = columns_of(equations, motions, element.between, effects)
         found += [columns[:1], (columns[1:] - columns[0]) / _STEP]
     return np.concatenate(found)
-
-
-def _columns(element: Element, equations: Equations, motions: Motions) -> FloatArray:
-    """Return the columns of an element as it is, and with each number changed."""
-    effect, between = element.effect, element.between
-    motion = motions.across(between, absolute=effect.absolute)
-    rates = [test.sample_rate for test in equations.tests]
-    effects = [effect, *_nearby(effect)]
-    forces = [
-        np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
-        for s in equations.stretches
-    ]
-    for force in forces:
-        force[~np.all(np.isfinite(force), axis=1)] = 0.0
-    direction = equations.linear.direction(between, second_only=effect.absolute)
-    return equations.columns(forces, direction)
 
 
 def _nearby(effect: AbstractEffect) -> Iterator[AbstractEffect]:
