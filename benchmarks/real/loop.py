@@ -52,10 +52,10 @@ def judge(folder: Path, *, rounds: int, limit: int = steps.LIMIT_S) -> list[Roun
     for number in range(1, rounds + 1):
         turn, new = _turn(folder, model, number, limit)
         found.append(turn)
+        if turn.diagnosis.get("further"):
+            found.append(_asked_next(folder, new or model, turn.diagnosis["further"]))
         if new is None:
             break
-        if turn.diagnosis.get("further"):
-            found.append(_asked_next(folder, new, turn.diagnosis["further"]))
         model = new
     return found
 

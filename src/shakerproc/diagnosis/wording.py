@@ -87,7 +87,7 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     """Return that another effect would lower the error [-], and can be added next."""
     name = " and ".join(kind.replace("_", " ") for kind in kinds)
     return (
-        f"{name} besides would lower the held-out free-run error from {now:.3g} to {then:.3g}; "
+        f"{name} would lower the held-out free-run error from {now:.3g} to {then:.3g}; "
         "it does not explain most of what is left, so it is not named. It can be added next."
     )
 

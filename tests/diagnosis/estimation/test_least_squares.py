@@ -10,7 +10,6 @@ from shakerproc.diagnosis.estimation.hidden_motion import completed, hidden_moti
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.estimation.levels import predicted_rows
-from shakerproc.diagnosis.estimation.normal_equations import student_over_normal
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation
@@ -259,10 +258,3 @@ def test_where_noise_parts_two_motions_it_counts_as_noise(with_gap, linear):
         passed = with_passed_noise(data, found, whole).passed
         shares.append(np.mean(passed[1]) / np.std(data.tests[1].responses))
     assert shares[0] > 2.0 * shares[1] > 0.0
-
-
-def test_a_number_that_one_block_tells_is_as_uncertain_as_one_observation():
-    blocks = np.array([[1.0, 1.0], [1.0, 1e-6], [1.0, 1e-6]])
-    many, one = student_over_normal(blocks)
-    assert many == pytest.approx(3.182 / 1.960, rel=1e-3)  # tables of Student's law
-    assert one == pytest.approx(12.706 / 1.960, rel=1e-3)

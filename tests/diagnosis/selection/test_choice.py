@@ -88,6 +88,14 @@ def test_a_second_effect_that_helps_a_little_is_told_as_the_next(found):
     assert more.fit.hypothesis.kinds == ("cubic_stiffness", "gap")
 
 
+def test_a_first_effect_that_helps_a_little_is_told_as_the_next(found):
+    """What is missing is too little to be named, as of a model that has its effect already."""
+    of = found(0.008, {("cubic_stiffness",): 0.0079, ("contact_damping",): 0.006})
+    of.floor = 0.0005
+    assert named(of) == ()
+    assert choice.further(of, choice.bare(of)).fit.hypothesis.kinds == ("contact_damping",)
+
+
 def test_a_second_effect_that_explains_most_of_the_rest_is_named(found):
     of = found(0.5, {("cubic_stiffness",): 0.06, ("cubic_stiffness", "gap"): 0.02})
     assert named(of) == ("cubic_stiffness", "gap")

@@ -74,4 +74,5 @@ def arrays(measured: Measured) -> TestArrays:
         test.level,
         test.level_unit or "",
         measured.excited,
+        measured.error_band,
     )

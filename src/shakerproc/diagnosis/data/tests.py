@@ -52,6 +52,8 @@ class TestArrays:
         Level of the excitation [SI] and its unit.
     band : (float, float)
         What is excited [Hz].
+    error_band : (float, float), optional
+        What the free-run error counts; what is excited where none is given [Hz].
     """
 
     __test__: ClassVar[bool] = False  # not a test of pytest's
@@ -65,6 +67,7 @@ class TestArrays:
     level: float | None = None
     level_unit: str = ""
     band: tuple[float, float] = (5.0, 1000.0)
+    error_band: tuple[float, float] | None = None
 
 
 @final
@@ -120,6 +123,11 @@ class Test:
     def sample_rate(self) -> float:
         """Samples per second [Hz]."""
         return self.arrays.sample_rate
+
+    @property
+    def error_band(self) -> tuple[float, float]:
+        """What the free-run error counts [Hz]."""
+        return self.arrays.error_band or self.arrays.band
 
     @property
     def n_samples(self) -> int:

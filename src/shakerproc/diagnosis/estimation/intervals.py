@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.normal_equations import UNTOLD
+from shakerproc.diagnosis.estimation.scatter import UNTOLD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Addition
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
 from shakerproc.diagnosis.result import Estimate

@@ -122,7 +122,7 @@ class Fit:
     def covariance(self) -> FloatArray:
         """Covariance of x, gains, delays and offsets, (n, n) array.
 
-        See `NormalEquations.covariance`.
+        See `scatter.covariance`.
 
         Raises
         ------

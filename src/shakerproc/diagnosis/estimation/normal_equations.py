@@ -5,31 +5,23 @@ References
 .. [1] H. G. Bock, "Recent advances in parameter identification techniques for ODE", in
    "Numerical Treatment of Inverse Problems in Differential and Integral Equations",
    Birkhaeuser, 1983 (multiple shooting, elimination of local variables).
-.. [2] A. C. Cameron and D. L. Miller, "A practitioner's guide to cluster-robust inference",
-   Journal of Human Resources 50, 317-372, 2015.
-.. [3] F. E. Satterthwaite, "An approximate distribution of estimates of variance components",
-   Biometrics Bulletin 2, 110-114, 1946.
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.point import Linearised, Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.scatter import Cluster
 
 LONGEST_STEP: Final = 0.7
 """Largest change of a coordinate in one step: a factor of two of a logarithm [-]."""
 
 LEAST: Final = 1e-6
 """Information below which nothing is known of a coordinate [-]."""
-
-UNTOLD: Final = 2.0
-"""Standard error of a logarithm from which a bound is no bound: a factor of seven [-]."""
 
 GAINS: Final = (0.2, 5.0)
 """Between which the gain of a sensor is sought: factors beyond are wrong units [-]."""
@@ -117,36 +109,18 @@ class NormalEquations:
         there = Point(x, gain, delay, offset, self._starts(moved, inverses))
         return there, fall / self.linearisation.correlation
 
-    def covariance(self, slopes: Linearised) -> tuple[FloatArray, FloatArray]:
-        """Return the covariance of x, gains, delays and offsets from the scatter over blocks.
-
-        A sandwich whose slopes of the cost are those that each block would have if it had
-        taken no part in the fit (the jackknife, CR3 in [2]_): a block that rules the fit has
-        next to no residual of its own in it.
-
-        Returns
-        -------
-        (n, n) array
-            The covariance.
-        (n,) array
-            By how much the bound of Student's law is wider than that of the normal law, its
-            degrees of freedom those of Welch and Satterthwaite [3]_: a number that few blocks
-            tell is less certain than their scatter says [-].
-        """
-        inverse = self._inverted()
-        one = np.eye(len(inverse))
-        each = []
-        for i in range(len(self.kept)):
+    def clusters(self, slopes: Linearised) -> Iterator[Cluster]:
+        """Yield what every block of every window tells, the starts going along."""
+        size = self.linearisation.cluster
+        for i, stack in enumerate(self.linearisation.stacks):
+            test = int(self.linearisation.windows.table[stack.members[0], 0])
             left, columns = self._without_starts(slopes, i)
-            for rows, short in _clusters(left, columns, self.linearisation.cluster):
-                without = one - (rows.T @ rows) @ inverse
-                alone = np.linalg.lstsq(without, rows.T @ short, rcond=1e-9)[0]
-                each.append(inverse @ alone)
-        blocks = np.array(each)
-        found: FloatArray = blocks.T @ blocks * max(len(blocks) - 1, 1) / len(blocks)
-        untold = np.diag(inverse) > UNTOLD**2
-        found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
-        return found, student_over_normal(blocks)
+            parts = max(1, round(left.shape[1] / min(size, left.shape[1])))
+            edges = np.linspace(0, left.shape[1], parts + 1).astype(int)
+            for rows, short in zip(columns, left, strict=True):
+                for block in map(slice, edges[:-1], edges[1:]):
+                    own = rows[block]
+                    yield Cluster(test, own.T @ own, own.T @ short[block])
 
     def moved_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
         """Return by how much x, gains, delays and offsets move with the residual, (n,) array.
@@ -163,7 +137,7 @@ class NormalEquations:
             root = self.linearisation.weights(slopes.residual[i])
             _, columns = self._without_starts(slopes, i)
             pull += np.einsum("mrn,mr->n", columns, root * change[i])
-        return -self._inverted() @ pull
+        return -self.inverted() @ pull
 
     def _without_starts(self, slopes: Linearised, index: int) -> tuple[FloatArray, FloatArray]:
         """Return residual and slopes of a stack, the starts going along with each change."""
@@ -171,7 +145,8 @@ class NormalEquations:
         left, columns, by_start = self._weighted(slopes, index)
         return left, columns - by_start @ (_inverse(own) @ mixed)
 
-    def _inverted(self) -> FloatArray:
+    def inverted(self) -> FloatArray:
+        """Return the inverse of the information, (n, n) array."""
         size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
         scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
         inverse: FloatArray = np.linalg.inv(scaled) / np.outer(size, size)
@@ -216,33 +191,6 @@ class NormalEquations:
             change = np.einsum("mst,mt->ms", inverse, left + mixed @ moved)
             starts[stack.members] -= scales * np.clip(change, -1.0, 1.0)
         return starts
-
-
-def student_over_normal(blocks: FloatArray) -> FloatArray:
-    """Return by how much the bound of Student's law exceeds that of the normal law, (n,) array.
-
-    Parameters
-    ----------
-    blocks : (n_blocks, n) array
-        By how much each block alone moves every number.
-    """
-    squares = blocks**2
-    most = np.maximum(np.max(squares, axis=0), np.finfo(float).tiny)
-    share = squares / most
-    parts = np.maximum(np.sum(share**2, axis=0), np.finfo(float).tiny)
-    freedom = np.maximum(1.0, share.sum(axis=0) ** 2 / parts)
-    return np.asarray(scipy.special.stdtrit(freedom, 0.975) / scipy.special.ndtri(0.975))
-
-
-def _clusters(
-    left: FloatArray, columns: FloatArray, size: float
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield slopes and residual of every block of every window of a stack."""
-    parts = max(1, round(left.shape[1] / min(size, left.shape[1])))
-    edges = np.linspace(0, left.shape[1], parts + 1).astype(int)
-    for rows, short in zip(columns, left, strict=True):
-        for a, b in pairwise(edges):
-            yield rows[a:b], short[a:b]
 
 
 def _inverse(own: FloatArray) -> FloatArray:

@@ -14,8 +14,14 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Point
-from shakerproc.diagnosis.estimation.residual_slopes import STEP, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import (
+    AS_IT_IS,
+    GAIN_SPREAD,
+    STEP,
+    Linearisation,
+)
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
+from shakerproc.diagnosis.estimation.scatter import covariance, wider_by
 from shakerproc.errors import DiagnosisError
 
 PAIRS: Final = 4
@@ -46,7 +52,7 @@ class Spread:
     Attributes
     ----------
     covariance : (n, n) array
-        Covariance of x, gains, delays and offsets (see `NormalEquations.covariance`).
+        Covariance of x, gains, delays and offsets (see `scatter.covariance`).
 
     Raises
     ------
@@ -64,7 +70,8 @@ class Spread:
         self._here = linearisation.cost(state[0], at)
         slopes = linearisation.linearise(at, state)
         equations = NormalEquations(linearisation, at, slopes)
-        self.covariance, wider = equations.covariance(slopes)
+        inverse = equations.inverted()
+        self.covariance, wider = covariance(inverse, equations.clusters(slopes))
         self._student = self.covariance * np.outer(wider, wider)
         self._by_input = equations.moved_by(slopes, _by_input(linearisation, at, state[1]))
 
@@ -80,11 +87,21 @@ class Spread:
         return self._student * self.reach() ** 2 + calibration
 
     def _calibration(self) -> float:
-        """Return how far gains of the responses are from 1, but for their errors [-]."""
+        """Return how far the gain of the input may be from 1, as a standard deviation [-].
+
+        As those of the responses are, but for their errors: of few sensors Student's law says
+        how much further, up to the tolerance of sensors. One that is taken as it is tells
+        nothing.
+        """
         gain, n = self._at.gain, self._at.x.size
-        errors = np.diag(self.covariance)[n : n + gain.size]
-        square = float(np.mean((gain - 1.0) ** 2 - errors))
-        return float(np.sqrt(max(square, 0.0)))
+        rows = slice(n, n + gain.size)
+        told = self._linearisation.spread[rows] > AS_IT_IS
+        if not np.any(told):
+            return 0.0
+        errors = np.diag(self.covariance)[rows]
+        square = float(np.mean(((gain - 1.0) ** 2 - errors)[told]))
+        seen = float(np.sqrt(max(square, 0.0)))
+        return min(seen * float(wider_by(float(np.sum(told)))), max(seen, GAIN_SPREAD))
 
     def reach(self) -> float:
         """Return how many standard errors away the cost is surely higher, 1 at least [-].

@@ -37,7 +37,10 @@ def standing_of(found: Found) -> list[Score]:
 
 
 def further(found: Found, chosen: Score) -> Score | None:
-    """Return the best hypothesis that adds to a chosen one an effect that helps a little."""
+    """Return the best hypothesis that adds to a chosen one an effect that helps a little.
+
+    The chosen one may be the model without any effect.
+    """
     more = [
         s
         for s in _better(found)
@@ -160,8 +163,13 @@ def _simpler(found: Found, score: Score) -> list[Score]:
 
 
 def _without_one(found: Found, score: Score) -> list[Score]:
-    """Return the hypotheses with all but one of the effects, as far as they were scored."""
+    """Return the hypotheses with all but one of the effects, as far as they were scored.
+
+    Beside a single effect that is the model that stands where none does.
+    """
     names = score.fit.hypothesis.names
+    if len(names) == 1:
+        return [bare(found)]
     others = [(s, s.fit.hypothesis.names) for s in found.effects]
     return [s for s, own in others if len(own) == len(names) - 1 and own < names]
 

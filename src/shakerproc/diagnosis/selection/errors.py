@@ -36,7 +36,7 @@ def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Score
             simulated - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
         )
         measured = data.measured[i]
-        out[i] = Scored(measured, simulated, test.sample_rate, test.arrays.band, counted)
+        out[i] = Scored(measured, simulated, test.sample_rate, test.error_band, counted)
     return out
 
 
@@ -117,7 +117,7 @@ def _moved_tests(
         if noisy and counted.any():
             moved = [_gathered(data, windows, one, i)[0] - simulated for one in noisy]
             one = Scored(
-                data.measured[i], simulated, test.sample_rate, test.arrays.band, counted
+                data.measured[i], simulated, test.sample_rate, test.error_band, counted
             )
             out[i] = one, np.array(moved)
     return out

@@ -87,7 +87,8 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed, far)
-    more = further(found, chosen) if effects else None
+    named = verdict in {"effect found", "nothing missing"}
+    more = further(found, chosen) if named else None
     scores = scores_of(found, standing, errors)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -234,8 +235,12 @@ def _notes(
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
-    if verdict == "effect found":
-        notes += _remaining(found, chosen, more)
+    if more is not None:
+        left = found.left_by(chosen), found.left_by(more)
+        notes.append(wording.further_note(_beside(chosen, more), *left))
+    if verdict == "effect found" and not found.is_explained_by(chosen):
+        left = found.left_by(chosen), found.floor_under(chosen)
+        notes.append(wording.remainder_note(*left))
     if verdict == "measurement fault" and missing:
         notes.append(wording.unnamed_note(found.left_by(chosen), found.floor_under(chosen)))
     if doubted:
@@ -248,13 +253,3 @@ def _beside(chosen: Score, more: Score | None) -> list[str]:
     if more is None:
         return []
     return [kind for kind, _ in more.fit.hypothesis.names - chosen.fit.hypothesis.names]
-
-
-def _remaining(found: Found, chosen: Score, more: Score | None) -> list[str]:
-    """Return what a second effect would still gain, and what is left beyond the noise."""
-    notes, left = [], found.left_by(chosen)
-    if more is not None:
-        notes.append(wording.further_note(_beside(chosen, more), left, found.left_by(more)))
-    if not found.is_explained_by(chosen):
-        notes.append(wording.remainder_note(left, found.floor_under(chosen)))
-    return notes
