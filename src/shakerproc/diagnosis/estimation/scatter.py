@@ -26,8 +26,9 @@ BY_CHANCE: Final = 0.05
 """Probability with which tests that agree are taken for tests that do not: that with which an
 interval misses [-]."""
 
-ALONE: Final = 1e-9
-"""Share of the information that the other tests hold, below which they hold none [-]."""
+ALONE: Final = 0.01
+"""Share of the information that other tests hold, up to which one test tells a number alone:
+nothing is there that it could disagree with [-]."""
 
 
 @final
@@ -99,8 +100,8 @@ def _between_tests(
     """Return the variance of every number between tests, and how much each test adds to it.
 
     The first from what is left, such that it is right if all blocks scatter alike (CR2 in
-    [3]_), (n,) array; the second from the information, relative, (n_tests, n) array. Of what
-    one test alone tells, both are what its blocks scatter by.
+    [3]_), (n,) array, and nothing of what one test tells alone; the second from the
+    information, relative, (n_tests, n) array.
     """
     power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
     root = directions * np.sqrt(np.maximum(power, 0.0))
@@ -109,7 +110,8 @@ def _between_tests(
         gram = sum(own.gram for own in blocks if own.test == test)
         pull = sum(own.pull for own in blocks if own.test == test)
         share, axes = np.linalg.eigh(root.T @ gram @ root)
-        lifted = 1.0 / np.sqrt(np.maximum(1.0 - share, ALONE))
+        others = np.maximum(1.0 - share, ALONE)
+        lifted = np.where(others > ALONE, 1.0 / np.sqrt(others), 0.0)
         turned = root @ axes
         alone.append(turned @ (lifted * (turned.T @ pull)))
         expected.append(turned**2 @ np.clip(share, 0.0, 1.0))

@@ -18,8 +18,9 @@ from shakerproc.diagnosis.selection.scores import (
 
 SHARE: Final = 0.5
 """Share of the error beyond the noise, without an effect, that the model with it may leave: an
-effect that leaves more does not explain most of what is missing [-]. Of the error of the model
-as it is, each number of the effects may leave as much: a law of many numbers comes near any."""
+effect that leaves more does not explain most of what is missing [-]. Of the power that the
+model as it is leaves, each number of the effects may leave as much: a law of many numbers comes
+near any."""
 
 NEGLIGIBLE: Final = 0.01
 """Error up to which a response is explained: what sensors are calibrated to [-]."""
@@ -29,8 +30,8 @@ def standing_of(found: Found) -> list[Score]:
     """Return the hypotheses that predict best, the simplest first; none where none will do.
 
     Each predicts better than the model without any effect, and each of its effects explains
-    most of what is missing without it; each of its numbers halves what the model as it is
-    leaves.
+    most of what is missing without it; each of its numbers halves the power that the model as
+    it is leaves.
     """
     named = [s for s in _better(found) if _explains_most(found, s) and _holds_on(found, s)]
     return simplest_alike(named) if named else []
@@ -121,12 +122,13 @@ def _explains_most(found: Found, score: Score) -> bool:
     """Return whether a hypothesis leaves much less than any does with fewer effects.
 
     One that leaves no more than noise of most blocks is no law that comes near by its many
-    numbers, however far motions part in a few.
+    numbers, however far motions part in a few: half of the error is enough.
     """
     numbers = score.fit.hypothesis.size - found.linear.fit.hypothesis.size
-    told = SHARE**numbers * _beyond_noise(found, found.as_it_is or found.linear)
-    comes_near = score.is_mostly_noise or _beyond_noise(found, score) <= told
-    return comes_near and all(_halves(found, score, one) for one in _simpler(found, score))
+    share = SHARE if score.is_mostly_noise else SHARE ** (0.5 * numbers)
+    told = share * _beyond_noise(found, found.as_it_is or found.linear)
+    near = _beyond_noise(found, score) <= told
+    return near and all(_halves(found, score, one) for one in _simpler(found, score))
 
 
 def _halves(found: Found, score: Score, other: Score) -> bool:
