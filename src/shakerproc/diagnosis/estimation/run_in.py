@@ -51,7 +51,7 @@ def with_starts_fitted(
     """
     if windows.run_in is None:
         return replace(found, windows=windows, starts=None)
-    if near is not None:
+    if near is not None and (data, windows) not in found.settled:
         return _with_starts(data, found, windows, windows.run_in, near)
     if (data, windows) not in found.settled:
         own = _with_starts(data, found, windows, windows.run_in, None)

@@ -17,12 +17,15 @@ from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 
 
-def scored_tests(data: DataSet, found: Fit, windows: Windows) -> dict[int, Scored] | None:
+def scored_tests(
+    data: DataSet, found: Fit, windows: Windows, *, near: FloatArray | None = None
+) -> dict[int, Scored] | None:
     """Return measured and simulated responses of what counts, by the index of the test.
 
-    Tests of which nothing counts are left out; None where the motion runs away.
+    Tests of which nothing counts are left out; None where the motion runs away. Where starts
+    are known that are `near` those of the windows, they are not sought (`with_starts_fitted`).
     """
-    settled = with_starts_fitted(data, found, windows)
+    settled = with_starts_fitted(data, found, windows, near=near)
     predicted = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or predicted is None:
         return None

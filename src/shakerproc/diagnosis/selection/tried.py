@@ -1,16 +1,19 @@
 """The hypotheses that were tried, as a diagnosis lists them."""
 
+import numpy as np
+
 from shakerproc.diagnosis.estimation.intervals import estimates
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Estimate, Tried
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.errors import error_of_scored, scored_tests
 from shakerproc.diagnosis.selection.scores import Score
 
 
 def tried(found: Found, score: Score) -> Tried:
     """Return a hypothesis that was fitted, with its errors and numbers."""
-    fit = score.fit
+    fit, windows = score.fit, found.form.scored_fitted
+    near = fit.starts if np.array_equal(fit.windows.table, windows.table) else None
     numbers: dict[str, Estimate] = {}
     for i, one in enumerate(fit.hypothesis.added):
         before = f"{one.kind} " if len(fit.hypothesis.added) > 1 else ""
@@ -18,7 +21,7 @@ def tried(found: Found, score: Score) -> Tried:
     return Tried(
         "+".join(fit.hypothesis.kinds),
         fit.hypothesis.added[-1].between,
-        error_of(found.data, fit, found.form.scored_fitted),
+        error_of_scored(scored_tests(found.data, fit, windows, near=near)),
         found.left_by(score),
         numbers,
     )
