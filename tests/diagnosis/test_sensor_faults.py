@@ -80,6 +80,8 @@ def test_samples_at_a_limit_are_found_and_the_limit(campaign):
     hit, limits = clipped(np.clip(rows, -limit, limit))
     assert np.array_equal(hit, np.abs(rows) >= limit)
     assert limits == pytest.approx([limit])
+    _, shifted = clipped(np.clip(rows, -limit, limit) + 0.01 * limit)
+    assert shifted == pytest.approx([limit])
     none, unknown = clipped(rows)
     assert not none.any()
     assert np.isnan(unknown).all()

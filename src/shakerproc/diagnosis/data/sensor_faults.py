@@ -32,6 +32,8 @@ BESIDE: Final = (0.4, 4.0)
 def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
     """Return which samples stand at a limit, and the limit of each row; NaN where none is.
 
+    Where both ends are reached that is half of the range, whatever the mean.
+
     Parameters
     ----------
     rows : (n_sensors, n) array
@@ -39,11 +41,14 @@ def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
     """
     hit, limits = np.zeros(rows.shape, bool), np.full(len(rows), np.nan)
     for i, (row, low, high) in enumerate(zip(rows, *range_ends([rows]), strict=True)):
+        ends = []
         for mask in (row >= high, row <= low):
             side_by_side = np.count_nonzero(mask[1:] & mask[:-1])
             if np.count_nonzero(mask) >= REPEATED and side_by_side > 1:
                 hit[i] |= mask
-                limits[i] = np.max(np.abs(row))
+                ends.append(mask)
+        if ends:
+            limits[i] = 0.5 * np.ptp(row) if len(ends) > 1 else np.max(np.abs(row))
     return hit, limits
 
 

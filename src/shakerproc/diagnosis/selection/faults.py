@@ -72,10 +72,20 @@ def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
     reached = [limit for limit in limits if np.isfinite(limit)]
     if reached:
         unit = "m/s^2" if found.data.model.sensors[name].measures == "acceleration" else ""
-        level = Estimate(min(reached), min(reached), min(reached), unit)
+        level = _level(reached, unit)
         out.append(Finding("clipping", (name,), {"level": level}))
     for hum in found.hums:
         if hum.sensor == sensor:
             line = Estimate(hum.frequency, hum.frequency, hum.frequency, "Hz")
             out.append(Finding("mains_hum", (name,), {"frequency": line}))
     return out
+
+
+def _level(reached: Sequence[float], unit: str) -> Estimate:
+    """Return the level at which tests are clipped, and between which bounds they say it is.
+
+    No closer than samples of single precision are rounded.
+    """
+    value = float(np.median(reached))
+    rounded = float(np.finfo(np.float32).eps) * value
+    return Estimate(value, min(reached) - rounded, max(reached) + rounded, unit)
