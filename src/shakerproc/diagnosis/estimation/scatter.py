@@ -26,7 +26,7 @@ BY_CHANCE: Final = 0.05
 """Probability with which tests that agree are taken for tests that do not: that with which an
 interval misses [-]."""
 
-ALONE: Final = 0.01
+ALONE: Final = 0.1
 """Share of the information that other tests hold, up to which one test tells a number alone:
 nothing is there that it could disagree with [-]."""
 
@@ -106,14 +106,15 @@ def _between_tests(
     power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
     root = directions * np.sqrt(np.maximum(power, 0.0))
     alone, expected = [], []
+    total = sum(own.gram for own in blocks)
     for test in sorted({own.test for own in blocks}):
         gram = sum(own.gram for own in blocks if own.test == test)
         pull = sum(own.pull for own in blocks if own.test == test)
         share, axes = np.linalg.eigh(root.T @ gram @ root)
-        others = np.maximum(1.0 - share, ALONE)
-        lifted = np.where(others > ALONE, 1.0 / np.sqrt(others), 0.0)
         turned = root @ axes
-        alone.append(turned @ (lifted * (turned.T @ pull)))
+        others = np.einsum("ik,ij,jk->k", turned, total - gram, turned)
+        lifted = 1.0 / np.sqrt(np.maximum(1.0 - share, ALONE))
+        alone.append(turned @ (np.where(others > ALONE, lifted, 0.0) * (turned.T @ pull)))
         expected.append(turned**2 @ np.clip(share, 0.0, 1.0))
     return np.sum(np.square(alone), axis=0), np.array(expected)
 

@@ -1,5 +1,6 @@
 """Which hypothesis stands: it predicts better than none, and explains most of what is left."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -33,20 +34,25 @@ def standing_of(found: Found) -> list[Score]:
     most of what is missing without it; each of its numbers halves the power that the model as
     it is leaves.
     """
-    named = [s for s in _better(found) if _explains_most(found, s) and _holds_on(found, s)]
+    named = [
+        s
+        for s in _better(found)
+        if _explains_most(found, s) and _holds_on(found, s, _with_fewer(found, s))
+    ]
     return simplest_alike(named) if named else []
 
 
 def further(found: Found, chosen: Score) -> Score | None:
     """Return the best hypothesis that adds to a chosen one an effect that helps a little.
 
-    The chosen one may be the model without any effect.
+    The chosen one may be the model without any effect. In whole tests, too, it predicts no
+    worse than that.
     """
     more = [
         s
         for s in _better(found)
         if chosen in _without_one(found, s)
-        and _holds_on(found, s)
+        and _holds_on(found, s, [chosen])
         and is_better(s, chosen)
         and found.left_by(s) < found.left_by(chosen)
     ]
@@ -143,14 +149,12 @@ def _halves(found: Found, score: Score, other: Score) -> bool:
     return _beyond_noise(found, score) <= SHARE * _beyond_noise(found, other)
 
 
-def _holds_on(found: Found, score: Score) -> bool:
-    """Return whether no effect of several predicts whole tests better without the others.
+def _holds_on(found: Found, score: Score, fewer: Sequence[Score]) -> bool:
+    """Return whether none that has fewer effects predicts whole tests better.
 
-    In windows that begin anew, with a memory that is fitted to each, several effects may gain
-    together what they lose in a test that runs freely: there the memory of one is a force that
-    each window chooses.
+    In windows that begin anew, with a memory that is fitted to each, an effect may gain what it
+    loses in a test that runs freely: there its memory is a force that each window chooses.
     """
-    fewer = [one for one in _simpler(found, score) if one.fit.hypothesis.added]
     if not fewer or found.form.horizon is None:
         return True
     own, others = found.free_run(score), map(found.free_run, fewer)
@@ -159,9 +163,13 @@ def _holds_on(found: Found, score: Score) -> bool:
 
 def _simpler(found: Found, score: Score) -> list[Score]:
     """Return the hypotheses with fewer effects, the model without any among them."""
+    return [without_any(found, score), *_with_fewer(found, score)]
+
+
+def _with_fewer(found: Found, score: Score) -> list[Score]:
+    """Return the hypotheses with fewer effects, but one at least."""
     count = len(score.fit.hypothesis.names)
-    fewer = [s for s in found.effects if len(s.fit.hypothesis.names) < count]
-    return [without_any(found, score), *fewer]
+    return [s for s in found.effects if len(s.fit.hypothesis.names) < count]
 
 
 def _without_one(found: Found, score: Score) -> list[Score]:

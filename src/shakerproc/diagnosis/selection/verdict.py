@@ -87,8 +87,9 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed, far)
-    named = verdict in {"effect found", "nothing missing"}
-    more = further(found, chosen) if named else None
+    more = (
+        further(found, chosen) if verdict not in {"cannot tell", "measurement fault"} else None
+    )
     scores = scores_of(found, standing, errors)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
