@@ -81,6 +81,15 @@ def test_two_effects_are_named_where_one_does_not_predict_whole_tests_better(
     assert named(of) == both[:kinds]
 
 
+@pytest.mark.parametrize(("without", "named_kinds"), [(0.05, ()), (0.5, ("attached_mode",))])
+def test_one_effect_is_no_force_that_windows_choose_where_none_predicts_whole_tests(
+    found, without, named_kinds
+):
+    """Where the model without it predicts little, motions may part from the right law."""
+    of = found(without, {("attached_mode",): 0.02}, whole={(): 0.1, ("attached_mode",): 0.3})
+    assert named(of) == named_kinds
+
+
 def test_a_second_effect_that_helps_a_little_is_told_as_the_next(found):
     of = found(0.5, {("cubic_stiffness",): 0.06, ("cubic_stiffness", "gap"): 0.05})
     assert named(of) == ("cubic_stiffness",)

@@ -23,6 +23,10 @@ effect that leaves more does not explain most of what is missing [-]. Of the pow
 model as it is leaves, each number of the effects may leave as much: a law of many numbers comes
 near any."""
 
+PREDICTED: Final = 0.1
+"""Share of the response up to which a model without an effect predicts a motion: what noise may
+part of it at the horizon [-]."""
+
 NEGLIGIBLE: Final = 0.01
 """Error up to which a response is explained: what sensors are calibrated to [-]."""
 
@@ -37,7 +41,7 @@ def standing_of(found: Found) -> list[Score]:
     named = [
         s
         for s in _better(found)
-        if _explains_most(found, s) and _holds_on(found, s, _with_fewer(found, s))
+        if _explains_most(found, s) and _holds_on(found, s, _predicting(found, s))
     ]
     return simplest_alike(named) if named else []
 
@@ -170,6 +174,16 @@ def _with_fewer(found: Found, score: Score) -> list[Score]:
     """Return the hypotheses with fewer effects, but one at least."""
     count = len(score.fit.hypothesis.names)
     return [s for s in found.effects if len(s.fit.hypothesis.names) < count]
+
+
+def _predicting(found: Found, score: Score) -> list[Score]:
+    """Return what a hypothesis has to predict whole tests no worse than.
+
+    Those with fewer effects; the model without any where it predicts nearly all of the motion,
+    which then does not part from its neighbours with a small effect either.
+    """
+    fewer, alone = _with_fewer(found, score), bare(found)
+    return [alone, *fewer] if found.left_by(alone) <= PREDICTED else fewer
 
 
 def _without_one(found: Found, score: Score) -> list[Score]:
