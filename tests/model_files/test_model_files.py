@@ -264,17 +264,17 @@ def test_a_model_with_an_effect_more_has_a_title_that_names_it(tmp_path, head):
 def test_a_fitted_number_has_the_digits_that_its_interval_bears_out(value, half, unit):
     low, high = value * (1.0 - half), value * (1.0 + half)
     found = within(value, unit, low, high)
-    assert abs(found - value) <= 1.01e-4 * half * value
+    assert abs(found - value) <= 1.01e-3 * half * value
     assert to_si(number(found, unit), unit) == found
     digits = sum(c.isdigit() for c in f"{found:.17g}".split("e")[0].strip("0."))
     written_digits = len(re.sub(r"e.*| .*|\D", "", number(found, unit)).strip("0"))
-    assert written_digits <= min(digits, max(2.0, 6.0 - np.log10(half)))
+    assert written_digits <= min(digits, max(2.0, 5.0 - np.log10(half)))
 
 
 def test_a_fitted_number_without_an_interval_keeps_six_digits():
     assert within(91207.2665684035, "N/m", None, None) == 91207.3
-    assert within(91207.2665684035, "N/m", 90848.8, 91565.7) == 91207.3
-    assert within(5.0019179e-05, "m", 4.982e-05, 5.022e-05) == 5.001918e-05
+    assert within(91207.2665684035, "N/m", 90848.8, 91565.7) == 91207.0
+    assert within(5.0019179e-05, "m", 4.982e-05, 5.022e-05) == 5.0019e-05
 
 
 def test_a_parameter_that_the_file_does_not_hold_cannot_be_changed(tmp_path):

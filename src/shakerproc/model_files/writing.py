@@ -107,9 +107,8 @@ def number(value: float, unit: str) -> str:
 def within(value: float, unit: str, low: float | None, high: float | None) -> float:
     """Return a value near, with as few digits as its interval bears out.
 
-    It moves by a ten-thousandth of the way to the nearer end of the interval at most: numbers
-    that were fitted together are correlated. A tenth of it may double the error; a thousandth
-    raised that of a Bouc-Wen element by a twentieth.
+    It moves by a thousandth of the way to the nearer end of the interval at most: numbers
+    that were fitted together are correlated, and a tenth of it may double the error.
 
     Parameters
     ----------
@@ -126,7 +125,7 @@ def within(value: float, unit: str, low: float | None, high: float | None) -> fl
         What the shorter text reads back as.
     """
     ends = [abs(value - end) for end in (low, high) if end is not None and math.isfinite(end)]
-    room = 1e-4 * min(ends, default=0.0) or 1e-6 * abs(value)
+    room = 1e-3 * min(ends, default=0.0) or 1e-6 * abs(value)
     for digits in range(2, 17):
         text = f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
         found = to_si(text, unit)
