@@ -7,23 +7,15 @@ libyaml parses the same text, and their ratio in this run.
 """
 
 import tempfile
-import time
 from collections import deque
-from collections.abc import Callable
 from pathlib import Path
 
 import yaml
 
+from benchmarks.response import best_of
 from shakerproc.testlog import read_testlog
 
 ROWS = 5000
-
-
-def seconds_of(work: Callable[[], object]) -> float:
-    """Return the processor time of a piece of work [s]."""
-    start = time.process_time()
-    work()
-    return time.process_time() - start
 
 
 def main() -> None:
@@ -38,8 +30,8 @@ def main() -> None:
         path = Path(folder) / "testlog.yaml"
         path.write_text("testlog: 1\ntests:\n" + rows, encoding="utf-8")
         text = path.read_text(encoding="utf-8")
-        bare = seconds_of(lambda: deque(yaml.parse(text, Loader=yaml.CSafeLoader), maxlen=0))
-        ours = seconds_of(lambda: read_testlog(path))
+        _, bare = best_of(3, lambda: deque(yaml.parse(text, yaml.CSafeLoader), maxlen=0))
+        _, ours = best_of(3, lambda: read_testlog(path))
     print(f"{ROWS} rows: {ours:.2f} s, libyaml {bare:.2f} s, ratio {ours / bare:.1f}")
 
 

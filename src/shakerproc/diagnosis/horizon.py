@@ -23,14 +23,16 @@ from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.selection.errors import error_of, floors_of, parted, pooled_floor
+from shakerproc.diagnosis.selection.errors import (
+    PARTED,
+    error_of,
+    floors_of,
+    parted,
+    pooled_floor,
+)
 from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, best_of, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
-
-PARTED: Final = 0.1
-"""Share of the response by which noise of the input and the spread of the numbers may part two
-motions that are predicted: beyond, a test cannot be predicted, whatever the model [-]."""
 
 FEWEST_BLOCKS: Final = 3
 """Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""

@@ -41,14 +41,14 @@ def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
     """
     hit, limits = np.zeros(rows.shape, bool), np.full(len(rows), np.nan)
     for i, (row, low, high) in enumerate(zip(rows, *range_ends([rows]), strict=True)):
-        ends = []
+        ends = 0
         for mask in (row >= high, row <= low):
             side_by_side = np.count_nonzero(mask[1:] & mask[:-1])
             if np.count_nonzero(mask) >= REPEATED and side_by_side > 1:
                 hit[i] |= mask
-                ends.append(mask)
+                ends += 1
         if ends:
-            limits[i] = 0.5 * np.ptp(row) if len(ends) > 1 else np.max(np.abs(row))
+            limits[i] = 0.5 * np.ptp(row) if ends == 2 else np.max(np.abs(row))
     return hit, limits
 
 

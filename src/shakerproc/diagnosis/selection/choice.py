@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.errors import PARTED, error_of
 from shakerproc.diagnosis.selection.scores import (
     SURE,
     Score,
@@ -22,10 +22,6 @@ SHARE: Final = 0.5
 effect that leaves more does not explain most of what is missing [-]. Of the power that the
 model as it is leaves, each number of the effects may leave as much: a law of many numbers comes
 near any."""
-
-PREDICTED: Final = 0.1
-"""Share of the response up to which a model without an effect predicts a motion: what noise may
-part of it at the horizon [-]."""
 
 NEGLIGIBLE: Final = 0.01
 """Error up to which a response is explained: what sensors are calibrated to [-]."""
@@ -183,7 +179,7 @@ def _predicting(found: Found, score: Score) -> list[Score]:
     which then does not part from its neighbours with a small effect either.
     """
     fewer, alone = _with_fewer(found, score), bare(found)
-    return [alone, *fewer] if found.left_by(alone) <= PREDICTED else fewer
+    return [alone, *fewer] if found.left_by(alone) <= PARTED else fewer
 
 
 def _without_one(found: Found, score: Score) -> list[Score]:

@@ -1,6 +1,7 @@
 """The free-run error of a model in the form in which the tests can be predicted."""
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import FEW, prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
+
+PARTED: Final = 0.1
+"""Share of the response by which noise of the input and the spread of the numbers may part two
+motions that are predicted: beyond, a test cannot be predicted, whatever the model [-]."""
 
 
 def scored_tests(

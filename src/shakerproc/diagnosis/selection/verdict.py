@@ -87,9 +87,10 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = _nothing(errors, unclosed, far)
-    more = (
-        further(found, chosen) if verdict not in {"cannot tell", "measurement fault"} else None
-    )
+    asked: tuple[str, ...] = ()
+    told: list[str] = []
+    if verdict not in {"cannot tell", "measurement fault"}:
+        asked, told = _asked_next(found, chosen if effects else bare(found))
     scores = scores_of(found, standing, errors)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -106,8 +107,8 @@ def judged(
         outside=outside,
         linear=linear_estimates(fit),
         modes=_further_modes(found),
-        further=tuple(_beside(chosen, more)),
-        notes=_notes(found, chosen, verdict, more, far, doubted=open_ones, missing=missing),
+        further=asked,
+        notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
         confidence=None if data.model.excitation.imposed else probability_of(scores),
         scores=scores,
         seed=seed,
@@ -218,10 +219,10 @@ def _nothing(
 
 
 def _notes(
-    found: Found, chosen: Score, verdict: str, more: Score | None,
+    found: Found, chosen: Score, verdict: str, told: Sequence[str],
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what is to be known beside the verdict."""
+    """Return what is to be known beside the verdict; `told` is the note of the next effect."""
     notes = list(found.linear_model.notes)
     if found.data.points:
         notes.append(
@@ -236,9 +237,7 @@ def _notes(
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
-    if more is not None:
-        left = found.left_by(chosen), found.left_by(more)
-        notes.append(wording.further_note(_beside(chosen, more), *left))
+    notes += told
     if verdict == "effect found" and not found.is_explained_by(chosen):
         left = found.left_by(chosen), found.floor_under(chosen)
         notes.append(wording.remainder_note(*left))
@@ -249,8 +248,11 @@ def _notes(
     return tuple(notes)
 
 
-def _beside(chosen: Score, more: Score | None) -> list[str]:
-    """Return the kinds that a hypothesis has beside those of the chosen one."""
+def _asked_next(found: Found, stands: Score) -> tuple[tuple[str, ...], list[str]]:
+    """Return the kinds that help a little beside what stands, and the note that says so."""
+    more = further(found, stands)
     if more is None:
-        return []
-    return [kind for kind, _ in more.fit.hypothesis.names - chosen.fit.hypothesis.names]
+        return (), []
+    kinds = tuple(kind for kind, _ in more.fit.hypothesis.names - stands.fit.hypothesis.names)
+    left = found.left_by(stands), found.left_by(more)
+    return kinds, [wording.further_note(kinds, *left)]
