@@ -52,13 +52,6 @@ def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
     return score is not None and score.is_mostly_noise
 
 
-def is_noise(campaign: Campaign, found: Fit, form: Form) -> bool:
-    """Return whether a fit leaves no more than noise of what is fitted to at a horizon."""
-    there = carried(campaign.data, found, [form])
-    score = None if there is None else as_fitted(campaign.data, there)
-    return score is not None and score.is_noise
-
-
 def usable_forms(campaign: Campaign) -> list[Form]:
     """Return the horizons at which something is fitted to and something held out.
 

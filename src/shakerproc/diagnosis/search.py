@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
+from shakerproc.diagnosis.drifting import alone, with_drift
 from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.correction import (
@@ -31,7 +32,6 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import (
     is_mostly_noise,
-    is_noise,
     usable_forms,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
@@ -159,9 +159,9 @@ def _begun(
         one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
     say("screening")
-    alone = is_noise(campaign, linear, forms[-1])
+    campaign, explained = alone(campaign, linear, forms[-1])
     known = campaign.known
-    starts = screen(model, campaign.fitted, tuple(known), known, explained=alone)
+    starts = screen(model, campaign.fitted, tuple(known), known, explained=explained)
     one_more = OneMore(
         campaign.data,
         linear,
@@ -169,7 +169,7 @@ def _begun(
         campaign.stages,
         linear=as_in(linear.hypothesis, linear_model.model),
         say=say,
-        condition=Condition(explained=alone),
+        condition=Condition(explained=explained),
     )
     begun: list[Begun] = []
     for outcome in _outcomes(campaign, linear, starts, one_more, say):
@@ -177,7 +177,11 @@ def _begun(
         begun.append(Begun(one, outcome))
         if begun[-1].is_enough:
             break
-    return begun[-1]
+    last = begun[-1]
+    other = None if last.found.explained else with_drift(last.outcome, say)
+    if other is None:
+        return last
+    return Begun(told(original, linear_model, other, one_more.failed, starts), other)
 
 
 def _outcomes(
@@ -189,8 +193,8 @@ def _outcomes(
 ) -> Iterator[Outcome]:
     """Yield what is found as the circle of effects that are tried widens; all at last."""
     first = None
-    alone = one_more.condition.explained
-    for circle in () if alone else widening(starts, campaign.known):
+    explained = one_more.condition.explained
+    for circle in () if explained else widening(starts, campaign.known):
         singles = one_more.found(circle)
         if first is not None and set(singles) <= set(first.singles):
             continue
@@ -262,10 +266,10 @@ def as_it_is(original: Model, linear: Fit) -> Fit:
     found = fit(linear.data, none, nothing, linear.windows, rounds=0)
     if found is not None:
         return found
-    gain, delay, offset = perfect(linear.data)
+    gain, delay, of_tests = perfect(linear.data)
     rows = np.full_like(linear.rows, RUNAWAY**2)
     return replace(
-        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, offset=offset, rows=rows
+        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, of_tests=of_tests, rows=rows
     )
 
 

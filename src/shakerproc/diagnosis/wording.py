@@ -3,7 +3,10 @@
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from shakerproc.comparison.noise import Refuted
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import Errors, Estimate, Finding
 
@@ -97,6 +100,17 @@ def remainder_note(left: float, floor: float) -> str:
     return (
         f"With it the model leaves {left:.3g} of the response where the noise "
         f"is {_noise(floor)}: the law is near, or something smaller is missing too."
+    )
+
+
+def drift_note(drift: FloatArray, alike: float) -> str:
+    """Return that springs drift by some shares [-], and what is left if they did not [-]."""
+    level, change = drift
+    return (
+        f"Springs are not equally stiff in every test: by {level.min():+.2%} to "
+        f"{level.max():+.2%} in its middle, and they change by up to "
+        f"{np.max(np.abs(change)):.2%} while it runs. The errors allow for that; with one "
+        f"stiffness for all tests, as `compare` has it, {alike:.3g} of the response is left."
     )
 
 

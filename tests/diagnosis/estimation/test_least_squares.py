@@ -127,7 +127,7 @@ def test_slopes_are_those_of_the_residual(with_gap):
     windows = both(with_gap)[1]
     search = Linearisation(with_gap, hypothesis, windows)
     starts = completed(with_gap, with_gap.model, windows.table)
-    here = Point(x, np.array([1.02]), np.zeros(1), np.zeros(0), starts)
+    here = Point(x, np.array([1.02]), np.zeros(1), np.zeros((0, 0)), starts)
     state = search.residual(here)
     residual, slopes = state[0], search.linearise(here, state)
     for k, change in enumerate(STEP * np.eye(x.size)):

@@ -55,7 +55,7 @@ def test_a_constant_of_the_force_is_estimated_with_the_damping(campaign):
     found = fit(data, none, np.zeros(none.size), campaign.stages.windows[-1], rounds=10)
     element = none.model_at(found.x).elements[0]
     assert_allclose(element.effect.damping, DAMPING, rtol=0.01)
-    assert_allclose(found.offset * data.input_sizes, OFFSET, rtol=0.03)
+    assert_allclose(found.of_tests[0] * data.input_sizes, OFFSET, rtol=0.03)
 
 
 def test_a_joint_without_a_spring_carries_what_drives_it(campaign):

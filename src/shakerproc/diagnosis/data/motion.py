@@ -1,5 +1,6 @@
 """Relative motion of the two sides of a joint: measured where it can be, else the model's."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -159,3 +160,10 @@ def closed(samples: FloatArray, length: int) -> FloatArray:
     """
     bridge = np.linspace(samples[-1], samples[0], length - samples.size + 2)[1:-1]
     return np.concatenate([samples, bridge])
+
+
+def frequency_of(motions: Sequence[JointMotion]) -> float:
+    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
+    velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
+    displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
+    return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))

@@ -1,6 +1,5 @@
 """The tests of a campaign as the residual needs them, and parts of them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, final
@@ -13,9 +12,10 @@ from shakerproc.comparison.held_out import held_out_samples
 from shakerproc.comparison.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.diagnosis.data.motion import joint_motion, mass_motions
+from shakerproc.diagnosis.data.controls import Sways, sways_of
+from shakerproc.diagnosis.data.motion import frequency_of, joint_motion, mass_motions
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
+from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, low_pass_of, stacks_of
 from shakerproc.diagnosis.estimation.uncertainty import uncertainty
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
@@ -41,10 +41,6 @@ BLOCK_PERIODS: Final = 30.0
 joint's motion: what passes in a resonance of half a per cent of damping before the motion is
 another [-]."""
 
-HIGHEST_SHARE: Final = 0.3
-"""Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
-alias, and the filters of recorders differ [-]."""
-
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -60,6 +56,10 @@ class DataSet:
     points : bool
         Whether accelerations are compared as values at the samples; else as means over the
         sample that follows.
+    drifting : bool
+        Whether springs have a stiffness of their own in each test (see `of_tests`).
+    rocking : bool
+        Whether what drives the joint may be between the controls where these disagree.
     near : tuple of Input
         What drives the tests without the noise that was drawn beside them; inputs are prepared
         in as many parts.
@@ -68,15 +68,39 @@ class DataSet:
     model: Model
     tests: tuple[Test, ...]
     points: bool = False
+    drifting: bool = False
+    rocking: bool = True
     near: tuple[Input, ...] = ()
 
     def as_values(self) -> "DataSet":
         """Return the tests with accelerations as values at the samples (see `points`)."""
-        other = replace(self, points=True)
-        same = {k: v for k, v in self.__dict__.items() if k in _WHATEVER_COMPARED}
-        other.__dict__.update(same)
+        return self._sharing(replace(self, points=True), _WHATEVER_COMPARED)
+
+    def with_drift(self) -> "DataSet":
+        """Return the tests with springs that have a stiffness of their own in each."""
+        other = replace(self, drifting=True)
+        return self._sharing(other, _WHATEVER_COMPARED | {"measured", "_stacks"})
+
+    @property
+    def plain(self) -> "DataSet":
+        """The tests as `compare` takes them: all alike, driven by the mean of the controls."""
+        is_plain = not self.drifting and not len(self.sways.spread)
+        return self if is_plain else self._plain
+
+    @cached_property
+    def _plain(self) -> "DataSet":
+        other = replace(self, drifting=False, rocking=False)
+        names = _WHATEVER_COMPARED - _WHATEVER_DRAWN | {"measured", "_stacks"}
+        return self._sharing(other, names)
+
+    def _sharing(self, other: "DataSet", names: frozenset[str]) -> "DataSet":
+        """Return another data set of the same tests, with what was computed of this one."""
+        other.__dict__.update({k: v for k, v in self.__dict__.items() if k in names})
         if "shaken" in self.__dict__:
-            other.__dict__["shaken"] = tuple(one.as_values() for one in self.shaken)
+            other.__dict__["shaken"] = tuple(
+                one._sharing(replace(other, tests=one.tests, near=one.near), names)
+                for one in self.shaken
+            )
         return other
 
     @property
@@ -102,34 +126,34 @@ class DataSet:
     def shaken(self) -> "tuple[DataSet, ...]":
         """The tests with as much noise again on inputs and responses, drawn once for all."""
         generators = np.random.default_rng(0).spawn(DRAWS)
-        return tuple(
-            replace(
-                self,
-                tests=tuple(test.shaken(generator) for test in self.tests),
-                near=self.inputs,
-            )
-            for generator in generators
-        )
+        tests = [tuple(test.shaken(own) for test in self.tests) for own in generators]
+        draws = [replace(self, tests=own, near=self.inputs) for own in tests]
+        return tuple(self._sharing(one, _WHATEVER_DRAWN) for one in draws)
 
     @property
-    def n_offsets(self) -> int:
-        """Unknown constant inputs: one of each test where a force drives it, else none."""
-        return len(self.tests) if self.model.excitation.kind == "force" else 0
+    def has_constants(self) -> bool:
+        """Whether what drives each test has an unknown constant: where it is a force."""
+        return self.model.excitation.kind == "force"
+
+    @cached_property
+    def sways(self) -> Sways:
+        """How the controls disagree."""
+        rocks = self.rocking and not self.model.excitation.imposed
+        return sways_of(self.tests if rocks else ())
+
+    @cached_property
+    def sway_pieces(self) -> tuple[FloatArray, ...]:
+        """The same as pieces of inputs, (n, n_pieces, degree + 1) arrays."""
+        return tuple(
+            np.array([prepare_like(row, given).pieces for row in rows])
+            for rows, given in zip(self.sways.signals, self.inputs, strict=True)
+        )
 
     @cached_property
     def input_sizes(self) -> FloatArray:
-        """Rms of the input of each test, what its offset is compared with, (n_tests,) array."""
+        """Rms of the input of each test, which its constant is compared with, (n_tests,)."""
         sizes = [float(np.sqrt(np.mean(test.input**2))) for test in self.tests]
         return np.maximum(sizes, 1e-300)
-
-    def inputs_with(self, offset: FloatArray) -> tuple[Input, ...]:
-        """Return what drives each test and its constant, over the rms, (n_offsets,) array."""
-        if not np.any(offset):
-            return self.inputs
-        return tuple(
-            replace(given, pieces=given.pieces + _constant(given, size * share))
-            for given, size, share in zip(self.inputs, self.input_sizes, offset, strict=True)
-        )
 
     @cached_property
     def measured(self) -> tuple[FloatArray, ...]:
@@ -219,15 +243,7 @@ class DataSet:
 
     def largest_across(self, joint: tuple[str, str]) -> float:
         """Return the largest displacement of the second place less that of the first [m]."""
-        if joint not in self._largest:
-            self._largest[joint] = max(
-                float(np.max(np.abs(one.displacement))) for one in self.across(joint)
-            )
-        return self._largest[joint]
-
-    @cached_property
-    def _largest(self) -> dict[tuple[str, str], float]:
-        return {}
+        return max(float(np.max(np.abs(one.displacement))) for one in self.across(joint))
 
     @cached_property
     def noise(self) -> tuple[FloatArray, ...]:
@@ -241,7 +257,7 @@ class DataSet:
     @cached_property
     def low_pass(self) -> tuple[FloatArray, ...]:
         """Coefficients that keep the compared band of each test, (TAPS,) arrays [-]."""
-        return tuple(_low_pass(test) for test in self.tests)
+        return tuple(low_pass_of(test) for test in self.tests)
 
     @cached_property
     def _stacks(self) -> dict[Windows, tuple[Stack, ...]]:
@@ -264,25 +280,14 @@ class DataSet:
         )
 
 
+_WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces"})
+"""What was computed of a data set and does not depend on noise that is drawn beside it."""
+
 _WHATEVER_COMPARED: Final = frozenset({
-    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "unit_s",
-    "_across", "_largest", "noise", "low_pass", "high_pass",
+    "inputs", "input_sizes", "sways", "sway_pieces", "kept", "motions", "motion_sizes",
+    "frequency", "unit_s", "_across", "noise", "low_pass", "high_pass",
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""
-
-
-def frequency_of(motions: Sequence[JointMotion]) -> float:
-    """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
-    velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
-    displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
-    return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
-
-
-def _constant(given: Input, value: float) -> FloatArray:
-    """Return pieces that are a constant, to be added to those of an input."""
-    powers = np.zeros(given.pieces.shape[1])
-    powers[0] = value
-    return powers
 
 
 def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
@@ -292,8 +297,3 @@ def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
     judged[test.stop :] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], judged, [False]]).astype(int)))
     return tuple((int(a), int(b)) for a, b in edges.reshape(-1, 2))
-
-
-def _low_pass(test: Test) -> FloatArray:
-    edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
-    return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))

@@ -16,6 +16,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
+from shakerproc.diagnosis.estimation.of_tests import spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
@@ -50,9 +51,9 @@ class Fit:
         Its coordinates.
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
-    offset : (n_offsets,) array
-        Constant of the input of each test over its rms [-]; the mean of the others for one
-        that was not fitted to: amplifiers and force sensors drift slowly.
+    of_tests : (n, n_tests) array
+        What each test has of its own (see `of_tests.spreads_of`); the mean of the others for
+        one that was not fitted to: amplifiers, force sensors and joints drift slowly [-].
     windows : Windows
         What it was fitted to.
     starts : (n_windows, 2 n_masses) array or None
@@ -78,7 +79,7 @@ class Fit:
     x: FloatArray
     gain: FloatArray
     delay: FloatArray
-    offset: FloatArray
+    of_tests: FloatArray
     windows: Windows
     starts: FloatArray | None
     cost: float
@@ -104,8 +105,8 @@ class Fit:
 
     @property
     def channels(self) -> Channels:
-        """Gains, delays and offsets."""
-        return self.gain, self.delay, self.offset
+        """Gains, delays and numbers of tests."""
+        return self.gain, self.delay, self.of_tests
 
     @property
     def follows_most(self) -> bool:
@@ -120,7 +121,7 @@ class Fit:
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of x, gains, delays and offsets, (n, n) array.
+        """Covariance of x, gains, delays and numbers of tests, (n, n) array.
 
         See `scatter.covariance`.
 
@@ -139,7 +140,9 @@ class Fit:
     @cached_property
     def _spread(self) -> Spread:
         linearisation = Linearisation(self.data, self.hypothesis, self.windows)
-        return Spread(linearisation, Point(self.x, *self.channels, self.starts))
+        return Spread(
+            linearisation, linearisation.point_with(self.x, self.channels, self.starts)
+        )
 
 
 def fit(
@@ -168,7 +171,7 @@ def fit(
     rounds : int
         Steps at most.
     channels : Channels, optional
-        Gains, delays and offsets to start from; 1, 0 and 0.
+        Gains, delays and numbers of tests to start from; 1, 0 and 0.
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     step : float or (n_x,) array
@@ -231,7 +234,7 @@ def _sought(
         here.x,
         here.gain,
         here.delay,
-        _expected(here.offset, linearisation.windows),
+        _expected(here.of_tests, linearisation.windows),
         linearisation.windows,
         here.starts,
         cost=cost,
@@ -258,18 +261,16 @@ def _begun(
     return None if state is None else with_best_starts(linearisation, here, state)
 
 
-def _expected(offset: FloatArray, windows: Windows) -> FloatArray:
-    """Return the constant of every input, of tests that took no part the mean of the others."""
-    if not offset.size:
-        return offset
-    fitted = np.isin(np.arange(offset.size), windows.table[:, 0])
-    return np.where(fitted, offset, np.mean(offset[fitted]))
+def _expected(of_tests: FloatArray, windows: Windows) -> FloatArray:
+    """Return numbers of every test, of those that took no part the mean of the others."""
+    fitted = np.isin(np.arange(of_tests.shape[1]), windows.table[:, 0])
+    return np.where(fitted, of_tests, np.mean(of_tests[:, fitted], axis=1, keepdims=True))
 
 
 def perfect(data: DataSet) -> Channels:
-    """Return what sensors do that record what they should, and inputs without a constant."""
+    """Return what sensors do that record what they should, in tests that are all alike."""
     n = data.n_sensors
-    return np.ones(n), np.zeros(n), np.zeros(data.n_offsets)
+    return np.ones(n), np.zeros(n), np.zeros_like(spreads_of(data))
 
 
 def _better(

@@ -4,7 +4,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.point import Channels, Point
+from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.estimation.window_starts import with_place_told
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -42,6 +42,6 @@ def level_at(
 def predicted_rows(data: DataSet, found: Fit, windows: Windows) -> FloatArray | None:
     """Return the mean square of the residual over the noise in every block [-]."""
     linearisation = Linearisation(data, found.hypothesis, windows)
-    here = Point(found.x, *found.channels, found.starts)
+    here = linearisation.point_with(found.x, found.channels, found.starts)
     state = linearisation.residual(here)
     return None if state is None else linearisation.blocks(state[0], here)

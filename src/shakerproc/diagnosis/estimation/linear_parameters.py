@@ -8,6 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data.controls import WEIGHT, contrasts
 from shakerproc.models import Element, Mode, Model
 from shakerproc.models.laws import Law
 
@@ -25,10 +26,6 @@ GAIN: Final = 0.01
 SKEW: Final = 20e-6
 """Standard deviation of the time of a response against the controls: multiplexed converters,
 filters of unequal sensors [s]."""
-
-WEIGHT: Final = 0.25
-"""Standard deviation of the weight of a control about 1/n: half a table's length between two
-controls, in the middle of which the joint may stand or not [-]."""
 
 MODE_SHARE: Final = (0.02, 1.5)
 """Middle and standard deviation of the logarithm of a further mode's mass over that of its
@@ -101,9 +98,7 @@ class LinearParameters:
         self.model, self.places = model, tuple(places)
         self.n_controls, self.n_sensors = n_controls, len(model.sensors)
         self.own = _own_numbers(model)
-        # directions in which weights change while their sum stays 1
-        mean = np.full((n_controls, 1), 1.0 / np.sqrt(n_controls))
-        self.contrasts = np.linalg.svd(np.eye(n_controls) - mean @ mean.T)[0][:, :-1]
+        self.contrasts = contrasts(n_controls)
         self.coordinates = (
             *(self._own(i, name) for i, name in self.own),
             *(Coordinate(f"gain of {s}", "1", GAIN, 1e-5) for s in model.sensors),

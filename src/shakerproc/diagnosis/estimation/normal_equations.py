@@ -43,7 +43,7 @@ class NormalEquations:
     Attributes
     ----------
     information : (n, n) array
-        Of x, gains, delays and offsets, starts eliminated [-].
+        Of x, gains, delays and numbers of tests, starts eliminated [-].
     """
 
     def __init__(self, linearisation: Linearisation, at: Point, slopes: Linearised) -> None:
@@ -105,8 +105,9 @@ class NormalEquations:
         moved = np.concatenate([x - self.at.x, step[n_x:]])
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], *GAINS)
         delay = self.at.delay + moved[n_x + n_s : n_x + 2 * n_s]
-        offset = self.at.offset + moved[n_x + 2 * n_s :]
-        there = Point(x, gain, delay, offset, self._starts(moved, inverses))
+        own = moved[n_x + 2 * n_s :].reshape(self.at.of_tests.shape)
+        of_tests, starts = self.at.of_tests + own, self._starts(moved, inverses)
+        there = Point(x, gain, delay, of_tests, starts)
         return there, fall / self.linearisation.correlation
 
     def clusters(self, slopes: Linearised) -> Iterator[Cluster]:
@@ -123,7 +124,7 @@ class NormalEquations:
                     yield Cluster(test, own.T @ own, own.T @ short[block])
 
     def moved_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
-        """Return by how much x, gains, delays and offsets move with the residual, (n,) array.
+        """Return by how much all numbers but the starts move with the residual, (n,) array.
 
         Parameters
         ----------

@@ -45,7 +45,7 @@ def prediction_of(
     """
     try:
         model = found.hypothesis.model_at(found.x)
-        return predict(data, model, windows, found.starts, found.offset, plain=plain)
+        return predict(data, model, windows, found.starts, found.of_tests, plain=plain)
     except ModelError:
         return None
 

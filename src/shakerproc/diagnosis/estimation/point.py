@@ -7,7 +7,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.residuals import Predicted
 
 Channels: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""Gain of each sensor [-], its delay [s], and the constant of each input over its rms [-]."""
+"""Gain of each sensor [-], its delay [s], and the numbers of each test (see `of_tests`) [-]."""
 
 State: TypeAlias = tuple[list[FloatArray], Predicted, float]
 """Residuals of every stack of windows, (n_members, n_residuals) arrays over the noise, the
@@ -25,8 +25,8 @@ class Point:
         Coordinates of the hypothesis.
     gain, delay : (n_sensors,) array
         Gain of each sensor [-] and its delay [s].
-    offset : (n_offsets,) array
-        Constant of the input of each test over its rms [-].
+    of_tests : (n, n_tests) array
+        What each test has of its own (see `of_tests.spreads_of`) [-].
     starts : (n_windows, n_motions) array or None
         Motion where windows begin, of the masses and of the modes, and states of the laws.
     """
@@ -34,7 +34,7 @@ class Point:
     x: FloatArray
     gain: FloatArray
     delay: FloatArray
-    offset: FloatArray
+    of_tests: FloatArray
     starts: FloatArray | None
 
 
@@ -48,7 +48,7 @@ class Linearised:
     residual : list of (n_members, n_residuals) array
         Over the noise [-].
     slopes : list of (n_members, n_residuals, n) array
-        By coordinates, gains, delays and offsets.
+        By coordinates, gains, delays and numbers of tests.
     own : list of (n_members, n_residuals, n_starts) array
         By the window's own start, over its scales.
     """

@@ -1,6 +1,7 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
+from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
@@ -32,10 +34,6 @@ gain that all sensors share, and nothing tells the one from the other [-]."""
 
 DELAY_SPREAD: Final = 20e-6
 """Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
-
-OFFSET_SPREAD: Final = 0.1
-"""Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
-drift by (starting value) [-]."""
 
 EXCESS: Final = 1.5
 """Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
@@ -66,8 +64,8 @@ class Linearisation:
     correlation : float
         How many neighbouring residuals are worth one independent one, at least 1 [-].
     spread : (n,) array
-        What coordinates, gains, delays and offsets are known to beforehand, as standard
-        deviations.
+        What coordinates, gains, delays and numbers of tests are known to beforehand, as
+        standard deviations.
     """
 
     def __init__(
@@ -88,15 +86,19 @@ class Linearisation:
             [first],
             np.full(data.n_sensors - 1, GAIN_SPREAD),
             np.full(data.n_sensors, DELAY_SPREAD),
-            np.full(data.n_offsets, OFFSET_SPREAD),
+            spreads_of(data).ravel(),
         ])
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
-        if self.windows.from_rest:
-            return Point(x, *channels, None)
-        model = self.hypothesis.model_at(x)
-        return Point(x, *channels, completed(self.data, model, self.windows.table))
+        model, rest = self.hypothesis.model_at(x), self.windows.from_rest
+        starts = None if rest else completed(self.data, model, self.windows.table)
+        return self.point_with(x, channels, starts)
+
+    def point_with(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
+        """Return a point at which windows begin so."""
+        gain, delay, of_tests = channels
+        return Point(x, gain, delay, as_free(self.data, of_tests), starts)
 
     def sizes_of_starts(self, at: Point) -> FloatArray:
         """Return what changes of numbers of a start are compared with [m], [m/s], [unit]."""
@@ -106,24 +108,19 @@ class Linearisation:
             self._sizes = sizes(self.data, self.hypothesis.model_at(at.x))
         return self._sizes
 
-    def predict(
-        self,
-        x: FloatArray,
-        starts: FloatArray | None,
-        offset: FloatArray,
-        *,
-        evened: bool = False,
-    ) -> Predicted | None:
+    def predict(self, at: Point, *, evened: bool = False) -> Predicted | None:
         """Return what the model says; None where no model can have these numbers."""
         try:
-            model = self.hypothesis.model_at(x)
-            return predict(self.data, model, self.windows, starts, offset, evened=evened)
+            model = self.hypothesis.model_at(at.x)
+            return predict(
+                self.data, model, self.windows, at.starts, at.of_tests, evened=evened
+            )
         except ModelError:
             return None
 
     def residual(self, at: Point) -> State | None:
         """Return residuals of every window, the prediction, and the cost with the prior."""
-        predicted = self.predict(at.x, at.starts, at.offset)
+        predicted = self.predict(at)
         if predicted is None or predicted.failed.all():
             return None
         rows = []
@@ -187,8 +184,8 @@ class Linearisation:
         return np.repeat(root, self.sizes(rows).astype(int), axis=1)
 
     def values(self, at: Point) -> FloatArray:
-        """Return x, gains, delays and offsets, each less what is expected of it."""
-        return np.concatenate([at.x, at.gain - 1.0, at.delay, at.offset])
+        """Return x, gains, delays and numbers of tests, less what is expected of each."""
+        return np.concatenate([at.x, at.gain - 1.0, at.delay, at.of_tests.ravel()])
 
     def linearise(
         self, at: Point, state: State, *, physics: bool = True, steps: FloatArray | None = None
@@ -205,7 +202,7 @@ class Linearisation:
                 _append(slopes, change)
             for columns, stack in zip(slopes, self.stacks, strict=True):
                 columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
-            for change in self._by_offsets(at, here):
+            for change in self.by_tests(at, here):
                 _append(slopes, change)
         own: list[list[FloatArray]] = [[] for _ in self.stacks]
         for change in self._by_starts(at, here):
@@ -221,7 +218,7 @@ class Linearisation:
         """Return what has slopes: of values at the samples, which jump, the means expected."""
         if not self.data.points:
             return predicted
-        return self.predict(at.x, at.starts, at.offset, evened=True) or predicted
+        return self.predict(at, evened=True) or predicted
 
     def _by_coordinates(
         self, at: Point, here: Predicted, steps: FloatArray | None
@@ -232,21 +229,22 @@ class Linearisation:
             step = sizes[k] if at.x[k] + sizes[k] <= self.high[k] else -sizes[k]
             moved = at.x.copy()
             moved[k] += step
-            there = self.predict(moved, at.starts, at.offset, evened=True)
+            there = self.predict(replace(at, x=moved), evened=True)
             yield self.differences(at.gain / step, here, there)
 
-    def _by_offsets(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
-        """Yield the slopes of all windows by the constant input of each test."""
-        if not at.offset.size:
-            return
-        there = self.predict(at.x, at.starts, at.offset + STEP, evened=True)
-        change = self.differences(at.gain / STEP, here, there)
+    def by_tests(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
+        """Yield the slopes of all windows by the numbers of each test."""
         of_test = [self.windows.table[stack.members[0], 0] for stack in self.stacks]
-        for test in range(at.offset.size):
-            yield [
-                rows if own == test else np.zeros_like(rows)
-                for rows, own in zip(change, of_test, strict=True)
-            ]
+        for k in range(len(at.of_tests)):
+            shifted = at.of_tests.copy()
+            shifted[k] += STEP
+            there = self.predict(replace(at, of_tests=shifted), evened=True)
+            change = self.differences(at.gain / STEP, here, there)
+            for test in range(shifted.shape[1]):
+                yield [
+                    rows if own == test else np.zeros_like(rows)
+                    for rows, own in zip(change, of_test, strict=True)
+                ]
 
     def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""
@@ -255,7 +253,7 @@ class Linearisation:
         for k, scale in enumerate(self.sizes_of_starts(at)):
             shifted = at.starts.copy()
             shifted[:, k] += STEP * scale
-            there = self.predict(at.x, shifted, at.offset, evened=True)
+            there = self.predict(replace(at, starts=shifted), evened=True)
             yield self.differences(at.gain / STEP, here, there)
 
     def differences(

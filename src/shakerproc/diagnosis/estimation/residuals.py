@@ -4,6 +4,7 @@ Whole tests from rest, windows with starts of their own and component tests are 
 table of windows; what differs is where a window begins and whether its start is fitted.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.of_tests import as_free, inputs_with, models_with
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.models import Model
-from shakerproc.simulation import Runs, free_runs
+from shakerproc.simulation import FreeRuns, Runs, free_runs
 
 TOLERANCE: Final = 1e-5
 """Truncation of a simulation that is compared with a measurement [-]."""
@@ -42,7 +44,7 @@ def predict(
     model: Model,
     windows: Windows,
     starts: FloatArray | None,
-    offset: FloatArray | None = None,
+    of_tests: FloatArray | None = None,
     *,
     evened: bool = False,
     plain: bool = False,
@@ -59,8 +61,8 @@ def predict(
         Which parts.
     starts : (n_windows, n_motions) array or None
         Motion where they begin, and states of the laws.
-    offset : (n_offsets,) array, optional
-        Constant of the input of each test, over its rms [-].
+    of_tests : (n, n_tests) array, optional
+        What each test has of its own (see `of_tests.spreads_of`) [-].
     evened : bool
         Whether accelerations, where they are values at the samples, are to be means over the
         sample before and the one after: what is expected of a jump somewhere between them.
@@ -72,15 +74,34 @@ def predict(
     ModelError
         If the model cannot be assembled.
     """
-    inputs = data.inputs if offset is None else data.inputs_with(offset)
-    runs = Runs(inputs, windows.table, starts)
+    own = as_free(data, np.zeros((0, 0)) if of_tests is None else of_tests)
+    runs = Runs(inputs_with(data, own), windows.table, starts)
     means = evened or not data.points
-    found = free_runs(model, runs, tolerance=TOLERANCE, means=means, plain=plain)
+    found = _free_runs(models_with(data, model, own), runs, means=means, plain=plain)
     outputs = found.outputs
     if evened and data.points:
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])
         outputs = tuple(_centred(rows, jumps) for rows in outputs)
     return Predicted(outputs, found.failed)
+
+
+def _free_runs(models: Sequence[Model], runs: Runs, *, means: bool, plain: bool) -> FreeRuns:
+    """Return free runs of one model, or of each test with the model that it has then."""
+    if len(models) == 1:
+        return free_runs(models[0], runs, tolerance=TOLERANCE, means=means, plain=plain)
+    failed = np.zeros(len(runs.windows), np.bool_)
+    outputs: list[FloatArray] = [np.zeros((0, 0))] * failed.size
+    for test, model in enumerate(models):
+        members = np.flatnonzero(runs.windows[:, 0] == test)
+        if not members.size:
+            continue
+        starts = None if runs.starts is None else runs.starts[members]
+        own = Runs(runs.inputs, runs.windows[members], starts)
+        found = free_runs(model, own, tolerance=TOLERANCE, means=means, plain=plain)
+        failed[members] = found.failed
+        for i, rows in zip(members, found.outputs, strict=True):
+            outputs[i] = rows
+    return FreeRuns(tuple(outputs), failed)
 
 
 def _centred(rows: FloatArray, chosen: NDArray[np.bool_]) -> FloatArray:

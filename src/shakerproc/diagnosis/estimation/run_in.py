@@ -14,6 +14,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, Linearisation
 from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.estimation.tests_apart import with_tests_fitted
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 
 ROUNDS: Final = 12
@@ -49,12 +50,18 @@ def with_starts_fitted(
     near : (n_windows, n_motions) array, optional
         Starts that are off by no more than noise, to begin with; the measured ones.
     """
-    if windows.run_in is None:
+    if windows.run_in is None and not data.drifting:
         return replace(found, windows=windows, starts=None)
-    if near is not None and (data, windows) not in found.settled:
+    if near is not None and windows.run_in and (data, windows) not in found.settled:
         return _with_starts(data, found, windows, windows.run_in, near)
     if (data, windows) not in found.settled:
-        own = _with_starts(data, found, windows, windows.run_in, None)
+        own: Fit | None
+        if windows.run_in is None:
+            own = replace(found, windows=windows, starts=None)
+        else:
+            own = _with_starts(data, found, windows, windows.run_in, None)
+        if own is not None and data.drifting:
+            own = with_tests_fitted(data, own, found.windows)
         found.settled[data, windows] = own
     return found.settled[data, windows]
 
@@ -100,7 +107,7 @@ def found_again(data: DataSet, found: Fit, *, rounds: int, known: bool = False) 
     if windows.from_rest or found.starts is None:
         return found
     linearisation = Linearisation(data, found.hypothesis, windows)
-    here = Point(found.x, *found.channels, found.starts)
+    here = linearisation.point_with(found.x, found.channels, found.starts)
     state = linearisation.residual(here)
     if state is None:
         return found
@@ -125,7 +132,7 @@ def _fitted(
     if near is None:
         here = linearisation.point(found.x, found.channels)
     else:
-        here = Point(found.x, *found.channels, near)
+        here = linearisation.point_with(found.x, found.channels, near)
     state = linearisation.residual(here)
     if state is None:
         return None

@@ -52,7 +52,7 @@ class Spread:
     Attributes
     ----------
     covariance : (n, n) array
-        Covariance of x, gains, delays and offsets (see `scatter.covariance`).
+        Covariance of x, gains, delays and numbers of tests (see `scatter.covariance`).
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _by_input(
     tests = [replace(test, input=(1.0 + STEP) * test.input) for test in data.tests]
     louder, model = replace(data, tests=tuple(tests)), linearisation.hypothesis.model_at(at.x)
     here = linearisation.evened(at, predicted)
-    there = predict(louder, model, linearisation.windows, at.starts, at.offset, evened=True)
+    there = predict(louder, model, linearisation.windows, at.starts, at.of_tests, evened=True)
     return linearisation.differences(at.gain / STEP, here, there)
 
 

@@ -9,6 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -16,6 +17,10 @@ from shakerproc.diagnosis.estimation.parts import Windows
 
 TAPS: Final = 21
 """Length of the low-pass: as short as windows of two periods of a tenth of the rate [-]."""
+
+HIGHEST_SHARE: Final = 0.3
+"""Highest frequency of the residual over the sample rate: above it kinks and jumps of the force
+alias, and the filters of recorders differ [-]."""
 
 
 @final
@@ -108,3 +113,9 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
         sample_rate=data.tests[test].sample_rate,
         sound=None if sound.all() else sound,
     )
+
+
+def low_pass_of(test: Test) -> FloatArray:
+    """Return coefficients that keep the compared band of a test, (TAPS,) array [-]."""
+    edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
+    return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))

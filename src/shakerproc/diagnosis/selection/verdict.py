@@ -144,9 +144,12 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
 
 
 def _as_it_was(found: Found, data: DataSet) -> list[dict[int, Scored] | None]:
-    """Return tests as the model as it is simulates them, what was fitted and what held out."""
+    """Return tests as the model as it is simulates them, what was fitted and what held out.
+
+    As `compare` takes them.
+    """
     parts = (found.form.scored_fitted, found.form.held_out)
-    return [scored_tests(data, found.before, part) for part in parts]
+    return [scored_tests(data.plain, found.before, part) for part in parts]
 
 
 def _errors(
@@ -224,6 +227,9 @@ def _notes(
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what is to be known beside the verdict; `told` is the note of the next effect."""
     notes = list(found.linear_model.notes)
+    if found.data.drifting:
+        alike = error_of(found.data.plain, chosen.fit, found.form.held_out)
+        notes.append(wording.drift_note(found.drift_under(chosen.fit), alike))
     if found.data.points:
         notes.append(
             "Accelerations are compared as values at the samples: the recorder took jumps "

@@ -1,0 +1,88 @@
+"""Controls that disagree as those of a table that rocks: what drives the joint is between."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data.tests import Test
+
+WEIGHT: Final = 0.25
+"""Standard deviation of the weight of a control about 1/n: half a table's length between two
+controls, in the middle of which the joint may stand or not [-]."""
+
+COHERENT: Final = 0.5
+"""Share of the power by which controls disagree that comes with their mean, from which on the
+table rocks: most of it is not noise [-]."""
+
+_SEGMENTS: Final = 24  # of a test, for the coherence
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Sways:
+    """How controls disagree.
+
+    Attributes
+    ----------
+    signals : tuple of (n, n_samples) array
+        Differences of the controls of each test, as large as their mean; without a row where
+        the table does not rock [unit of the input].
+    spread : (n,) array
+        Standard deviation of what each adds to the input, over it [-].
+    """
+
+    signals: tuple[FloatArray, ...]
+    spread: FloatArray
+
+
+def contrasts(n_controls: int) -> FloatArray:
+    """Return how weights change while their sum stays 1, (n_controls, n_controls - 1) [-]."""
+    mean = np.full((n_controls, 1), 1.0 / np.sqrt(n_controls))
+    found: FloatArray = np.linalg.svd(np.eye(n_controls) - mean @ mean.T)[0][:, :-1]
+    return found
+
+
+def sways_of(tests: Sequence[Test]) -> Sways:
+    """Return how the controls of tests disagree, where most of that comes with their mean."""
+    if not tests:
+        return Sways((), np.zeros(0))
+    controls = [test.arrays.controls for test in tests]
+    turned = contrasts(len(controls[0])).T
+    if not len(turned):
+        return Sways(tuple(np.zeros((0, rows.shape[1])) for rows in controls), np.zeros(0))
+    apart = [turned @ (rows - rows.mean(axis=1, keepdims=True)) for rows in controls]
+    means = [rows.mean(axis=0) for rows in controls]
+    size = _rms([mean[None] for mean in means])
+    sizes = _rms(apart)
+    if _coherent(tests, means, apart) < COHERENT or not np.all(sizes > 0.0):
+        return Sways(tuple(rows[:0] for rows in apart), np.zeros(0))
+    scale = (size / sizes)[:, None]
+    spread = WEIGHT * np.sqrt(2.0) * sizes / size
+    return Sways(tuple(scale * rows for rows in apart), spread)
+
+
+def _rms(rows: Sequence[FloatArray]) -> FloatArray:
+    """Return the rms of each row over all tests."""
+    squares = sum(np.sum(one**2, axis=1) for one in rows)
+    return np.asarray(np.sqrt(squares / sum(one.shape[1] for one in rows)))
+
+
+def _coherent(
+    tests: Sequence[Test], means: Sequence[FloatArray], apart: Sequence[FloatArray]
+) -> float:
+    """Return the share of the power of differences that comes with the mean [-]."""
+    part, whole = 0.0, 0.0
+    for test, mean, rows in zip(tests, means, apart, strict=True):
+        length = max(8, mean.size // _SEGMENTS)
+        rate = test.sample_rate
+        frequency, cross = scipy.signal.csd(mean, rows, rate, nperseg=length)
+        _, own = scipy.signal.welch(mean, rate, nperseg=length)
+        _, power = scipy.signal.welch(rows, rate, nperseg=length)
+        inside = (frequency >= test.band[0]) & (frequency <= test.band[1]) & (own > 0.0)
+        part += float(np.sum(np.abs(cross[:, inside]) ** 2 / own[inside]))
+        whole += float(np.sum(power[:, inside]))
+    return part / whole if whole > 0.0 else 0.0

@@ -1,0 +1,114 @@
+"""What each test has of its own: what drives it besides, and springs that drift."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.models import Element, Model
+from shakerproc.models.effects import Spring, StiffnessDrift
+from shakerproc.models.laws import Law
+from shakerproc.models.parallel_elements import resolved
+from shakerproc.simulation import Input
+
+CONSTANT_SPREAD: Final = 0.1
+"""Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
+drift by (starting value) [-]."""
+
+STIFFNESS_SPREAD: Final = 0.005
+"""Standard deviation of the stiffness in a test about that of the campaign, and of its change
+while a test runs: joints settle and warm up (starting value) [-]."""
+
+
+def spreads_of(data: DataSet) -> FloatArray:
+    """Return what the numbers of tests are known to, as standard deviations, (n, n_tests) [-].
+
+    The rows: the constant of the input over its rms, where a force drives; what the difference
+    of the controls adds to it, where a table rocks; where springs drift, the change of their
+    stiffness in the middle of a test, and that from its beginning to its end, of all alike.
+    """
+    rows = [CONSTANT_SPREAD] if data.has_constants else []
+    rows += data.sways.spread.tolist()
+    rows += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.drifting else []
+    return np.repeat(np.array(rows, float)[:, None], len(data.tests), axis=1)
+
+
+def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
+    """Return the numbers of tests that are free in a data set, from those of another one.
+
+    What only the other has is left out, and what it lacks is 0.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    of_tests : (n, n_tests) array
+        Numbers of the same tests, of springs that drift or do not.
+    """
+    free = np.zeros_like(spreads_of(data))
+    for own, other in zip(free, of_tests, strict=False):
+        own[:] = other
+    return free
+
+
+def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
+    """Return how springs drift: their change in each test and while it runs, (2, n_tests) [-].
+
+    Without a row where they do not.
+    """
+    return of_tests[-2:] if data.drifting else np.zeros((0, len(data.tests)))
+
+
+def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
+    """Return what drives each test, its constant and what the controls disagree by with it."""
+    first = int(data.has_constants)
+    shares = of_tests[first : first + data.sways.spread.size]
+    inputs = list(data.inputs)
+    for i, (given, own) in enumerate(zip(data.inputs, of_tests.T, strict=True)):
+        pieces = given.pieces
+        if data.has_constants and own[0] != 0.0:
+            pieces = pieces + _constant(given, data.input_sizes[i] * own[0])
+        if np.any(shares[:, i]):
+            pieces = pieces + np.tensordot(shares[:, i], data.sway_pieces[i], 1)
+        if pieces is not given.pieces:
+            inputs[i] = replace(given, pieces=pieces)
+    return tuple(inputs)
+
+
+def models_with(data: DataSet, model: Model, of_tests: FloatArray) -> tuple[Model, ...]:
+    """Return the model in each test; one for all where they do not differ.
+
+    Raises
+    ------
+    ModelError
+        If the model cannot be assembled.
+    """
+    drift = drift_of(data, of_tests)
+    if not np.any(drift):
+        return (model,)
+    return tuple(
+        _drifted(model, test.start / test.sample_rate, test.stop / test.sample_rate, *own)
+        for test, own in zip(data.tests, drift.T, strict=True)
+    )
+
+
+def _drifted(model: Model, start: float, stop: float, level: float, change: float) -> Model:
+    """Return a model whose springs are stiffer by a level, and by a change as time goes on."""
+    more = []
+    for element in resolved(model):
+        stiffness = sum(row.values[0] for row in element.effect.rows() if row.law is Law.LINEAR)
+        if stiffness != 0.0:
+            rate, middle = change / (stop - start), 0.5 * (start + stop)
+            drift = StiffnessDrift(np.sign(stiffness) * rate, middle, abs(stiffness))
+            more.append(Element(Spring(level * stiffness), element.between))
+            more.append(Element(drift, element.between))
+    return replace(model, elements=(*model.elements, *more))
+
+
+def _constant(given: Input, value: float) -> FloatArray:
+    """Return pieces that are a constant, to be added to those of an input."""
+    powers = np.zeros(given.pieces.shape[1])
+    powers[0] = value
+    return powers
