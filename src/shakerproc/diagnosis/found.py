@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.hidden_motion import completed
 from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.of_tests import as_free, drift_of
+from shakerproc.diagnosis.estimation.of_tests import as_free
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests
@@ -141,15 +141,10 @@ class Found:
         """Return whether a hypothesis leaves no more than noise and what it becomes."""
         return is_within(self.left_by(score), self.floor_under(score))
 
-    def drift_under(self, fit: Fit) -> FloatArray:
-        """Return how springs drift in each test by a fit, (2, n_tests) array [-].
-
-        Their change in the middle of it, and from its beginning to its end; without a row where
-        all tests are alike.
-        """
+    def of_tests_under(self, fit: Fit) -> FloatArray:
+        """Return what each test has of its own by a fit (see `of_tests`), (n, n_tests) [-]."""
         settled = with_starts_fitted(self.data, fit, self.form.held_out)
-        known = as_free(self.data, (settled or fit).of_tests)
-        return drift_of(self.data, known)
+        return as_free(self.data, (settled or fit).of_tests)
 
     def free_run(self, score: Score) -> Score | None:
         """Return the score of a hypothesis in whole tests, as `compare` simulates them.
@@ -166,8 +161,8 @@ class Found:
         windows = replace(whole_tests(data, held_out=True), from_rest=False)
         starts = completed(data, fit.hypothesis.model_at(fit.x), windows.table)
         gain, delay, of_tests = perfect(data)
-        drift = self.drift_under(fit)
-        of_tests[of_tests.shape[0] - len(drift) :] = drift
+        first = int(data.has_constants)
+        of_tests[first:] = self.of_tests_under(fit)[first:]
         whole = replace(fit, gain=gain, delay=delay, of_tests=of_tests, starts=starts)
         rows = predicted_rows(data, whole, windows)
         return None if rows is None else Score(whole, np.log1p(rows))

@@ -103,15 +103,42 @@ def remainder_note(left: float, floor: float) -> str:
     )
 
 
-def drift_note(drift: FloatArray, alike: float) -> str:
-    """Return that springs drift by some shares [-], and what is left if they did not [-]."""
-    level, change = drift
-    return (
-        f"Springs are not equally stiff in every test: by {level.min():+.2%} to "
-        f"{level.max():+.2%} in its middle, and they change by up to "
-        f"{np.max(np.abs(change)):.2%} while it runs. The errors allow for that; with one "
-        f"stiffness for all tests, as `compare` has it, {alike:.3g} of the response is left."
+def weights_notes(weights: FloatArray) -> list[str]:
+    """Return that a model is driven by controls with some weights [-], if there are several."""
+    if len(weights) < 2:
+        return []
+    shares = " and ".join(f"{weight:.2g}" for weight in weights)
+    return [
+        "The controls disagree with the excitation, as on a table that rocks: the model is "
+        f"driven by {shares} of them."
+    ]
+
+
+def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
+    """Return what tests have of their own, for which the errors allow.
+
+    Parameters
+    ----------
+    weights : (n,) array
+        Of the controls in what drives the model; one where they do not disagree [-].
+    drift : (2, n_tests) array
+        By how much springs are stiffer in each test and get stiffer while it runs, if any [-].
+    left : float
+        Error if all tests are taken as alike [-].
+    """
+    said = weights_notes(weights)
+    if len(drift):
+        level, change = drift
+        said.append(
+            f"Springs are not equally stiff in every test: by {level.min():+.2%} to "
+            f"{level.max():+.2%} in its middle, and they change by up to "
+            f"{np.max(np.abs(change)):.2%} while it runs."
+        )
+    said.append(
+        "The errors allow for that; with all tests alike and the mean of the controls, as "
+        f"`compare` has it, {left:.3g} of the response is left."
     )
+    return " ".join(said)
 
 
 def unnamed_note(left: float, floor: float) -> str:

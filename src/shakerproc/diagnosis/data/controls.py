@@ -38,6 +38,12 @@ class Sways:
     signals: tuple[FloatArray, ...]
     spread: FloatArray
 
+    def weights(self, shares: FloatArray) -> FloatArray:
+        """Return the weights of the controls from what each difference adds, (n + 1,) [-]."""
+        n = shares.size + 1
+        apart = shares * WEIGHT * np.sqrt(2.0) / self.spread
+        return np.asarray(1.0 / n + contrasts(n) @ apart)
+
 
 def contrasts(n_controls: int) -> FloatArray:
     """Return how weights change while their sum stays 1, (n_controls, n_controls - 1) [-]."""

@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.comparison.held_out import held_out_samples
@@ -15,7 +14,7 @@ from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import Sways, sways_of
 from shakerproc.diagnosis.data.motion import frequency_of, joint_motion, mass_motions
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, low_pass_of, stacks_of
+from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.estimation.uncertainty import uncertainty
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
@@ -134,6 +133,11 @@ class DataSet:
     def has_constants(self) -> bool:
         """Whether what drives each test has an unknown constant: where it is a force."""
         return self.model.excitation.kind == "force"
+
+    @cached_property
+    def driven(self) -> dict[bytes, tuple[Input, ...]]:
+        """Inputs with what tests have of their own, as last asked for (see `of_tests`)."""
+        return {}
 
     @cached_property
     def sways(self) -> Sways:
@@ -255,11 +259,6 @@ class DataSet:
         return tuple(uncertainty(test) for test in self.tests)
 
     @cached_property
-    def low_pass(self) -> tuple[FloatArray, ...]:
-        """Coefficients that keep the compared band of each test, (TAPS,) arrays [-]."""
-        return tuple(low_pass_of(test) for test in self.tests)
-
-    @cached_property
     def _stacks(self) -> dict[Windows, tuple[Stack, ...]]:
         return {}
 
@@ -269,23 +268,13 @@ class DataSet:
             self._stacks[windows] = stacks_of(self, windows)
         return self._stacks[windows]
 
-    @cached_property
-    def high_pass(self) -> tuple[FloatArray, ...]:
-        """High-pass of each test, as second-order sections."""
-        return tuple(
-            np.asarray(
-                scipy.signal.butter(2, test.band[0], "high", output="sos", fs=test.sample_rate)
-            )
-            for test in self.tests
-        )
-
 
 _WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces"})
 """What was computed of a data set and does not depend on noise that is drawn beside it."""
 
 _WHATEVER_COMPARED: Final = frozenset({
     "inputs", "input_sizes", "sways", "sway_pieces", "kept", "motions", "motion_sizes",
-    "frequency", "unit_s", "_across", "noise", "low_pass", "high_pass",
+    "frequency", "unit_s", "_across", "noise",
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""
 

@@ -53,6 +53,20 @@ def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
     return free
 
 
+def shares_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
+    """Return what differences of the controls add to the input, (n, n_tests) array [-]."""
+    first = int(data.has_constants)
+    return of_tests[first : first + data.sways.spread.size]
+
+
+def weights_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
+    """Return the weights of the controls in what drives the model, (n,) array [-].
+
+    Means over all tests; one weight where controls are taken as one.
+    """
+    return data.sways.weights(shares_of(data, of_tests).mean(axis=1))
+
+
 def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
     """Return how springs drift: their change in each test and while it runs, (2, n_tests) [-].
 
@@ -63,8 +77,18 @@ def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
 def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     """Return what drives each test, its constant and what the controls disagree by with it."""
-    first = int(data.has_constants)
-    shares = of_tests[first : first + data.sways.spread.size]
+    own = of_tests[: len(of_tests) - 2 * data.drifting]
+    if not np.any(own):
+        return data.inputs
+    key = own.tobytes()
+    if key not in data.driven:
+        data.driven.clear()  # the slopes by all else ask for the same again
+        data.driven[key] = _driven(data, of_tests)
+    return data.driven[key]
+
+
+def _driven(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
+    shares = shares_of(data, of_tests)
     inputs = list(data.inputs)
     for i, (given, own) in enumerate(zip(data.inputs, of_tests.T, strict=True)):
         pieces = given.pieces

@@ -108,14 +108,20 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
         measured=np.array([data.measured[test][:, a : a + size] for a in firsts]),
         noise=noise[..., counted],
         counted=counted,
-        low_pass=data.low_pass[test],
-        high_pass=data.high_pass[test] if windows.from_rest else None,
+        low_pass=_low_pass(data.tests[test]),
+        high_pass=_high_pass(data.tests[test]) if windows.from_rest else None,
         sample_rate=data.tests[test].sample_rate,
         sound=None if sound.all() else sound,
     )
 
 
-def low_pass_of(test: Test) -> FloatArray:
+def _high_pass(test: Test) -> FloatArray:
+    """Return the high-pass of a test, as second-order sections."""
+    own = scipy.signal.butter(2, test.band[0], "high", output="sos", fs=test.sample_rate)
+    return np.asarray(own)
+
+
+def _low_pass(test: Test) -> FloatArray:
     """Return coefficients that keep the compared band of a test, (TAPS,) array [-]."""
     edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
     return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))

@@ -9,6 +9,7 @@ from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.intervals import estimates, far_numbers, linear_estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
@@ -227,9 +228,8 @@ def _notes(
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what is to be known beside the verdict; `told` is the note of the next effect."""
     notes = list(found.linear_model.notes)
-    if found.data.drifting:
-        alike = error_of(found.data.plain, chosen.fit, found.form.held_out)
-        notes.append(wording.drift_note(found.drift_under(chosen.fit), alike))
+    if found.data.plain is not found.data:
+        notes.append(_own_note(found, chosen))
     if found.data.points:
         notes.append(
             "Accelerations are compared as values at the samples: the recorder took jumps "
@@ -252,6 +252,13 @@ def _notes(
     if doubted:
         notes.append(wording.doubted_note(doubted))
     return tuple(notes)
+
+
+def _own_note(found: Found, chosen: Score) -> str:
+    """Return what tests have of their own, and what is left where they are taken as alike."""
+    data, of_tests = found.data, found.of_tests_under(chosen.fit)
+    left = error_of(data.plain, chosen.fit, found.form.held_out)
+    return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)
 
 
 def _asked_next(found: Found, stands: Score) -> tuple[tuple[str, ...], list[str]]:
