@@ -220,10 +220,9 @@ def _added(model: Model, fitted: Fitted) -> Added:
 def _errors(fitted: Fitted) -> tuple[Errors, str]:
     """Return the free-run errors before and after, and why the effect is no gain.
 
-    It has to be one over the model as it is and over the same with its own numbers fitted, in
-    tests as `compare` takes them.
+    It has to be one over the model as it is and over the same with its own numbers fitted.
     """
-    data, form = fitted.data.plain, fitted.form
+    data, form = fitted.data, fitted.form
     after = fitted.with_effect.fit
     before_held, alone, held = (
         scored_tests(data, one, form.held_out)

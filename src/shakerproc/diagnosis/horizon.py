@@ -118,13 +118,13 @@ def compared(
             found = _at_once(campaign, best, standing, forms[-1])
             if found is not None:
                 campaign, longest, own = found
-                return campaign, [longest], *_parted(linear, own)
+                return campaign, [longest], *bare_and_effects(linear, own)
         rounds = BEST_ROUNDS if best.follows_most else ROUNDS
         sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
         if i and (there is None or not _is_predicted(sampled, there, forms[i])):
             break
         least = least if sampled.data is campaign.data else np.inf
-        scores = _scores_beside(sampled, best, there, standing, forms[i])
+        scores = scores_beside(sampled, best, there, standing, forms[i])
         if not scores:
             continue
         campaign = sampled
@@ -134,7 +134,7 @@ def compared(
             break
         least = min(least, left)
         chosen = i
-        base, effects = _parted(linear, scores)
+        base, effects = bare_and_effects(linear, scores)
     return campaign, forms[: chosen + 1], base, effects
 
 
@@ -152,7 +152,7 @@ def _at_once(
     campaign, form, there = _arrived(campaign, best, form)
     if there is None or not is_mostly_noise(campaign, there):
         return None
-    scores = _scores_beside(campaign, best, there, standing, form)
+    scores = scores_beside(campaign, best, there, standing, form)
     if not scores:
         return None
     first = best_of(scores).fit
@@ -176,7 +176,7 @@ def _arrived(
     return campaign, form, there
 
 
-def _scores_beside(
+def scores_beside(
     campaign: Campaign, best: Fit, there: Fit | None, standing: Sequence[Fit], form: Form
 ) -> list[Score]:
     """Return the scores of hypotheses at a horizon, the best of which is there already."""
@@ -202,7 +202,7 @@ def _rounds(campaign: Campaign, best: Fit, one: Fit) -> int:
     return 0 if is_far else ROUNDS
 
 
-def _parted(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
+def bare_and_effects(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:
     """Return the score of the model without any effect, and those of all others."""
     bare = [score for score in scores if not score.fit.hypothesis.added]
     own = bare[0] if bare else Score(linear, np.full_like(scores[0].logs, np.inf))

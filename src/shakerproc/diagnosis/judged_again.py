@@ -28,8 +28,8 @@ def judged_again(
     campaign = campaign_of(before.data.model, with_noise_of(before.data.tests, tests))
     if before.data.points:
         campaign = replace(campaign, data=campaign.data.as_values())
-    if before.data.drifting:
-        campaign = replace(campaign, data=campaign.data.with_drift())
+    if before.data.differing:
+        campaign = replace(campaign, data=campaign.data.as_differing())
     fits = [score.fit for score in before.effects]
     outcome = at_the_horizon(campaign, before.linear.fit, fits, say)
     found = replace(

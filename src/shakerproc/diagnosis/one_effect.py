@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from shakerproc.diagnosis import component_tests, wording
+from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.condition import Condition
@@ -18,7 +18,6 @@ from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.of_tests import weights_of
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
@@ -127,8 +126,7 @@ def _fitted(
     campaign, forms, without, effects = compared(campaign, linear, singles)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]
     found = _as_fitted(original, campaign, forms[-1], scores, best)
-    weights = weights_of(found.data, found.with_effect.fit.of_tests)
-    return replace(found, notes=(*linear_model.notes, *wording.weights_notes(weights)))
+    return replace(found, notes=linear_model.notes)
 
 
 def _in_component_tests(

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
-from shakerproc.diagnosis.drifting import alone, with_drift
+from shakerproc.diagnosis.differing import alone, where_tests_differ
 from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.correction import (
@@ -178,7 +178,7 @@ def _begun(
         if begun[-1].is_enough:
             break
     last = begun[-1]
-    other = None if last.found.explained else with_drift(last.outcome, say)
+    other = None if last.found.explained else where_tests_differ(last.outcome, say)
     if other is None:
         return last
     return Begun(told(original, linear_model, other, one_more.failed, starts), other)

@@ -103,17 +103,6 @@ def remainder_note(left: float, floor: float) -> str:
     )
 
 
-def weights_notes(weights: FloatArray) -> list[str]:
-    """Return that a model is driven by controls with some weights [-], if there are several."""
-    if len(weights) < 2:
-        return []
-    shares = " and ".join(f"{weight:.2g}" for weight in weights)
-    return [
-        "The controls disagree with the excitation, as on a table that rocks: the model is "
-        f"driven by {shares} of them."
-    ]
-
-
 def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     """Return what tests have of their own, for which the errors allow.
 
@@ -126,7 +115,13 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     left : float
         Error if all tests are taken as alike [-].
     """
-    said = weights_notes(weights)
+    said = []
+    if len(weights) > 1:
+        shares = " and ".join(f"{weight:.2g}" for weight in weights)
+        said.append(
+            "The controls disagree with the excitation, as on a table that rocks: the model is "
+            f"driven by {shares} of them."
+        )
     if len(drift):
         level, change = drift
         said.append(

@@ -61,7 +61,7 @@ def fitted(data):
 
 
 def test_the_stiffness_of_each_test_is_told_and_its_change_while_it_runs():
-    data = DataSet(one_mass(), prepared(drifting(hold_out=False))).with_drift()
+    data = DataSet(one_mass(), prepared(drifting(hold_out=False))).as_differing()
     level, change = drift_of(data, fitted(data).of_tests)
     # only differences are told: the model has the mean of all
     assert_allclose(level - level.mean(), np.subtract(LEVELS, np.mean(LEVELS)), atol=2e-4)
@@ -70,16 +70,16 @@ def test_the_stiffness_of_each_test_is_told_and_its_change_while_it_runs():
 
 def test_a_test_that_was_held_out_is_predicted_with_a_stiffness_of_its_own():
     data = DataSet(one_mass(), prepared(drifting()))
-    alike, own = fitted(data), fitted(data.with_drift())
+    alike, own = fitted(data), fitted(data.as_differing())
     kept = whole_tests(data, held_out=True)
     assert error_of(data, alike, kept) > 0.03
     # noise of 0.5 % on input and response, of which a lightly damped mass makes more
     assert error_of(own.data, own, kept) < 0.012
-    assert own.data.plain.drifting is False
+    assert own.data.plain.differing is False
 
 
 def test_what_drives_a_mass_between_two_controls_is_told():
-    data = DataSet(one_mass(), prepared(rocking()))
+    data = DataSet(one_mass(), prepared(rocking())).as_differing()
     found = fitted(data)
     assert_allclose(weights_of(data, found.of_tests), WEIGHTS, atol=0.03)
     mean = fitted(data.plain)
@@ -90,7 +90,9 @@ def test_what_drives_a_mass_between_two_controls_is_told():
 def test_controls_that_differ_by_noise_are_taken_as_one():
     tests = prepared(rocking(apart=0.0))
     assert sways_of(tests).spread.size == 0
-    assert weights_of(DataSet(one_mass(), tests), np.zeros((0, 2))).tolist() == [1.0]
+    assert weights_of(DataSet(one_mass(), tests).as_differing(), np.zeros((2, 2))).tolist() == [
+        1.0
+    ]
 
 
 @pytest.mark.slow

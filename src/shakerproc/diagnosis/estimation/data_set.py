@@ -55,10 +55,9 @@ class DataSet:
     points : bool
         Whether accelerations are compared as values at the samples; else as means over the
         sample that follows.
-    drifting : bool
-        Whether springs have a stiffness of their own in each test (see `of_tests`).
-    rocking : bool
-        Whether what drives the joint may be between the controls where these disagree.
+    differing : bool
+        Whether springs have a stiffness of their own in each test, and what drives them may be
+        between controls that disagree (see `of_tests`).
     near : tuple of Input
         What drives the tests without the noise that was drawn beside them; inputs are prepared
         in as many parts.
@@ -67,30 +66,25 @@ class DataSet:
     model: Model
     tests: tuple[Test, ...]
     points: bool = False
-    drifting: bool = False
-    rocking: bool = True
+    differing: bool = False
     near: tuple[Input, ...] = ()
 
     def as_values(self) -> "DataSet":
         """Return the tests with accelerations as values at the samples (see `points`)."""
         return self._sharing(replace(self, points=True), _WHATEVER_COMPARED)
 
-    def with_drift(self) -> "DataSet":
-        """Return the tests with springs that have a stiffness of their own in each."""
-        other = replace(self, drifting=True)
-        return self._sharing(other, _WHATEVER_COMPARED | {"measured", "_stacks"})
+    def as_differing(self) -> "DataSet":
+        """Return the tests with what each has of its own (see `differing`)."""
+        return self._sharing(replace(self, differing=True), _WHATEVER_DIFFERS)
 
     @property
     def plain(self) -> "DataSet":
         """The tests as `compare` takes them: all alike, driven by the mean of the controls."""
-        is_plain = not self.drifting and not len(self.sways.spread)
-        return self if is_plain else self._plain
+        return self._plain if self.differing else self
 
     @cached_property
     def _plain(self) -> "DataSet":
-        other = replace(self, drifting=False, rocking=False)
-        names = _WHATEVER_COMPARED - _WHATEVER_DRAWN | {"measured", "_stacks"}
-        return self._sharing(other, names)
+        return self._sharing(replace(self, differing=False), _WHATEVER_DIFFERS)
 
     def _sharing(self, other: "DataSet", names: frozenset[str]) -> "DataSet":
         """Return another data set of the same tests, with what was computed of this one."""
@@ -142,8 +136,8 @@ class DataSet:
     @cached_property
     def sways(self) -> Sways:
         """How the controls disagree."""
-        rocks = self.rocking and not self.model.excitation.imposed
-        return sways_of(self.tests if rocks else ())
+        moves = self.differing and not self.model.excitation.imposed
+        return sways_of(self.tests if moves else ())
 
     @cached_property
     def sway_pieces(self) -> tuple[FloatArray, ...]:
@@ -273,10 +267,13 @@ _WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces"})
 """What was computed of a data set and does not depend on noise that is drawn beside it."""
 
 _WHATEVER_COMPARED: Final = frozenset({
-    "inputs", "input_sizes", "sways", "sway_pieces", "kept", "motions", "motion_sizes",
-    "frequency", "unit_s", "_across", "noise",
+    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "unit_s",
+    "_across", "noise", *_WHATEVER_DRAWN,
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""
+
+_WHATEVER_DIFFERS: Final = _WHATEVER_COMPARED - _WHATEVER_DRAWN | {"measured", "_stacks"}
+"""The same of what tests have of their own."""
 
 
 def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:

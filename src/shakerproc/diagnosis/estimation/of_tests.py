@@ -21,17 +21,20 @@ STIFFNESS_SPREAD: Final = 0.005
 """Standard deviation of the stiffness in a test about that of the campaign, and of its change
 while a test runs: joints settle and warm up (starting value) [-]."""
 
+KEPT: Final = 2
+"""Inputs that are kept: where a search is, and a step away [-]."""
+
 
 def spreads_of(data: DataSet) -> FloatArray:
     """Return what the numbers of tests are known to, as standard deviations, (n, n_tests) [-].
 
-    The rows: the constant of the input over its rms, where a force drives; what the difference
-    of the controls adds to it, where a table rocks; where springs drift, the change of their
-    stiffness in the middle of a test, and that from its beginning to its end, of all alike.
+    The rows: the constant of the input over its rms, where a force drives; where tests differ,
+    what the difference of the controls adds to it, if a table rocks, the change of stiffness in
+    the middle of a test, and that from its beginning to its end, of all springs alike.
     """
     rows = [CONSTANT_SPREAD] if data.has_constants else []
     rows += data.sways.spread.tolist()
-    rows += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.drifting else []
+    rows += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.differing else []
     return np.repeat(np.array(rows, float)[:, None], len(data.tests), axis=1)
 
 
@@ -72,17 +75,18 @@ def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
     Without a row where they do not.
     """
-    return of_tests[-2:] if data.drifting else np.zeros((0, len(data.tests)))
+    return of_tests[-2:] if data.differing else np.zeros((0, len(data.tests)))
 
 
 def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     """Return what drives each test, its constant and what the controls disagree by with it."""
-    own = of_tests[: len(of_tests) - 2 * data.drifting]
+    own = of_tests[: len(of_tests) - 2 * data.differing]
     if not np.any(own):
         return data.inputs
     key = own.tobytes()
     if key not in data.driven:
-        data.driven.clear()  # the slopes by all else ask for the same again
+        for old in list(data.driven)[: 1 - KEPT]:
+            del data.driven[old]
         data.driven[key] = _driven(data, of_tests)
     return data.driven[key]
 

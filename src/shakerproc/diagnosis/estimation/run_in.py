@@ -50,7 +50,7 @@ def with_starts_fitted(
     near : (n_windows, n_motions) array, optional
         Starts that are off by no more than noise, to begin with; the measured ones.
     """
-    if windows.run_in is None and not data.drifting:
+    if windows.run_in is None and not data.differing:
         return replace(found, windows=windows, starts=None)
     if near is not None and windows.run_in and (data, windows) not in found.settled:
         return _with_starts(data, found, windows, windows.run_in, near)
@@ -60,7 +60,7 @@ def with_starts_fitted(
             own = replace(found, windows=windows, starts=None)
         else:
             own = _with_starts(data, found, windows, windows.run_in, None)
-        if own is not None and data.drifting:
+        if own is not None and data.differing:
             own = with_tests_fitted(data, own, found.windows)
         found.settled[data, windows] = own
     return found.settled[data, windows]
