@@ -76,13 +76,18 @@ def _fitted(campaign: Campaign, there: Fit) -> Fit | None:
     return here
 
 
-def where_tests_differ(outcome: Outcome, say: Callable[[str], None]) -> Outcome | None:
+def where_tests_differ(
+    outcome: Outcome, say: Callable[[str], None], *, explained: bool
+) -> Outcome | None:
     """Return what is left of the same hypotheses if each test has something of its own.
 
     None where the best of them does not surely predict better then, with a smaller error, or
-    only if springs change by more than they do by themselves.
+    only if springs change by more than they do by themselves. What is explained is asked only
+    where the table rocks: what controls disagree by counts as noise, until it is fitted.
     """
     if outcome.campaign.data.differing:
+        return None
+    if explained and not len(outcome.campaign.data.as_differing().sways.spread):
         return None
     campaign = replace(outcome.campaign, data=outcome.campaign.data.as_differing())
     best, form = best_of([outcome.linear, *outcome.effects]), outcome.forms[-1]

@@ -178,7 +178,7 @@ def _begun(
         if begun[-1].is_enough:
             break
     last = begun[-1]
-    other = None if last.found.explained else where_tests_differ(last.outcome, say)
+    other = where_tests_differ(last.outcome, say, explained=last.found.explained)
     if other is None:
         return last
     return Begun(told(original, linear_model, other, one_more.failed, starts), other)
