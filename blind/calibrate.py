@@ -11,8 +11,9 @@ and joints exactly right" on them, with a quadratic penalty chosen by cross-vali
 
 and read as: every feature is limited to `low` and `high` (the range of the draws), its mean is
 taken off, it is divided by `scale`; a feature that a document lacks counts as its mean. The
-probability is 1 / (1 + exp(-(intercept + the sum of coefficients times these))). Only tuning
-seeds (below 100000) are taken.
+probability is 1 / (1 + exp(-(intercept + the sum of coefficients times these))). Tuning seeds
+(below 100000) are taken, and with --scored those on which a frozen commit has been scored: they
+are fresh no more.
 """
 
 import argparse
@@ -36,6 +37,8 @@ TARGET = Path("src/shakerproc/diagnosis/selection/calibration.json")
 PENALTIES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 """Weights of the squared coefficients that are tried, in units of one draw's log loss."""
 FOLDS = 10
+BLOCK = 1000
+"""Seeds at most that a frozen commit is scored on, from its first."""
 
 
 @dataclass(frozen=True)
@@ -180,16 +183,24 @@ def _figures(probability: np.ndarray, right: np.ndarray) -> dict[str, float]:
     }
 
 
+def is_taken(seed: int, scored: int | None) -> bool:
+    """Return whether a seed may be calibrated on: one for tuning, or of a scored commit."""
+    return seed < TUNING_SEEDS_END or (scored is not None and scored <= seed < scored + BLOCK)
+
+
 def main() -> None:
     """Read trials, fit, write, say how well."""
     parser = argparse.ArgumentParser(prog="python -m blind.calibrate", description=__doc__)
     parser.add_argument(
         "trials", type=Path, nargs="+", help="files of `python -m blind --json`"
     )
+    parser.add_argument(
+        "--scored", type=int, help="first seed of a frozen commit that has been scored"
+    )
     parser.add_argument("--out", type=Path, default=TARGET, help="where it is stored")
     options = parser.parse_args()
     trials = [trial for path in options.trials for trial in records.read(path)]
-    tuning = [trial for trial in trials if trial.seed < TUNING_SEEDS_END]
+    tuning = [trial for trial in trials if is_taken(trial.seed, options.scored)]
     found = document(tuning, datetime.datetime.now(datetime.UTC).date().isoformat())
     options.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(f"{options.out}: {found['draws']} draws, {found['right']:.1%} right")

@@ -48,6 +48,13 @@ def test_a_missing_feature_counts_as_its_mean():
     )
 
 
+def test_fresh_seeds_are_calibrated_on_only_once_they_were_scored():
+    assert calibrate.is_taken(50, None)
+    assert not calibrate.is_taken(520000, None)
+    assert calibrate.is_taken(520000, 520000)
+    assert not calibrate.is_taken(530000, 520000)
+
+
 def test_documents_without_scores_are_told():
     with pytest.raises(ValueError, match="no document of these trials has scores"):
         calibrate.table([Trial(1, "gap", 40.0, 0.01, {}, {}, 1.0, 1.0)])
