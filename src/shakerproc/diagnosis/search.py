@@ -63,6 +63,9 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         return _begun(model, fit_linear(model, tests), tests, say).ended(say)
     say("linear model")
     signs, late = signs_and_delays(model, tests)
+    if np.any(late):  # what is left of a delay is small: it is fitted along the slope in time
+        known = fit_linear(model, turned(tests, signs, late)).chain.delays
+        late = late + np.where(late != 0.0, known, 0.0)
     found = _with_chain(model, turned(tests, signs, late), say)
     return replace(
         found,

@@ -81,7 +81,20 @@ class Stack:
 
     def slope_in_time(self, rows: FloatArray) -> FloatArray:
         """Return the slope of rows in time [unit of the sensor/s]."""
-        return np.asarray(np.gradient(rows, axis=-1)) * self.sample_rate
+        return slope_in_time(rows, self.sample_rate)
+
+
+def slope_in_time(rows: FloatArray, sample_rate: float) -> FloatArray:
+    """Return the slope of rows in time, by differences of fourth order but at the ends.
+
+    At a twentieth of the sample rate [Hz] it is right to 3e-4, where the difference of two
+    neighbours misses 2 % of it: a delay would be larger by as much.
+    """
+    slope = np.asarray(np.gradient(rows, axis=-1))
+    if rows.shape[-1] > 4:  # samples of the formula, less one
+        near, far = rows[..., 3:-1] - rows[..., 1:-3], rows[..., 4:] - rows[..., :-4]
+        slope[..., 2:-2] = (8.0 * near - far) / 12.0
+    return slope * sample_rate
 
 
 def stacks_of(data: "DataSet", windows: "Windows") -> tuple[Stack, ...]:

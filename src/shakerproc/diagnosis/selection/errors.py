@@ -16,6 +16,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import FEW, prediction_of, under_noise
 from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
+from shakerproc.diagnosis.estimation.stacks import slope_in_time
 
 PARTED: Final = 0.1
 """Share of the response by which noise of the input and the spread of the numbers may part two
@@ -40,9 +41,8 @@ def scored_tests(
         counted &= ~test.clipped.any(axis=0)
         if not counted.any():
             continue
-        simulated = found.gain[:, None] * (
-            simulated - found.delay[:, None] * test.sample_rate * np.gradient(simulated, axis=1)
-        )
+        late = found.delay[:, None] * slope_in_time(simulated, test.sample_rate)
+        simulated = found.gain[:, None] * (simulated - late)
         measured = data.measured[i]
         out[i] = Scored(measured, simulated, test.sample_rate, test.error_band, counted)
     return out
