@@ -87,9 +87,9 @@ def where_tests_differ(
     """
     if outcome.campaign.data.differing:
         return None
-    if explained and not len(outcome.campaign.data.as_differing().sways.spread):
-        return None
     campaign = replace(outcome.campaign, data=outcome.campaign.data.as_differing())
+    if explained and not len(campaign.data.sways.spread):
+        return None
     best, form = best_of([outcome.linear, *outcome.effects]), outcome.forms[-1]
     there = carried(campaign.data, best.fit, [form])
     scores = scored_at(campaign, [there], form)

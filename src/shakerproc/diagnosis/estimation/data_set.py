@@ -75,6 +75,10 @@ class DataSet:
 
     def as_differing(self) -> "DataSet":
         """Return the tests with what each has of its own (see `differing`)."""
+        return self if self.differing else self._differing
+
+    @cached_property
+    def _differing(self) -> "DataSet":
         return self._sharing(replace(self, differing=True), _WHATEVER_DIFFERS)
 
     @property
