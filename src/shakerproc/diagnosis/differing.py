@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.linear import UNUSUAL
+from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
 from shakerproc.diagnosis.estimation.of_tests import STIFFNESS_SPREAD, drift_of
 from shakerproc.diagnosis.horizon import bare_and_effects, scored_at, scores_beside
 from shakerproc.diagnosis.outcome import Outcome
@@ -81,9 +81,10 @@ def where_tests_differ(
 ) -> Outcome | None:
     """Return what is left of the same hypotheses if each test has something of its own.
 
-    None where the best of them does not surely predict better then, with a smaller error, or
-    only if springs change by more than they do by themselves. What is explained is asked only
-    where the table rocks: what controls disagree by counts as noise, until it is fitted.
+    None where the best of them leaves so much that something larger is missing, does not surely
+    predict better then, with a smaller error, or only if springs change by more than they do by
+    themselves. What is explained is asked only where the table rocks: what controls disagree by
+    counts as noise, until it is fitted.
     """
     if outcome.campaign.data.differing:
         return None
@@ -91,11 +92,13 @@ def where_tests_differ(
     if explained and not len(campaign.data.sways.spread):
         return None
     best, form = best_of([outcome.linear, *outcome.effects]), outcome.forms[-1]
+    before = error_of(outcome.campaign.data, best.fit, form.held_out)
+    if before > LINEAR_ENOUGH:
+        return None
     there = carried(campaign.data, best.fit, [form])
     scores = scored_at(campaign, [there], form)
     if not scores or gain(scores[0], best).t <= SURE or _drifts_far(scores[0].fit):
         return None
-    before = error_of(outcome.campaign.data, best.fit, form.held_out)
     if error_of(campaign.data, scores[0].fit, form.held_out) >= before:
         return None
     say("what each test has of its own")
