@@ -103,6 +103,15 @@ def remainder_note(left: float, floor: float) -> str:
     )
 
 
+def fitted_note(left: float) -> str:
+    """Return that a model leaves much of the tests that it was fitted to [-]."""
+    return (
+        f"Of the tests that it was fitted to, the model leaves {left:.3g} of the response, "
+        "though noise alone of what was held out: either motions that differ by noise go apart "
+        "in some part of them, or something is missing that was not exercised in the rest."
+    )
+
+
 def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     """Return what tests have of their own, for which the errors allow.
 

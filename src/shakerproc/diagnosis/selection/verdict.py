@@ -28,6 +28,7 @@ from shakerproc.diagnosis.selection.choice import (
     standing_of,
 )
 from shakerproc.diagnosis.selection.errors import (
+    PARTED,
     error_of,
     error_of_scored,
     scored_tests,
@@ -92,6 +93,7 @@ def judged(
     told: list[str] = []
     if verdict not in {"cannot tell", "measurement fault"}:
         asked, told = _asked_next(found, chosen if effects else bare(found))
+        told += unlike_held_out(found, chosen, errors)
     scores = scores_of(found, standing, errors)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -259,6 +261,15 @@ def _own_note(found: Found, chosen: Score) -> str:
     data, of_tests = found.data, found.of_tests_under(chosen.fit)
     left = error_of(data.plain, chosen.fit, found.form.held_out)
     return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)
+
+
+def unlike_held_out(found: Found, chosen: Score, errors: Errors) -> list[str]:
+    """Return the note that a model leaves much of what it was fitted to, but not of the rest.
+
+    Nothing, if what was held out is not explained: then that is told.
+    """
+    parted = found.is_explained_by(chosen) and errors.fitted.after > PARTED
+    return [wording.fitted_note(errors.fitted.after)] if parted else []
 
 
 def _asked_next(found: Found, stands: Score) -> tuple[tuple[str, ...], list[str]]:
