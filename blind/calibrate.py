@@ -19,6 +19,7 @@ are fresh no more.
 import argparse
 import datetime
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -183,9 +184,20 @@ def _figures(probability: np.ndarray, right: np.ndarray) -> dict[str, float]:
     }
 
 
-def is_taken(seed: int, scored: int | None) -> bool:
+def is_taken(seed: int, scored: Sequence[int]) -> bool:
     """Return whether a seed may be calibrated on: one for tuning, or of a scored commit."""
-    return seed < TUNING_SEEDS_END or (scored is not None and scored <= seed < scored + BLOCK)
+    return seed < TUNING_SEEDS_END or any(first <= seed < first + BLOCK for first in scored)
+
+
+def first_of_each(trials: Sequence[Trial], most: int) -> list[Trial]:
+    """Return so many trials of each class at most, the first ones."""
+    seen: Counter[str] = Counter()
+    out = []
+    for trial in trials:
+        seen[trial.kind] += 1
+        if seen[trial.kind] <= most:
+            out.append(trial)
+    return out
 
 
 def main() -> None:
@@ -195,12 +207,16 @@ def main() -> None:
         "trials", type=Path, nargs="+", help="files of `python -m blind --json`"
     )
     parser.add_argument(
-        "--scored", type=int, help="first seed of a frozen commit that has been scored"
+        "--scored", type=int, nargs="*", default=(), help="first seeds of scored commits"
+    )
+    parser.add_argument(
+        "--most", type=int, help="draws of a class at most, so that classes count alike"
     )
     parser.add_argument("--out", type=Path, default=TARGET, help="where it is stored")
     options = parser.parse_args()
     trials = [trial for path in options.trials for trial in records.read(path)]
-    tuning = [trial for trial in trials if is_taken(trial.seed, options.scored)]
+    taken = [trial for trial in trials if is_taken(trial.seed, options.scored)]
+    tuning = taken if options.most is None else first_of_each(taken, options.most)
     found = document(tuning, datetime.datetime.now(datetime.UTC).date().isoformat())
     options.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print(f"{options.out}: {found['draws']} draws, {found['right']:.1%} right")

@@ -49,10 +49,15 @@ def test_a_missing_feature_counts_as_its_mean():
 
 
 def test_fresh_seeds_are_calibrated_on_only_once_they_were_scored():
-    assert calibrate.is_taken(50, None)
-    assert not calibrate.is_taken(520000, None)
-    assert calibrate.is_taken(520000, 520000)
-    assert not calibrate.is_taken(530000, 520000)
+    assert calibrate.is_taken(50, [])
+    assert not calibrate.is_taken(520000, [])
+    assert calibrate.is_taken(520007, [520000, 530000])
+    assert not calibrate.is_taken(540000, [520000, 530000])
+
+
+def test_classes_count_alike_where_so_many_of_each_are_taken():
+    trials = drawn(5, np.random.default_rng(0))
+    assert [t.seed for t in calibrate.first_of_each(trials, 2)] == [0, 1]
 
 
 def test_documents_without_scores_are_told():
