@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data.spectra import spectra_of
 from shakerproc.diagnosis.data.tests import Test
+from shakerproc.spectra import psd
 
 WEIGHT: Final = 0.25
 """Standard deviation of the weight of a control about 1/n: half a table's length between two
@@ -17,8 +18,6 @@ controls, in the middle of which the joint may stand or not [-]."""
 COHERENT: Final = 0.5
 """Share of the power by which controls disagree that comes with their mean, from which on the
 table rocks: most of it is not noise [-]."""
-
-_SEGMENTS: Final = 24  # of a test, for the coherence
 
 
 @final
@@ -83,12 +82,10 @@ def _coherent(
     """Return the share of the power of differences that comes with the mean [-]."""
     part, whole = 0.0, 0.0
     for test, mean, rows in zip(tests, means, apart, strict=True):
-        length = max(8, mean.size // _SEGMENTS)
-        rate = test.sample_rate
-        frequency, cross = scipy.signal.csd(mean, rows, rate, nperseg=length)
-        _, own = scipy.signal.welch(mean, rate, nperseg=length)
-        _, power = scipy.signal.welch(rows, rate, nperseg=length)
-        inside = (frequency >= test.band[0]) & (frequency <= test.band[1]) & (own > 0.0)
-        part += float(np.sum(np.abs(cross[:, inside]) ** 2 / own[inside]))
-        whole += float(np.sum(power[:, inside]))
+        cross = spectra_of(test, np.concatenate([mean[np.newaxis], rows]))
+        power = psd(cross)
+        low, high = test.band
+        inside = (cross.frequency >= low) & (cross.frequency <= high) & (power[0] > 0.0)
+        part += float(np.sum(np.abs(cross.matrix[0, 1:, inside].T) ** 2 / power[0, inside]))
+        whole += float(np.sum(power[1:, inside]))
     return part / whole if whole > 0.0 else 0.0

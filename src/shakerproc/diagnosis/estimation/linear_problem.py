@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data.spectra import spectra_of
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.diagnosis.estimation.linear_response import poles_of, sensor_responses
 from shakerproc.models import Model
-from shakerproc.spectra import CrossSpectra, cross_spectra, psd
+from shakerproc.spectra import psd
 
 HIGHEST: Final = 0.4
 """Highest frequency of the fit over the sample rate: above it, the recorder's anti-alias
@@ -29,7 +30,6 @@ short rests are known to half of them [-]."""
 _NEGLIGIBLE: Final = 1e-12  # of the largest density
 _DECAYS: Final = 8.0  # time constants of the slowest motion behind the samples
 _TAPER: Final = 0.05  # share of the judged samples in each flank of the window
-_SEGMENTS: Final = 24  # of a test, for its coherence
 _ROUNDS: Final = 20  # of least squares
 _STIFFEST: Final = 1e8  # damping of a step that is as good as none
 _DONE: Final = 1e-6  # relative fall of chi-square in a round
@@ -154,8 +154,7 @@ def _density(
     test: Test, noise: FloatArray, bins: FloatArray, incoherent: FloatArray
 ) -> FloatArray:
     """Return what a linear model cannot explain: noise, and what is not coherent beyond it."""
-    judged = test.responses[:, test.start : test.stop]
-    whole = _welch(judged, test)
+    whole = spectra_of(test, test.responses)
     response = np.array([np.interp(bins, whole.frequency, row) for row in psd(whole)])
     found: FloatArray = np.maximum(noise, incoherent) + RELATIVE**2 * response
     return np.maximum(found, float(np.max(found)) * _NEGLIGIBLE or 1e-300)
@@ -170,17 +169,11 @@ def _noise(model: Model, test: Test, bins: FloatArray) -> FloatArray:
 
 def _incoherent(test: Test, rows: FloatArray, bins: FloatArray) -> FloatArray:
     """Return the density of rows that is not coherent with the input of a test."""
-    judged = slice(test.start, test.stop)
-    cross = _welch(np.concatenate([test.input[np.newaxis], rows])[:, judged], test)
+    cross = spectra_of(test, np.concatenate([test.input[np.newaxis], rows]))
     power = psd(cross)
     coherent = np.abs(cross.matrix[0, 1:]) ** 2 / np.maximum(power[0], np.finfo(float).tiny)
     alone = np.maximum(0.0, power[1:] - coherent)
     return np.array([np.interp(bins, cross.frequency, row) for row in alone])
-
-
-def _welch(rows: FloatArray, test: Test) -> CrossSpectra:
-    segment = min(4096, max(256, rows.shape[1] // _SEGMENTS))
-    return cross_spectra(rows, test.sample_rate, segment=segment)
 
 
 @final

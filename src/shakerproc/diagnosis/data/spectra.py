@@ -1,0 +1,24 @@
+"""Cross-spectra of what was recorded in a test, for its coherence."""
+
+from typing import Final
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data.tests import Test
+from shakerproc.spectra import CrossSpectra, cross_spectra
+
+_SEGMENTS: Final = 24  # of a test, for its coherence
+
+
+def spectra_of(test: Test, rows: FloatArray) -> CrossSpectra:
+    """Return the cross-spectra of rows in the judged part of a test.
+
+    Parameters
+    ----------
+    test : Test
+        Which test.
+    rows : (n_rows, n_samples) array
+        As long as the test.
+    """
+    judged = rows[:, test.start : test.stop]
+    segment = min(4096, max(256, judged.shape[1] // _SEGMENTS))
+    return cross_spectra(judged, test.sample_rate, segment=segment)
