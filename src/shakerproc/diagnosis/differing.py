@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
@@ -53,26 +54,24 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
     if there is None or score is None:
         return campaign, False
     differing = replace(campaign, data=campaign.data.as_differing())
-    found = _fitted(differing, there)
+    found = _fitted(differing.data, there)
     own = None if found is None else as_fitted(differing.data, found)
     if own is not None and own.is_noise and is_better(own, score):
         return differing, True
     return campaign, score.is_noise
 
 
-def _fitted(campaign: Campaign, there: Fit) -> Fit | None:
+def _fitted(data: DataSet, there: Fit) -> Fit | None:
     """Return a fit with what tests have of their own; None if that does not bring it near."""
-    here: Fit | None = there
-    near = max(NEAR * there.level, MOSTLY_NOISE)
+    here, near = there, max(NEAR * there.level, MOSTLY_NOISE)
     for rounds in (FIRST_ROUNDS, ROUNDS):
-        if here is None:
-            return None
-        here = fit(
-            campaign.data, here.hypothesis, here.x, here.windows, rounds=rounds,
+        found = fit(
+            data, here.hypothesis, here.x, here.windows, rounds=rounds,
             channels=here.channels, starts=here.starts,
         )  # fmt: skip
-        if here is None or here.level > near or _drifts_far(here):
+        if found is None or found.level > near or _drifts_far(found):
             return None
+        here = found
     return here
 
 

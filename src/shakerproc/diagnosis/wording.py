@@ -128,15 +128,15 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     if len(weights) > 1:
         shares = " and ".join(f"{weight:.2g}" for weight in weights)
         said.append(
-            "The controls disagree with the excitation, as on a table that rocks: the model is "
-            f"driven by {shares} of them."
+            "The controls disagree as on a table that rocks: what drives the model is their "
+            f"sum with weights {shares}, in the order of the log."
         )
     if len(drift):
         level, change = drift
         said.append(
-            f"Springs are not equally stiff in every test: by {level.min():+.2%} to "
-            f"{level.max():+.2%} in its middle, and they change by up to "
-            f"{np.max(np.abs(change)):.2%} while it runs."
+            "Springs are not equally stiff in every test: their stiffness is off the fitted "
+            f"one by {level.min():+.2%} to {level.max():+.2%} in the middle of a test, and "
+            f"changes by up to {np.max(np.abs(change)):.2%} while one runs."
         )
     said.append(
         "The errors allow for that; with all tests alike and the mean of the controls, as "

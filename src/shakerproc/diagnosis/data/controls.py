@@ -15,6 +15,9 @@ WEIGHT: Final = 0.25
 """Standard deviation of the weight of a control about 1/n: half a table's length between two
 controls, in the middle of which the joint may stand or not [-]."""
 
+CONTRAST: Final = WEIGHT * float(np.sqrt(2.0))
+"""The same along a contrast of two controls (see `contrasts`) [-]."""
+
 COHERENT: Final = 0.5
 """Share of the power by which controls disagree that comes with their mean, from which on the
 table rocks: most of it is not noise [-]."""
@@ -28,8 +31,8 @@ class Sways:
     Attributes
     ----------
     signals : tuple of (n, n_samples) array
-        Differences of the controls of each test, as large as their mean; without a row where
-        the table does not rock [unit of the input].
+        Differences of the controls of each test, as large as their mean; none where the table
+        does not rock [unit of the input].
     spread : (n,) array
         Standard deviation of what each adds to the input, over it [-].
     """
@@ -40,8 +43,12 @@ class Sways:
     def weights(self, shares: FloatArray) -> FloatArray:
         """Return the weights of the controls from what each difference adds, (n + 1,) [-]."""
         n = shares.size + 1
-        apart = shares * WEIGHT * np.sqrt(2.0) / self.spread
+        apart = shares * CONTRAST / self.spread
         return np.asarray(1.0 / n + contrasts(n) @ apart)
+
+
+NO_SWAYS: Final = Sways((), np.zeros(0))
+"""Controls that are taken as one."""
 
 
 def contrasts(n_controls: int) -> FloatArray:
@@ -53,21 +60,17 @@ def contrasts(n_controls: int) -> FloatArray:
 
 def sways_of(tests: Sequence[Test]) -> Sways:
     """Return how the controls of tests disagree, where most of that comes with their mean."""
-    if not tests:
-        return Sways((), np.zeros(0))
     controls = [test.arrays.controls for test in tests]
     turned = contrasts(len(controls[0])).T
-    if not len(turned):
-        return Sways(tuple(np.zeros((0, rows.shape[1])) for rows in controls), np.zeros(0))
     apart = [turned @ (rows - rows.mean(axis=1, keepdims=True)) for rows in controls]
     means = [rows.mean(axis=0) for rows in controls]
     size = _rms([mean[None] for mean in means])
     sizes = _rms(apart)
-    if _coherent(tests, means, apart) < COHERENT or not np.all(sizes > 0.0):
-        return Sways(tuple(rows[:0] for rows in apart), np.zeros(0))
+    differ = len(turned) > 0 and bool(np.all(sizes > 0.0))
+    if not differ or _coherent(tests, means, apart) < COHERENT:
+        return NO_SWAYS
     scale = (size / sizes)[:, None]
-    spread = WEIGHT * np.sqrt(2.0) * sizes / size
-    return Sways(tuple(scale * rows for rows in apart), spread)
+    return Sways(tuple(scale * rows for rows in apart), CONTRAST * sizes / size)
 
 
 def _rms(rows: Sequence[FloatArray]) -> FloatArray:

@@ -11,7 +11,7 @@ from shakerproc.comparison.held_out import held_out_samples
 from shakerproc.comparison.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.diagnosis.data.controls import Sways, sways_of
+from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
 from shakerproc.diagnosis.data.motion import frequency_of, joint_motion, mass_motions
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
@@ -141,7 +141,7 @@ class DataSet:
     def sways(self) -> Sways:
         """How the controls disagree."""
         moves = self.differing and not self.model.excitation.imposed
-        return sways_of(self.tests if moves else ())
+        return sways_of(self.tests) if moves else NO_SWAYS
 
     @cached_property
     def sway_pieces(self) -> tuple[FloatArray, ...]:

@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data.controls import WEIGHT, contrasts
+from shakerproc.diagnosis.data.controls import CONTRAST, contrasts
 from shakerproc.models import Element, Mode, Model
 from shakerproc.models.laws import Law
 
@@ -104,7 +104,7 @@ class LinearParameters:
             *(Coordinate(f"gain of {s}", "1", GAIN, 1e-5) for s in model.sensors),
             *(Coordinate(f"delay of {s}", "s", SKEW, 1e-8) for s in model.sensors),
             *(
-                Coordinate(f"weight of control {i + 1}", "1", WEIGHT * np.sqrt(2.0), 1e-4)
+                Coordinate(f"weight of control {i + 1}", "1", CONTRAST, 1e-4)
                 for i in range(n_controls - 1)
             ),
             *(

@@ -80,7 +80,7 @@ def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
 def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     """Return what drives each test, its constant and what the controls disagree by with it."""
-    own = of_tests[: len(of_tests) - 2 * data.differing]
+    own = of_tests[: len(of_tests) - len(drift_of(data, of_tests))]
     if not np.any(own):
         return data.inputs
     key = own.tobytes()

@@ -34,9 +34,11 @@ def with_tests_fitted(data: DataSet, found: Fit, fitted: Windows) -> Fit:
         What it was fitted to.
     """
     others = np.setdiff1d(found.windows.table[:, 0], fitted.table[:, 0])
+    if not others.size:
+        return found
     linearisation = Linearisation(data, found.hypothesis, found.windows)
     here = linearisation.point_with(found.x, found.channels, found.starts)
-    state = linearisation.residual(here) if others.size else None
+    state = linearisation.residual(here)
     for _ in range(ROUNDS):
         if state is None:
             break

@@ -228,7 +228,7 @@ def _notes(
     found: Found, chosen: Score, verdict: str, told: Sequence[str],
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what is to be known beside the verdict; `told` is the note of the next effect."""
+    """Return what is to be known beside the verdict; `told` are notes made before."""
     notes = list(found.linear_model.notes)
     if found.data.plain is not found.data:
         notes.append(_own_note(found, chosen))
