@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from itertools import permutations
 from typing import Final
 
 import numpy as np
@@ -16,11 +17,16 @@ from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
-from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition, hypothesis_of
+from shakerproc.diagnosis.hypotheses.hypothesis import (
+    Addition,
+    Hypothesis,
+    addition,
+    hypothesis_of,
+)
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import Score, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import LEAST, Score, ranked, simplest_alike
 from shakerproc.diagnosis.selection.standing import contains
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
@@ -73,24 +79,48 @@ def hidden_pairs(
     if left <= 0.0:
         return []
     say("two effects at once")
-    found = []
+    found = list[Fit]()
     for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
         if one.left > MUCH_LESS * left:
             continue
         known = campaign.known[one.between][one.kind]
         first = addition(one.kind, one.between, known, one.values)
-        on = replace(
-            linear,
-            hypothesis=linear.hypothesis.with_added(first),
-            x=np.concatenate([linear.x, first.transformed(one.values)]),
-        )
+        on = _beside(linear, first, linear.x, first.transformed(one.values))
         own = np.zeros(len(linear.hypothesis.own))
         second = OneMore(
             data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None,
             condition=Condition(below=least),
         )  # fmt: skip
         found += second.found([other])
-    return sorted(found, key=lambda pair: pair.level)
+    found.sort(key=lambda pair: pair.level)
+    for pair in found[:FIRSTS]:
+        found += _with_simpler(campaign, linear, pair, say)
+    return _not_outdone(found, campaign.known)
+
+
+def _with_simpler(
+    campaign: Campaign, linear: Fit, pair: Fit, say: Callable[[str], None]
+) -> list[Fit]:
+    """Return the same pair with laws in place of each member that this one contains.
+
+    At once the richest explain most, and pass for the simpler ones.
+    """
+    own, *parts = pair.hypothesis.parts(pair.x)
+    members = zip(pair.hypothesis.added, parts, strict=True)
+    found = []
+    for (one, x), (other, _) in permutations(members, 2):
+        contained = campaign.known[other.between][other.kind].contains
+        wanted = {(law.kind, other.between) for law in contained if law.limit}
+        if wanted:
+            found += _pairs(campaign, _beside(linear, one, own, x), say, wanted)[0]
+    return found
+
+
+def _beside(linear: Fit, one: Addition, own: FloatArray, x: FloatArray) -> Fit:
+    """Return the model with an effect that is known, to seek another one beside it."""
+    return replace(
+        linear, hypothesis=linear.hypothesis.with_added(one), x=np.concatenate([own, x])
+    )
 
 
 def with_more(
@@ -115,7 +145,7 @@ def with_more(
                 others, why = _pairs(campaign, simpler, say, wanted)
                 pairs += others
                 failed |= why
-        pairs = _with_limits(pairs, campaign.known)
+        pairs = _with_limits(_not_outdone(pairs, campaign.known), campaign.known)
         scores = along(campaign, pairs, forms[-2:], beside=found.best.fit)
         scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
         found = replace(
@@ -187,6 +217,17 @@ def _pairs(
         starts = tuple(start for start in starts if (start.kind, start.between) in wanted)
     pairs = second.found(starts) if starts else []
     return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
+
+
+def _not_outdone(pairs: Sequence[Fit], known: Known) -> list[Fit]:
+    """Return the best fit of each pair, but for those that leave no less than a limit does."""
+    each = {pair.hypothesis.names: pair for pair in sorted(pairs, key=lambda p: -p.level)}
+    outdone = [
+        richer for richer, simpler in permutations(each.values(), 2)
+        if contains(richer, simpler, known) and richer.level > simpler.level - LEAST
+    ]  # fmt: skip
+    left = [pair for pair in each.values() if pair not in outdone]
+    return sorted(left, key=lambda pair: pair.level)
 
 
 def _with_limits(pairs: Sequence[Fit], known: Known) -> list[Fit]:

@@ -49,8 +49,8 @@ def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
     ]  # fmt: skip
     tables = [
         Table("Found, with 95 % intervals", columns, [*found, *linear]),
-        Table("Candidates that were fitted, with 95 % intervals", columns[:-1],
-              [row[:-1] for row in tried]),
+        Table("Candidates that were fitted, with 95 % intervals of those that stand",
+              columns[:-1], [row[:-1] for row in tried]),
     ]  # fmt: skip
     return [table for table in tables if table.rows]
 

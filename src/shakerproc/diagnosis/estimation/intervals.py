@@ -19,31 +19,41 @@ DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""
 
 
+def numbers(fit: Fit, index: int) -> dict[str, Estimate]:
+    """Return the numbers of an added effect without intervals."""
+    one, x = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)[1 + index]
+    units = {name: p.unit for name, p in one.effect.estimated().items()}
+    return {
+        name: Estimate(value, None, None, "" if isinstance(value, str) else units[name])
+        for name, value in one.parameters(x).items()
+    }
+
+
 def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect with their intervals."""
     _own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
     rows = added[index].astype(int)
     part = fit.widened_covariance[np.ix_(rows, rows)]
-    return _numbers(fit.hypothesis.added[index], fit.x[rows], part)
+    return _with_intervals(numbers(fit, index), fit.hypothesis.added[index], fit.x[rows], part)
 
 
-def _numbers(one: Addition, x: FloatArray, part: FloatArray) -> dict[str, Estimate]:
-    """Return what the effect is called with: spread through logarithms of what is positive."""
-    values = one.parameters(x)
-    units = {name: p.unit for name, p in one.effect.estimated().items()}
+def _with_intervals(
+    found: dict[str, Estimate], one: Addition, x: FloatArray, part: FloatArray
+) -> dict[str, Estimate]:
+    """Return numbers with intervals: spread through logarithms of what is positive."""
     low, high = one.bounds()
-    out = {}
-    for name, value in values.items():
-        if isinstance(value, str):
-            out[name] = Estimate(value, None, None, "")
+    out = dict(found)
+    for name, number in found.items():
+        if isinstance(number.value, str):
             continue
+        value = float(number.value)
         slopes = np.array([
-            (float(_moved(one, x, k)[name]) - float(value)) / DIFFERENCE for k in range(x.size)
+            (float(_moved(one, x, k)[name]) - value) / DIFFERENCE for k in range(x.size)
         ])
         spread = float(np.sqrt(max(slopes @ part @ slopes, 0.0)))
-        out[name] = _estimate(float(value), spread, units[name])
+        out[name] = _estimate(value, spread, number.unit)
         if not np.any(slopes):
-            out[name] = Estimate(float(value), float(value), float(value), units[name])
+            out[name] = Estimate(value, value, value, number.unit)
     return _unexercised(out, one, x, low, high)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakerproc.diagnosis.estimation.intervals import estimates
+from shakerproc.diagnosis.estimation.intervals import estimates, numbers
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Estimate, Tried
 from shakerproc.diagnosis.screening import Start
@@ -10,20 +10,24 @@ from shakerproc.diagnosis.selection.errors import error_of_scored, scored_tests
 from shakerproc.diagnosis.selection.scores import Score
 
 
-def tried(found: Found, score: Score) -> Tried:
-    """Return a hypothesis that was fitted, with its errors and numbers."""
+def tried(found: Found, score: Score, *, stands: bool) -> Tried:
+    """Return a hypothesis that was fitted, with its errors and numbers.
+
+    The numbers have intervals where it stands: those of a law that is refuted are of nothing.
+    """
     fit, windows = score.fit, found.form.scored_fitted
     near = fit.starts if np.array_equal(fit.windows.table, windows.table) else None
-    numbers: dict[str, Estimate] = {}
+    of_effect = estimates if stands else numbers
+    own: dict[str, Estimate] = {}
     for i, one in enumerate(fit.hypothesis.added):
         before = f"{one.kind} " if len(fit.hypothesis.added) > 1 else ""
-        numbers |= {before + k: v for k, v in estimates(fit, i).items()}
+        own |= {before + k: v for k, v in of_effect(fit, i).items()}
     return Tried(
         "+".join(fit.hypothesis.kinds),
         fit.hypothesis.added[-1].between,
         error_of_scored(scored_tests(found.data, fit, windows, near=near)),
         found.left_by(score),
-        numbers,
+        own,
     )
 
 

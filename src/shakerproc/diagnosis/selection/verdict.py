@@ -101,7 +101,10 @@ def judged(
         effects=(*effects, *faults),
         indistinguishable=alike if effects else (),
         errors=errors,
-        candidates=(*(tried(found, s) for s in found.effects), *untried(found)),
+        candidates=(
+            *(tried(found, s, stands=s in (chosen, *as_good(standing))) for s in found.effects),
+            *untried(found),
+        ),
         where=where_it_fails(failed_tests(data, _joint(found, chosen), before)),
         next_test=proposed(
             found, standing, laboratory, verdict=verdict, locked=locked, unclosed=unclosed
