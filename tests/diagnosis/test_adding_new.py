@@ -42,6 +42,7 @@ def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
     assert found.errors.held_out.after < 0.1 * found.errors.held_out.before
     assert found.errors.fitted.before > 0.5
     assert found.worse == ""
+    assert found.modes == found.notes == ()
 
 
 def test_what_is_no_gain_is_refused_unless_it_is_forced():

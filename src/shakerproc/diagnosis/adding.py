@@ -8,6 +8,7 @@ from shakerproc.comparison.free_run_error import fall
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
+from shakerproc.diagnosis.joint_outcomes import FurtherMode
 from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
 from shakerproc.diagnosis.result import Errors, Estimate, Pair
 from shakerproc.diagnosis.selection.errors import (
@@ -19,6 +20,7 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.updated import with_numbers
 from shakerproc.diagnosis.wanted import Wanted
+from shakerproc.diagnosis.wording import mode_notes
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model
@@ -203,7 +205,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
     element = _in_few_digits(fitted.element, numbers)
     own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
     updated = with_numbers(model, own)
-    known = len(model.modes)
+    modes = fitted.data.model.modes[len(model.modes) :]
     return Added(
         model=replace(updated, elements=(*updated.elements, element)),
         element=element,
@@ -211,9 +213,9 @@ def _added(model: Model, fitted: Fitted) -> Added:
         linear=linear,
         errors=errors,
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
-        modes=tuple(fitted.data.model.modes[known:]),
+        modes=modes,
         worse=worse,
-        notes=fitted.notes,
+        notes=tuple(mode_notes([FurtherMode.of(mode) for mode in modes])),
     )
 
 

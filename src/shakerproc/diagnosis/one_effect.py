@@ -23,7 +23,9 @@ from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
+from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import as_table
+from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.search import as_it_is, own_numbers
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
@@ -43,8 +45,6 @@ class Fitted:
     ----------
     data : DataSet
         The tests, as recorded or corrected by what is unusual of the chain of measurement.
-    notes : tuple of str
-        What was fitted as linear besides, a sentence each.
     form : Form
         In which models are compared.
     before : Fit
@@ -54,7 +54,6 @@ class Fitted:
     """
 
     data: DataSet
-    notes: tuple[str, ...]
     form: Form
     before: Fit
     without: Score
@@ -124,9 +123,11 @@ def _fitted(
     campaign = replace(campaign, data=best.data)
     singles = [] if wanted.is_free_law else [best]
     campaign, forms, without, effects = compared(campaign, linear, singles)
+    mode = mode_beside(Outcome(campaign, forms, without, effects, singles), say)
+    if mode is not None:
+        return _fitted(original, linear_model.with_mode(mode), tests, wanted, say)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]
-    found = _as_fitted(original, campaign, forms[-1], scores, best)
-    return replace(found, notes=linear_model.notes)
+    return _as_fitted(original, campaign, forms[-1], scores, best)
 
 
 def _in_component_tests(
@@ -200,7 +201,7 @@ def _as_fitted(
         )
     without, with_effect = scores
     before = as_it_is(original, without.fit)
-    return Fitted(campaign.data, (), form, before, without, with_effect)
+    return Fitted(campaign.data, form, before, without, with_effect)
 
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:

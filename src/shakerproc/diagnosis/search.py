@@ -35,6 +35,7 @@ from shakerproc.diagnosis.horizon import (
     usable_forms,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
@@ -182,9 +183,12 @@ def _begun(
             break
     last = begun[-1]
     other = where_tests_differ(last.outcome, say, explained=last.found.explained)
-    if other is None:
+    if other is not None:
+        last = Begun(told(original, linear_model, other, one_more.failed, starts), other)
+    mode = None if last.is_enough else mode_beside(last.outcome, say)
+    if mode is None:
         return last
-    return Begun(told(original, linear_model, other, one_more.failed, starts), other)
+    return _begun(original, linear_model.with_mode(mode), tests, say)
 
 
 def _outcomes(

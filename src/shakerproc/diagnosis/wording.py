@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.comparison.noise import Refuted
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.joint_outcomes import Locked
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
 from shakerproc.diagnosis.result import Errors, Estimate, Finding
 
 
@@ -101,6 +101,16 @@ def remainder_note(left: float, floor: float) -> str:
         f"With it the model leaves {left:.3g} of the response where the noise "
         f"is {_noise(floor)}: the law is near, or something smaller is missing too."
     )
+
+
+def mode_notes(modes: Sequence[FurtherMode]) -> list[str]:
+    """Return which further modes were fitted as linear; nothing without any."""
+    if not modes:
+        return []
+    said = " and ".join(f"{f:.4g}" for f in sorted(mode.frequency for mode in modes))
+    which = "A further mode" if len(modes) == 1 else "Further modes"
+    was = "was" if len(modes) == 1 else "were"
+    return [f"{which} at {said} Hz {was} fitted as linear."]
 
 
 def fitted_note(left: float) -> str:

@@ -29,6 +29,9 @@ GAIN_ENOUGH: Final = 40.0
 """Fall of chi-square that a mode must bring: three numbers and a place among some thousand
 frequencies cost about 3 + 2 ln 1000 (starting value) [-]."""
 
+WIDEST: Final = 0.1
+"""Damping ratio from which a peak is no mode: physics that is missing looks like that [-]."""
+
 _NEAR: Final = 0.1  # share of the frequency around a peak in which a start is sought
 _SHIFTS: Final = tuple(np.linspace(-0.06, 0.06, 25))  # of the logarithm of its frequency
 _DAMPINGS: Final = (-0.7, 0.4, 1.5)  # of the logarithm of its damping ratio
@@ -184,11 +187,11 @@ def _is_mode(
 ) -> bool:
     """Return whether what was fitted lies where it may, and explains what is left there.
 
-    A peak wider than where it was sought is none: physics that is missing looks like that.
+    A wide peak is none (see `WIDEST`).
     """
     parameters, solution = after
     mode = parameters.model_at(solution.values).modes[-1]
-    if limits[0] <= mode.frequency <= limits[1] or mode.damping_ratio > _NEAR:
+    if limits[0] <= mode.frequency <= limits[1] or mode.damping_ratio > WIDEST:
         return False
     near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
     left = [

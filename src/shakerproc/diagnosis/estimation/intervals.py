@@ -21,11 +21,11 @@ DIFFERENCE: Final = 1e-5
 
 def numbers(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect without intervals."""
-    one, x = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)[1 + index]
+    one, (_own, *added) = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)
     units = {name: p.unit for name, p in one.effect.estimated().items()}
     return {
         name: Estimate(value, None, None, "" if isinstance(value, str) else units[name])
-        for name, value in one.parameters(x).items()
+        for name, value in one.parameters(added[index]).items()
     }
 
 

@@ -93,7 +93,7 @@ def as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
     """
     sensors, controls = len(model.sensors), len(tests[0].arrays.controls)
     chain = Chain(np.ones(sensors), np.zeros(sensors), np.full(controls, 1.0 / controls))
-    return LinearModel(model, chain, (), (), {}, (), ())
+    return LinearModel(model, chain, (), (), {}, ())
 
 
 def signs_and_delays(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
@@ -205,7 +205,6 @@ def _result(
             for test in tests
         },
         unusual=tuple(n for n in last if abs(n.deviations) > UNUSUAL),
-        notes=_notes(model, len(parameters.places)),
     )
 
 
@@ -216,13 +215,3 @@ def _share_left(test: LinearTest, parameters: LinearParameters, values: FloatArr
         float(np.sum(np.abs(test.whitened(rows)) ** 2)) for rows in (left, test.test.responses)
     )
     return float(np.sqrt(part / whole)) if whole > 0.0 else 0.0
-
-
-def _notes(model: Model, n_modes: int) -> tuple[str, ...]:
-    if not n_modes:
-        return ()
-    found = sorted(mode.frequency for mode in model.modes[-n_modes:])
-    said = " and ".join(f"{frequency:.4g}" for frequency in found)
-    one = "a further mode" if n_modes == 1 else "further modes"
-    was = "was" if n_modes == 1 else "were"
-    return (f"{one[0].upper()}{one[1:]} at {said} Hz {was} fitted as linear.",)

@@ -1,6 +1,6 @@
 """The linear model of tests: its numbers, and what it leaves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.linear_parameters import Chain
-from shakerproc.models import Model
+from shakerproc.models import Mode, Model
 
 
 @final
@@ -56,8 +56,6 @@ class LinearModel:
         For each test the rms that the linear model leaves, over that measured, in its band [-].
     unusual : tuple of LinearNumber
         Numbers of the chain of measurement that their priors do not expect.
-    notes : tuple of str
-        What was found, a sentence each.
     """
 
     model: Model
@@ -66,7 +64,10 @@ class LinearModel:
     numbers: tuple[LinearNumber, ...]
     left: dict[str, float]
     unusual: tuple[LinearNumber, ...]
-    notes: tuple[str, ...]
+
+    def with_mode(self, mode: Mode) -> "LinearModel":
+        """Return the same with one more mode that was found since."""
+        return replace(self, model=replace(self.model, modes=(*self.model.modes, mode)))
 
     def input_of(self, test: Test) -> FloatArray:
         """Return what drives the model in a test: its controls, weighted, (n,) array."""

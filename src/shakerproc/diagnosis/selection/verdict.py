@@ -19,6 +19,7 @@ from shakerproc.diagnosis.result import (
     Estimate,
     Finding,
     Pair,
+    Tried,
 )
 from shakerproc.diagnosis.selection.choice import (
     bare,
@@ -101,10 +102,7 @@ def judged(
         effects=(*effects, *faults),
         indistinguishable=alike if effects else (),
         errors=errors,
-        candidates=(
-            *(tried(found, s, stands=s in (chosen, *as_good(standing))) for s in found.effects),
-            *untried(found),
-        ),
+        candidates=_candidates(found, chosen, standing),
         where=where_it_fails(failed_tests(data, _joint(found, chosen), before)),
         next_test=proposed(
             found, standing, laboratory, verdict=verdict, locked=locked, unclosed=unclosed
@@ -119,6 +117,13 @@ def judged(
         scores=scores,
         seed=seed,
     )
+
+
+def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
+    """Return all that was tried, the best first, with intervals of what stands."""
+    stands = [chosen, *as_good(standing)]
+    fitted = (tried(found, score, stands=score in stands) for score in found.effects)
+    return (*fitted, *untried(found))
 
 
 def _effects(fit: Fit) -> list[Finding]:
@@ -232,7 +237,7 @@ def _notes(
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what is to be known beside the verdict; `told` are notes made before."""
-    notes = list(found.linear_model.notes)
+    notes = wording.mode_notes(_further_modes(found))
     if found.data.plain is not found.data:
         notes.append(_own_note(found, chosen))
     if found.data.points:

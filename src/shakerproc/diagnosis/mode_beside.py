@@ -1,0 +1,135 @@
+"""A further linear mode of the specimen that shows only beside an effect."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.beginnings import STARTS
+from shakerproc.diagnosis.estimation.form import Form, carried
+from shakerproc.diagnosis.estimation.further_modes import APART, MOST, WIDEST
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.linear_response import poles_of
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.horizon import scored_at
+from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.screening import Start
+from shakerproc.diagnosis.selection.choice import SHARE
+from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
+from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain
+from shakerproc.models import BASE, Mode
+from shakerproc.models.effects import AttachedMode
+
+FASTEST: Final = 0.4
+"""Highest frequency of a mode that is tried, over the sample rate: filters of recorders end
+there [-]."""
+
+MASS: Final = 0.02
+"""Mass of a mode that is tried, over that of its place; a fit goes on from there [-]."""
+
+DAMPING_RATIO: Final = 0.01
+"""Damping ratio of a mode that is tried, likewise [-]."""
+
+
+def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
+    """Return a mode that the best hypothesis with an effect lacks; None without one.
+
+    A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
+    numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
+    horizon it has to halve what is left beyond the noise.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What is left of the hypotheses.
+    say : callable
+        Called with what is being tried.
+    """
+    campaign, form = outcome.campaign, outcome.forms[-1]
+    best = best_of([outcome.linear, *outcome.effects])
+    starts = _starts(campaign)
+    n_further = len(campaign.data.model.modes)
+    if not starts or not best.fit.hypothesis.added or n_further >= MOST:
+        return None
+    say("a further mode beside the effect")
+    search = OneMore(
+        campaign.data, best.fit, campaign.known, campaign.stages,
+        linear=best.fit.hypothesis.parts(best.fit.x)[0], say=lambda _: None,
+    )  # fmt: skip
+    for found in search.found(starts)[:1]:
+        there = carried(campaign.data, found, [form])
+        if (
+            there is not None
+            and _is_mode(campaign, there)
+            and _halves(campaign, best, there, form)
+        ):
+            return _as_mode(there)
+    return None
+
+
+def _lowest(campaign: Campaign) -> float:
+    """Return above which frequency a mode is a further one; infinite without any [Hz]."""
+    own = poles_of(replace(campaign.data.model, modes=()))
+    return APART * float(max(own.frequencies, default=np.inf))
+
+
+def _starts(campaign: Campaign) -> list[Start]:
+    """Return where the search for a mode begins, on every mass."""
+    data, none = campaign.data, (0.0,) * len(campaign.known)
+    lowest = _lowest(campaign)
+    highest = FASTEST * min(test.sample_rate for test in data.tests)
+    if lowest >= highest:
+        return []
+    places = {j[1]: j for j, own in campaign.known.items() if AttachedMode.kind in own}
+    places.pop(BASE, None)
+    return [
+        Start(
+            AttachedMode.kind, joint, _tried(data.model.masses[place], float(frequency)),
+            none, none, 0.0, 0.0, 0.0, 1.0,
+        )
+        for place, joint in places.items()
+        for frequency in np.geomspace(lowest, highest, STARTS)
+    ]  # fmt: skip
+
+
+def _tried(mass: float, frequency: float) -> dict[str, float]:
+    return {"mass": MASS * mass, "frequency": frequency, "damping_ratio": DAMPING_RATIO}
+
+
+def _values(found: Fit) -> tuple[str, float, float, float]:
+    """Return place, mass [kg], frequency [Hz] and damping ratio of the mode in a fit."""
+    last = found.hypothesis.added[-1]
+    values = last.values(found.hypothesis.parts(found.x)[-1])
+    return last.between[1], values["mass"], values["frequency"], values["damping_ratio"]
+
+
+def _is_mode(campaign: Campaign, found: Fit) -> bool:
+    """Return whether what was fitted lies where a further mode may, and is one."""
+    _, _, frequency, damping_ratio = _values(found)
+    return frequency > _lowest(campaign) and damping_ratio < WIDEST
+
+
+def _halves(campaign: Campaign, best: Score, found: Fit, form: Form) -> bool:
+    """Return whether a mode surely predicts better, and halves the error beyond the noise."""
+    scores = scored_at(campaign, [found], form)
+    if not scores or gain(scores[0], best).t <= SURE:
+        return False
+    floor = pooled_floor(floors_of(campaign.data, found, form.held_out))
+    before, after = (
+        max(error_of(campaign.data, fit, form.held_out) ** 2 - floor**2, 0.0)
+        for fit in (best.fit, found)
+    )
+    return after <= SHARE**2 * before
+
+
+def _as_mode(found: Fit) -> Mode:
+    """Return the mode of a fit: of a place whose mass is given it takes a part of that.
+
+    An attached mode adds to it.
+    """
+    place, mass, frequency, damping_ratio = _values(found)
+    rest = found.hypothesis.model_at(found.x).masses[place]
+    held = 1.0 if found.hypothesis.frees_masses else rest / (rest + mass)
+    return Mode(frequency, damping_ratio, held * mass, {place: 1.0})
