@@ -14,7 +14,7 @@ from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
 from shakerproc.diagnosis.estimation.of_tests import STIFFNESS_SPREAD, drift_of
 from shakerproc.diagnosis.horizon import bare_and_effects, scored_at, scores_beside
 from shakerproc.diagnosis.outcome import Outcome
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.errors import error_of, takes_most
 from shakerproc.diagnosis.selection.scores import (
     MOSTLY_NOISE,
     SURE,
@@ -81,9 +81,9 @@ def where_tests_differ(
     """Return what is left of the same hypotheses if each test has something of its own.
 
     None where the best of them leaves so much that something larger is missing, does not surely
-    predict better then, with a smaller error, or only if springs change by more than they do by
-    themselves. What is explained is asked only where the table rocks: what controls disagree by
-    counts as noise, until it is fitted.
+    predict better then, and take most of what is left, or only if springs change by more than
+    they do by themselves. What is explained is asked only where the table rocks: what controls
+    disagree by counts as noise, until it is fitted.
     """
     if outcome.campaign.data.differing:
         return None
@@ -91,14 +91,13 @@ def where_tests_differ(
     if explained and not len(campaign.data.sways.spread):
         return None
     best, form = best_of([outcome.linear, *outcome.effects]), outcome.forms[-1]
-    before = error_of(outcome.campaign.data, best.fit, form.held_out)
-    if before > LINEAR_ENOUGH:
+    if error_of(outcome.campaign.data, best.fit, form.held_out) > LINEAR_ENOUGH:
         return None
     there = carried(campaign.data, best.fit, [form])
     scores = scored_at(campaign, [there], form)
     if not scores or gain(scores[0], best).t <= SURE or _drifts_far(scores[0].fit):
         return None
-    if error_of(campaign.data, scores[0].fit, form.held_out) >= before:
+    if not takes_most(best.fit, scores[0].fit, form.held_out):
         return None
     say("what each test has of its own")
     fits = [score.fit for score in (outcome.linear, *outcome.effects)]

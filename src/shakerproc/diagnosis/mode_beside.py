@@ -16,8 +16,7 @@ from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.choice import SHARE
-from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
+from shakerproc.diagnosis.selection.errors import takes_most
 from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain
 from shakerproc.models import BASE, Mode
 from shakerproc.models.effects import AttachedMode
@@ -38,7 +37,7 @@ def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
 
     A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
     numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
-    horizon it has to halve what is left beyond the noise.
+    horizon it has to take most of what is left beyond the noise.
 
     Parameters
     ----------
@@ -63,7 +62,7 @@ def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
         if (
             there is not None
             and _is_mode(campaign, there)
-            and _halves(campaign, best, there, form)
+            and _tells(campaign, best, there, form)
         ):
             return _as_mode(there)
     return None
@@ -111,17 +110,14 @@ def _is_mode(campaign: Campaign, found: Fit) -> bool:
     return frequency > _lowest(campaign) and damping_ratio < WIDEST
 
 
-def _halves(campaign: Campaign, best: Score, found: Fit, form: Form) -> bool:
-    """Return whether a mode surely predicts better, and halves the error beyond the noise."""
+def _tells(campaign: Campaign, best: Score, found: Fit, form: Form) -> bool:
+    """Return whether a mode surely predicts better, and takes most of what is left."""
     scores = scored_at(campaign, [found], form)
-    if not scores or gain(scores[0], best).t <= SURE:
-        return False
-    floor = pooled_floor(floors_of(campaign.data, found, form.held_out))
-    before, after = (
-        max(error_of(campaign.data, fit, form.held_out) ** 2 - floor**2, 0.0)
-        for fit in (best.fit, found)
+    return (
+        bool(scores)
+        and gain(scores[0], best).t > SURE
+        and takes_most(best.fit, found, form.held_out)
     )
-    return after <= SHARE**2 * before
 
 
 def _as_mode(found: Fit) -> Mode:

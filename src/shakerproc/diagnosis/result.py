@@ -220,7 +220,7 @@ class Diagnosis:
     linear : mapping of str to Estimate
         The model's own numbers, such as the stiffness of its joints, fitted with the effects.
     modes : tuple of FurtherMode
-        Linear modes that the model has not, fitted before any effect was sought.
+        Linear modes that the model has not, fitted before any effect, or beside the best.
     further : tuple of str
         Kinds of effects that would lower the error somewhat, but not by most of what is left.
     notes : tuple of str

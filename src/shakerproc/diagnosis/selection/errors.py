@@ -22,6 +22,9 @@ PARTED: Final = 0.1
 """Share of the response by which noise of the input and the spread of the numbers may part two
 motions that are predicted: beyond, a test cannot be predicted, whatever the model [-]."""
 
+MOST: Final = 0.5
+"""Share of a power that is most of it: of two that are all of it, one has it [-]."""
+
 
 def scored_tests(
     data: DataSet, found: Fit, windows: Windows, *, near: FloatArray | None = None
@@ -88,6 +91,16 @@ def floors_of(data: DataSet, found: Fit, windows: Windows) -> dict[int, FloatArr
 def pooled_floor(floors: Mapping[int, FloatArray]) -> float:
     """Return the error of `floors_of` over draws and tests; NaN where there is none [-]."""
     return pooled([over_draws(draws) for draws in floors.values()]) if floors else float("nan")
+
+
+def takes_most(before: Fit, after: Fit, windows: Windows) -> bool:
+    """Return whether a fit takes most of the power that another one leaves beyond the noise.
+
+    What every laboratory has is fitted only then: a little is taken by anything.
+    """
+    floor = np.nan_to_num(pooled_floor(floors_of(after.data, after, windows)))
+    left = [error_of(one.data, one, windows) ** 2 - floor**2 for one in (before, after)]
+    return bool(max(left[1], 0.0) < MOST * left[0])
 
 
 def parted(
