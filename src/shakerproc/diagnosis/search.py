@@ -216,6 +216,7 @@ def _outcomes(
     if not is_mostly_noise(campaign, best):
         left = min((start.left for start in starts), default=0.0)
         hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
+        campaign = replace(campaign, data=hidden[0].data) if hidden else campaign
     first = widened(first, singles) if first is not None and not hidden else None
     yield first or at_the_horizon(
         campaign, linear, singles, say, one_more=one_more, hidden=hidden
