@@ -218,14 +218,8 @@ def _pairs(
         campaign.known,
         (one.kind, one.between, values),
     )
-    second = OneMore(
-        campaign.data, first, campaign.known, campaign.stages,
-        linear=first.hypothesis.parts(first.x)[0],
-        say=lambda what: say(f"{what}, beside {one.kind}"),
-        condition=Condition(below=_explaining(campaign, first)),
-    )  # fmt: skip
-    jumps = has_jumps(first.hypothesis.model_at(first.x))
     if wanted is None:
+        jumps = has_jumps(first.hypothesis.model_at(first.x))
         best = dict.fromkeys(
             (kind, joint)
             for (kind, joint, _), own in grouped(starts).items()
@@ -234,7 +228,15 @@ def _pairs(
         starts = with_limits(starts, list(best)[:SECONDS], campaign.known)
     else:
         starts = tuple(start for start in starts if (start.kind, start.between) in wanted)
-    pairs = second.found(starts) if starts else []
+    if not starts:
+        return [], {}
+    second = OneMore(
+        campaign.data, first, campaign.known, campaign.stages,
+        linear=first.hypothesis.parts(first.x)[0],
+        say=lambda what: say(f"{what}, beside {one.kind}"),
+        condition=Condition(below=_explaining(campaign, first)),
+    )  # fmt: skip
+    pairs = second.found(starts)
     return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
 
 

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.selection.errors import PARTED, error_of
+from shakerproc.diagnosis.selection.errors import PARTED, beyond_noise, error_of
 from shakerproc.diagnosis.selection.scores import (
     SURE,
     Score,
@@ -196,5 +196,4 @@ def _without_one(found: Found, score: Score) -> list[Score]:
 
 def _beyond_noise(found: Found, score: Score) -> float:
     """Return what a hypothesis leaves beyond the noise floor, where that is known [-]."""
-    floor = found.floor if np.isfinite(found.floor) else 0.0
-    return float(np.sqrt(max(found.left_by(score) ** 2 - floor**2, 0.0)))
+    return beyond_noise(found.left_by(score), found.floor)

@@ -93,14 +93,22 @@ def pooled_floor(floors: Mapping[int, FloatArray]) -> float:
     return pooled([over_draws(draws) for draws in floors.values()]) if floors else float("nan")
 
 
+def beyond_noise(left: float, floor: float) -> float:
+    """Return the part of an error that the noise floor does not make, if that is known [-]."""
+    known = floor if np.isfinite(floor) else 0.0
+    return float(np.sqrt(max(left**2 - known**2, 0.0)))
+
+
 def takes_most(before: Fit, after: Fit, windows: Windows) -> bool:
     """Return whether a fit takes most of the power that another one leaves beyond the noise.
 
     What every laboratory has is fitted only then: a little is taken by anything.
     """
-    floor = np.nan_to_num(pooled_floor(floors_of(after.data, after, windows)))
-    left = [error_of(one.data, one, windows) ** 2 - floor**2 for one in (before, after)]
-    return bool(max(left[1], 0.0) < MOST * left[0])
+    floor = pooled_floor(floors_of(after.data, after, windows))
+    first, second = (
+        beyond_noise(error_of(one.data, one, windows), floor) ** 2 for one in (before, after)
+    )
+    return second < MOST * first
 
 
 def parted(
