@@ -297,7 +297,7 @@ def _is_even(steps: FloatArray) -> bool:
 
     Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
     """
-    return bool(np.unique(np.round(steps, 3)).size <= 4 and np.all(steps >= 0.0))
+    return bool(np.all(steps >= 0.0) and np.unique(np.round(steps, 3)).size <= 4)
 
 
 def rate_doubt(times: FloatArray) -> float:
