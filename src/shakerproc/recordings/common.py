@@ -16,34 +16,33 @@ SAME_AS_LOG: Final = 1e-4
 """How far the log may round the sample rate, relative."""
 
 
-def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
-    """Return how many complete rows there are, and how many there should be if more.
+def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None, str]:
+    """Return how many complete rows there are, how many there should be if more, and a note.
+
+    A row is complete where every channel holds its sample: a program that is stopped between
+    two writes leaves some channels longer than others.
 
     Raises
     ------
     RecordingError
-        If the channels were not equally long to begin with, or nothing is there.
+        If there is no complete row.
     """
-    by_length: dict[int, str] = {}
-    for channel, _ in chosen:
-        by_length.setdefault(channel.promised, channel.name)
-    if len(by_length) > 1:
-        (long, first), (short, second) = sorted(by_length.items(), reverse=True)[:2]
+    channels = [channel for channel, _ in chosen]
+    long = max(channels, key=lambda channel: channel.promised)
+    short = min(channels, key=lambda channel: channel.n_samples)
+    if not short.n_samples:
         raise RecordingError(
-            f"{run}: channel {shown(first)} holds {long} samples, {shown(second)} {short}. Use "
-            "only channels of one length: leave the others out of the log, or give them "
-            "role: ignore."
+            f"{run}: there is not one complete row of samples: channel {shown(short.name)} "
+            f"holds none of its {short.promised}. Copy the file again, or leave the channel "
+            "out of the log."
         )
-    n_samples = min(channel.n_samples for channel, _ in chosen)
-    if not n_samples:
-        none = next(channel for channel, _ in chosen if not channel.n_samples)
-        raise RecordingError(
-            f"{run}: there is not one complete row of samples: channel {shown(none.name)} "
-            f"holds none of its {none.promised}. Copy the file again, or leave the channel out "
-            "of the log."
+    note = ""
+    if short.promised < long.promised:
+        note = (
+            f"Channel {shown(long.name)} holds {long.n_samples} samples, {shown(short.name)} "
+            f"{short.n_samples}: the {short.n_samples} rows that all channels have are used."
         )
-    promised = next(iter(by_length))
-    return n_samples, promised if promised > n_samples else None
+    return short.n_samples, long.promised if long.promised > short.n_samples else None, note
 
 
 def common_rate(chosen: Sequence[Chosen], logged: float | None, run: str) -> tuple[float, str]:

@@ -214,13 +214,13 @@ def _recording(  # noqa: PLR0917
     sample_rate: float | None,
 ) -> Recording:
     rate, rate_note = common_rate(chosen, sample_rate, run)
-    n_samples, expected = common_length(chosen, run)
+    n_samples, expected, length_note = common_length(chosen, run)
     scales = [scale_of(channel, use, run) for channel, use in chosen]
     factors = np.ones(1 + max(channel.row for channel, _ in chosen))
     for (channel, _), scale in zip(chosen, scales, strict=True):
         factors[channel.row] = scale.factor
     start, start_note = common_start(chosen, rate)
-    notes = [*raw.notes, rate_note, start_note, *(scale.note for scale in scales)]
+    notes = [*raw.notes, rate_note, length_note, start_note, *(scale.note for scale in scales)]
     return Recording(
         run=run,
         channels=tuple(
