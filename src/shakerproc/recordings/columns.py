@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.headers import Heading, headings
 from shakerproc.recordings.rates import RATE_NAME, agreed_rate
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
@@ -79,7 +80,15 @@ def file_of_columns(
         for row, seconds in time_columns(table.headers, units)
     ]
     reading = _Reading(
-        table, units, lengths, axes, stated, sample_rate, rate_problem, bool(cut)
+        table,
+        headings(table.headers, units if any(units) else ()),
+        units,
+        lengths,
+        axes,
+        stated,
+        sample_rate,
+        rate_problem,
+        bool(cut),
     )
     times = {axis.row for axis in axes}
     channels = [reading.channel(row) for row in range(len(units)) if row not in times]
@@ -99,6 +108,8 @@ class _Reading:
     ----------
     table : Columns
         The table.
+    headings : sequence of Heading
+        What stands over each column.
     units, lengths : sequence
         Unit and number of values of each column.
     axes : sequence of _Axis
@@ -114,6 +125,7 @@ class _Reading:
     """
 
     table: Columns
+    headings: Sequence[Heading]
     units: Sequence[str]
     lengths: Sequence[int]
     axes: Sequence["_Axis"]
@@ -124,23 +136,23 @@ class _Reading:
 
     def channel(self, row: int) -> RawChannel:
         """Return a column as a channel, with what is wrong with it."""
-        header, unit, axis = self.table.headers[row], self.units[row], self.axis_of(row)
-        name, in_header = split_header(header)
+        axis, heading = self.axis_of(row), self.headings[row]
         rate, doubt, problem = self.sample_rate, 0.0, ""
         if axis is not None:
             rate = axis.rate if rate is None else rate
             doubt, problem = axis.doubt, axis.rate_problem
         return RawChannel(
-            name=(header.strip() if unit else name) or f"column {row + 1}",
+            name=heading.name or f"column {row + 1}",
             row=row,
             n_samples=self.lengths[row],
             promised=self.until(row) + self.cut,
-            unit=unit.strip() or in_header,
+            unit=heading.unit,
             sample_rate=rate,
             rate_doubt=doubt,
             rate_problem=problem or self.rate_problem or SILENT,
             problem=self.problem(row),
-            alias=header,
+            alias=heading.alias,
+            unit_doubt=heading.doubt,
         )
 
     def axis_of(self, row: int) -> "_Axis | None":
@@ -160,9 +172,8 @@ class _Reading:
         length, axis = self.lengths[row], self.axis_of(row)
         if not length:
             return NO_NUMBERS
-        header, unit = self.table.headers[row], self.units[row]
-        name = (header.strip() if unit else split_header(header)[0]) or f"column {row + 1}"
-        alike = like_time(header or name, unit, self.table.values[row, :length])
+        header = self.table.headers[row] or f"column {row + 1}"
+        alike = like_time(header, self.units[row], self.table.values[row, :length])
         return alike or (late_start(self.axes[0], axis) if axis else "")
 
     def remark(self, channel: RawChannel) -> str:

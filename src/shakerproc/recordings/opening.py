@@ -33,7 +33,7 @@ from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
-from shakerproc.recordings.si import Scale, scale_of
+from shakerproc.recordings.si import Scale, doubtful_units, scale_of
 
 READERS: Final = Readers({
     ".tdms": "tdms.reader:read_tdms",
@@ -221,6 +221,7 @@ def _recording(  # noqa: PLR0917
         factors[channel.row] = scale.factor
     start, start_note = common_start(chosen, rate)
     notes = [*raw.notes, rate_note, length_note, start_note, *(scale.note for scale in scales)]
+    notes += doubtful_units(chosen)
     return Recording(
         run=run,
         channels=tuple(

@@ -44,6 +44,8 @@ class RawChannel:
         Why the channel cannot be served; empty where it can.
     alias : str
         Another name it answers to, such as the whole header of a column.
+    unit_doubt : str
+        What may be a unit in its header and is not taken for one; empty for nothing.
     """
 
     name: str
@@ -58,6 +60,7 @@ class RawChannel:
     start_time: datetime | None = None
     problem: str = ""
     alias: str = ""
+    unit_doubt: str = ""
 
     @property
     def contradicts_rates(self) -> bool:
