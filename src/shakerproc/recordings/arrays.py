@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, Final, Protocol, final
 
 import numpy as np
@@ -24,6 +25,9 @@ LONGEST_STEP: Final = 0.05
 
 _NAMES: Final = re.compile(r"(?:channel_?)?(?:names|labels)", re.IGNORECASE)
 _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
+
+
+_NOTHING: Final[Mapping[str, tuple[str, str]]] = MappingProxyType({})
 
 
 class ArrayLike(Protocol):
@@ -96,6 +100,7 @@ def file_of_arrays(
     texts: Mapping[str, Sequence[str]],
     run: str,
     *,
+    called: Mapping[str, tuple[str, str]] = _NOTHING,
     left_out: Sequence[str] = (),
     handle: Any = None,
 ) -> RawFile:
@@ -112,6 +117,8 @@ def file_of_arrays(
         Text by name; ``names`` and ``units`` are those of the columns of a matrix.
     run : str
         Name of the run, for messages.
+    called : mapping
+        Label and unit of arrays that have them, by name; either may be empty.
     left_out : sequence of str
         Names of what could not be read.
     handle : object, optional
@@ -146,7 +153,7 @@ def file_of_arrays(
                 "of a converter they lack their scale."
             )
         found = found[1:] if name in within else found
-        headers = _headers(name, len(found), texts)
+        headers = _headers(name, len(found), texts, called.get(name, ("", "")))
         first = len(lines)
         channels += [
             _channel(first + i, line, header, length)
@@ -293,12 +300,13 @@ def _lines(array: ArrayLike, length: int) -> list[_Row]:
 
 
 def _headers(
-    name: str, count: int, texts: Mapping[str, Sequence[str]]
+    name: str, count: int, texts: Mapping[str, Sequence[str]], called: tuple[str, str]
 ) -> list[tuple[str, str]]:
     """Return name and unit of each line of an array."""
     units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
     names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
+    name, unit = called[0] or name, called[1]
     if count == 1 and not names:
-        return [(name, "")]
+        return [(name, unit)]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
-    return [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]
+    return [(h, u) for h, u in zip(headers, units or [unit] * count, strict=True)]
