@@ -8,6 +8,7 @@ from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import find_format, open_text
 from shakerproc.recordings.text_rows import read_table
+from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import time_columns
 
 
@@ -24,11 +25,13 @@ def read_csv(path: Path, run: str) -> RawFile:
         found = find_format(lines, encoding, run)
         table = read_table(file, found, run)
     axes = time_columns(found.headers, found.units)
-    times = table.values[axes[0][0]] if axes else None
+    times = table.values[axes[0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(
         Columns(found.headers, values, found.units),
-        sample_rate=None if axes or not found.interval else 1.0 / found.interval,
+        axes=[]
+        if found.interval is None
+        else [TimeAxis("row Interval", step=found.interval, unit="s")],
         cut=table.torn,
     )
     notes = raw.notes

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -12,9 +13,9 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
-from shakerproc.recordings.rates import agreed_rate
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.times import rate_of_times, time_columns
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.times import time_columns
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40
@@ -25,9 +26,6 @@ PIECE: Final = 1 << 16
 
 HEAD: Final = 1 << 10
 """Rows at the start by which a column is judged to be a time."""
-
-JUDGED: Final = 1 << 20
-"""Rows of a time column that are judged at a time."""
 
 CURSORS: Final = 4
 """Places of the file that are kept, each for its own columns."""
@@ -80,61 +78,46 @@ def _read(file: Any, run: str) -> RawFile:
     head = source.read(range(len(names)), 0, min(n_rows, HEAD))
     axes = time_columns(names)
     if len(axes) > 1:
-        listed = ", ".join(shown(names[row]) for row, _ in axes)
+        listed = ", ".join(shown(names[row]) for row in axes)
         raise RecordingError(
             f"{run}: several time columns: {listed}. Save what has a rate of its own in a file "
             "of its own."
         )
-    said = _said(schema.metadata or {})
-    problem = ""
-    if axes and n_rows > 1:
-        rate, problem = _rate_of_times(source, *axes[0], n_rows)
-        said |= {} if rate is None else {f"column {shown(names[axes[0][0]])}": rate}
-    agreed, contradiction = agreed_rate(said)
     return file_of_columns(
         Columns(names, head),
-        sample_rate=None if problem else agreed,
-        rate_problem=problem or contradiction,
+        axes=_said(schema.metadata or {}),
+        times={row: TimesColumn(source, row, n_rows) for row in axes},
         lengths=[n_rows] * len(names),
         source=source,
         notes=notes,
     )
 
 
-def _said(metadata: "dict[bytes, bytes]") -> dict[str, float]:
-    """Return the sample rate [Hz] in the metadata; not a number where it is none."""
+def _said(metadata: "dict[bytes, bytes]") -> tuple[TimeAxis, ...]:
+    """Return the sample rate in the metadata; not a number where it is none."""
     if RATE_KEY not in metadata:
-        return {}
+        return ()
     text = metadata[RATE_KEY].decode("ascii", errors="replace")
     try:
-        return {RATE_KEY.decode(): float(text)}
+        rate = float(text)
     except ValueError:
-        return {RATE_KEY.decode(): math.nan}
+        rate = math.nan
+    return (TimeAxis(RATE_KEY.decode(), rate=rate),)
 
 
-def _rate_of_times(
-    source: "ParquetSource", row: int, seconds: float, n_rows: int
-) -> tuple[float | None, str]:
-    """Return the sample rate [Hz] of a time column, judged in pieces that overlap by a row."""
-    if n_rows <= JUDGED:
-        return rate_of_times(source.read([row], 0, n_rows)[0] * seconds)
-    ends = [source.read([row], at, at + 1)[0, 0] * seconds for at in (0, n_rows - 1)]
-    rate, problem = rate_of_times(np.array(ends))
-    if rate is None:
-        return None, problem
-    rate *= n_rows - 1
-    for first in range(0, n_rows - 1, JUDGED):
-        last = min(first + JUDGED, n_rows - 1)
-        piece, problem = rate_of_times(source.read([row], first, last + 1)[0] * seconds)
-        if piece is None:
-            return None, f"{problem} (counted from sample {first})"
-        if abs(piece / rate - 1.0) * (last - first) > 1.0:
-            return None, (
-                f"the time column does not advance evenly: {piece:.9g} Hz from sample {first} "
-                f"to {last}, {rate:.9g} Hz on the whole"
-            )
-    whole = round(rate)
-    return (float(whole) if whole and abs(rate / whole - 1.0) * n_rows < 0.5 else rate), ""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TimesColumn:
+    """A column of times, read a piece at a time."""
+
+    source: "ParquetSource"
+    row: int
+    size: int
+
+    def __getitem__(self, key: slice) -> FloatArray:
+        first, last, _ = key.indices(self.size)
+        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
+        return read
 
 
 @final

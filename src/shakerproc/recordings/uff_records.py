@@ -6,7 +6,7 @@ file that was cut short lacks is known.
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import cycle
 from typing import Final, final
 
@@ -24,8 +24,8 @@ _HEAD: Final = 11
 GENERAL, TIME_RESPONSE = 0, 1
 """Types of function that may be a recording."""
 
-_TIME: Final = 17
-"""Number of time among the quantities of an axis."""
+_QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
+"""Types of an abscissa: time, frequency, and revolutions per minute."""
 
 _TYPES: Final = {2: "f4", 4: "f8", 5: "f4", 6: "f8"}
 _COMPLEX: Final = {5, 6}
@@ -81,36 +81,6 @@ class DataSet:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Abscissa:
-    """What the values of a record are over, as the record says it.
-
-    Attributes
-    ----------
-    kind : int
-        Number of its quantity in the format; 17 is time, 0 is not known.
-    label, unit : str
-        Its name and its unit.
-    start : float
-        Of the first value, where they are evenly spaced [unit].
-    values : (n,) array
-        Of each value, where they are unevenly spaced [unit]; else empty.
-    """
-
-    kind: int = 0
-    label: str = ""
-    unit: str = ""
-    start: float = 0.0
-    values: FloatArray = field(default_factory=lambda: np.empty(0))
-
-    @property
-    def is_time(self) -> bool:
-        """Whether it says that it is a time."""
-        said = self.label if self.label.casefold() != "none" else ""
-        return self.kind == _TIME or bool(is_time(said or "?", self.unit))
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
 class Record:
     """A record of kind 58.
 
@@ -124,10 +94,16 @@ class Record:
         Where the response was measured.
     unit : str
         Of the values.
-    abscissa : Abscissa
-        What they are over.
     step : float
-        Between two of them [unit of the abscissa]; 0 where they are unevenly spaced.
+        Between two of them [abscissa_unit]; 0 where they are unevenly spaced.
+    start : float
+        Of the first of them [abscissa_unit].
+    step_text, start_text : str
+        These, as they are printed.
+    abscissa, abscissa_unit : str
+        What the values are over, and its unit; empty where the file does not say it.
+    times : (n,) array, optional
+        Abscissa of each value, where they are unevenly spaced [abscissa_unit].
     promised : int
         Values that it says it holds; -1 where the file ends before it says so.
     values : (n,) array
@@ -144,19 +120,24 @@ class Record:
     function: int
     place: str
     unit: str
-    abscissa: Abscissa
     step: float
     promised: int
     values: FloatArray
     is_complex: bool
     cut: bool
+    start: float = 0.0
+    step_text: str = ""
+    start_text: str = ""
+    abscissa: str = ""
+    abscissa_unit: str = ""
+    times: FloatArray | None = None
     filled: int = 0
 
     @property
     def is_recording(self) -> bool:
         """Whether the values are samples: a time response, or what is general but over time."""
         over_time = self.function == TIME_RESPONSE or (
-            self.function == GENERAL and self.abscissa.is_time
+            self.function == GENERAL and is_time(self.abscissa or "?", self.abscissa_unit)
         )
         return over_time and not self.is_complex
 
@@ -211,9 +192,7 @@ def record_of(content: bytes, found: DataSet) -> Record:
     body = _skip_lines(content, found.start, _HEAD)
     lines = content[found.start : body].splitlines()
     if found.cut and (body > found.stop or len(lines) < _HEAD):
-        return Record(
-            (), 1, "", "", Abscissa(), 0.0, -1, np.empty(0), is_complex=False, cut=True
-        )
+        return Record((), 1, "", "", 0.0, -1, np.empty(0), is_complex=False, cut=True)
     if body > found.stop:
         raise UffError(found.start, "a record ends inside its header")
     head = [line.decode("utf-8", errors="replace") for line in lines]
@@ -229,21 +208,25 @@ def record_of(content: bytes, found: DataSet) -> Record:
         function=function,
         place=head[5][31:41].strip(),
         unit=head[8][46:67].strip(),
-        abscissa=Abscissa(
-            kind=_whole(lines[7][:10]),
-            label=head[7][25:46].strip(),
-            unit=head[7][46:67].strip(),
-            start=_real(lines[6][30:43], place) if lines[6][30:43].strip() else 0.0,
-        ),
         step=_real(lines[6][43:56], place) if spacing else 0.0,
         promised=promised,
         values=np.empty(0),
         is_complex=kind in _COMPLEX,
         cut=found.cut,
+        start=_real(lines[6][30:43], place) if spacing else 0.0,
+        step_text=head[6][43:56],
+        start_text=head[6][30:43],
+        abscissa=_QUANTITIES.get(head[7][:10].strip(), "") or _said(head[7][25:46]),
+        abscissa_unit=_said(head[7][46:67]),
     )
     if not record.is_recording:
         return record
     return _with_values(record, _Numbers(content, found, body, kind, even=bool(spacing)))
+
+
+def _said(text: str) -> str:
+    """Return a text of a header, or none where it is the word for that."""
+    return "" if text.strip().casefold() == "none" else text.strip()
 
 
 @final
@@ -273,16 +256,17 @@ def _with_values(record: Record, there: _Numbers) -> Record:
     filling = numbers[per_value * record.promised :]
     if not binary and 0 < filling.size < _IN_LINE[there.kind] and not np.any(filling):
         count = record.promised
-    elif count > record.promised or (count < record.promised and not record.cut):
+    elif filling.size or (count < record.promised and not record.cut):
         raise UffError(
             there.found.start,
-            f"the record {shown(record.texts[0], 30)} holds {count} values but says "
+            f"the record {shown(record.texts[0], 30)} holds {-(-numbers.size // per_value)} "
+            f"values but says "
             f"{record.promised}",
         )
     pairs = numbers[: per_value * count].reshape(count, per_value)
-    over = record.abscissa if there.even else replace(record.abscissa, values=pairs[:, 0])
+    times = None if there.even else pairs[:, 0]
     filled = filling.size if count == record.promised else 0
-    return replace(record, values=pairs[:, -1], abscissa=over, filled=filled)
+    return replace(record, values=pairs[:, -1], times=times, filled=filled)
 
 
 def _binary_values(there: _Numbers, promised: int) -> FloatArray:
@@ -370,12 +354,6 @@ def _integer(cell: bytes, place: int) -> int:
     if number < 0 or len(cell) > 20:
         raise UffError(place, f"{number} should not be below 0")
     return number
-
-
-def _whole(cell: bytes) -> int:
-    """Return a whole number that nothing depends on; 0 where it is none."""
-    text = cell.strip()
-    return int(text) if text.isdigit() else 0
 
 
 def _real(cell: bytes, place: int) -> float:

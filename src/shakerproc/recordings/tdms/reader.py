@@ -1,9 +1,8 @@
 """Open a TDMS file."""
 
-import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, BinaryIO, Final, final
@@ -12,7 +11,7 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
@@ -26,6 +25,8 @@ from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, 
 from shakerproc.recordings.tdms.structure import Extent, Structure, present
 from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
 from shakerproc.recordings.tdms.walk import walk
+from shakerproc.recordings.time_axis import SILENT, TimeAxis
+from shakerproc.recordings.time_base import time_base
 
 _REDUCED: Final = re.compile(r" - Decimated Data_Level\d+\Z")
 _EMPTY: Properties = {}
@@ -176,19 +177,20 @@ def _problem(entry: Listed) -> str:
 
 def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
     levels = _levels(path, part.properties)
-    rate, rate_problem = _sample_rate(levels[0])
+    axis = _axis(levels[0])
     start = structure.waveforms.starts.get((path, part.number))
     if start is None and part.number == 0:
         start = start_of(levels[0])
-    promised = max(_promised(path, structure, there), _logged(levels, rate))
+    promised = max(
+        _promised(path, structure, there), _logged(levels, time_base((axis,)).sample_rate)
+    )
     return RawChannel(
         name=split_path(path)[1] or "",
         row=row,
         n_samples=there,
         promised=promised if part.last else there,
         unit=unit_of(levels[0]),
-        sample_rate=rate,
-        rate_problem=rate_problem,
+        axes=(axis,),
         start_time=_time(start),
         problem=_problem(structure.known[path]),
     )
@@ -213,17 +215,21 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
     return round(length) if 0.0 < length < 2.0**50 else 0
 
 
-def _sample_rate(properties: Properties) -> tuple[float | None, str]:
+def _axis(properties: Properties) -> TimeAxis:
+    """Return what a channel states of its times."""
+    quantity, unit = properties.get("wf_xname"), properties.get("wf_xunit_string")
+    axis = TimeAxis(
+        "wf_increment",
+        quantity=quantity if isinstance(quantity, str) else "",
+        unit=unit if isinstance(unit, str) else "",
+    )
     if "wf_increment" not in properties:
-        return None, f"{SILENT} (no wf_increment)"
+        return replace(axis, problem=f"{SILENT} (no wf_increment)")
     step = properties["wf_increment"]
-    if not isinstance(step, int | float | np.number) or not math.isfinite(step) or step <= 0:
-        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
-    rate = 1.0 / float(step)
-    if not math.isfinite(rate):
-        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
-    whole = round(rate)
-    return (float(whole) if abs(rate - whole) <= 1e-12 * rate else rate), ""
+    if isinstance(step, int | float | np.number):
+        default = f"{axis.where}, 1 as LabVIEW writes it where none is given,"
+        return replace(axis, step=float(step), where=default if step == 1 else axis.where)
+    return replace(axis, problem=f"wf_increment is {shown(step, 30)}, which is no interval")
 
 
 def _time(value: Any) -> datetime | None:

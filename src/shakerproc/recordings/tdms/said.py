@@ -10,7 +10,14 @@ from shakerproc.recordings.tdms.types import NUMBERS, STRING, TIMESTAMP
 _TO_1970: Final = 2_082_844_800
 """Seconds from 1904, where TDMS begins to count, to 1970."""
 
-_TRACKED: Final = ("wf_start_time", "wf_start_offset", "wf_increment", "unit_string")
+_TRACKED: Final = (
+    "wf_start_time",
+    "wf_start_offset",
+    "wf_increment",
+    "wf_xname",
+    "wf_xunit_string",
+    "unit_string",
+)
 
 
 def is_tracked(name: str) -> bool:
