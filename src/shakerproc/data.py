@@ -296,8 +296,8 @@ class Recording:
         Every channel of the file that is none of `channels`.
     rate_doubt : float
         How far `sample_rate` may be off, relative: what the digits of the file resolve [-].
-    rate_overruled : str
-        What the file says against any even rate, where that of the log is used all the same.
+    rate_doubtful : str
+        What is to be known of `sample_rate`, where it is not simply the file's; sentences.
     driven : bool
         Whether the log says that the test was driven, so that nothing rests while it lasts.
     """
@@ -317,7 +317,7 @@ class Recording:
     skipped: SkippedRows | None = None
     unused: tuple[UnusedChannel, ...] = ()
     rate_doubt: float = 0.0
-    rate_overruled: str = ""
+    rate_doubtful: str = ""
     driven: bool = False
 
     def __post_init__(self) -> None:

@@ -1,10 +1,12 @@
 """The rows that the chosen channels have in common."""
 
+import math
 from collections.abc import Sequence
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import Chosen
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.resampling import Line
 
 
 def common_length(
@@ -47,3 +49,28 @@ def common_length(
         f"{short.n_samples}: the {n_samples} rows that all channels have are used."
     )
     return n_samples, max(there) if max(there) > n_samples else None, note
+
+
+def resampled_length(
+    chosen: Sequence[Chosen], lines: Sequence[Line], start: float, rate: float
+) -> tuple[int, int | None]:
+    """Return how many interpolated rows there are, and how many there should be if more.
+
+    Parameters
+    ----------
+    chosen : sequence of (RawChannel, ChannelUse)
+        The channels.
+    lines : sequence of Line
+        When their samples were taken.
+    start : float
+        First of the interpolated times [s].
+    rate : float
+        Of them [Hz].
+    """
+    last = min(line.end - line.edge(rate) for line in lines)
+    n_samples = int((last - start) * rate + 1e-6) + 1
+    missing = max(
+        (channel.promised - channel.n_samples) / line.rate
+        for (channel, _), line in zip(chosen, lines, strict=True)
+    )
+    return n_samples, n_samples + math.ceil(missing * rate) if missing > 0.0 else None

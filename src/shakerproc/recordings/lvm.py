@@ -215,8 +215,7 @@ def _restarts(head: Head, values: FloatArray) -> list[int]:
 
 def _promised(head: Head, row: int, there: int) -> int:
     """Return how many values a column should hold, by whole writes where there are several."""
-    size = head.samples(row)
-    return size * max(-(-there // size), 1) if size and head.many_writes else size or there
+    return head.samples(row) * head.writes(row, there) or there
 
 
 def _check_lengths(head: Head, lengths: Sequence[int], run: str) -> None:

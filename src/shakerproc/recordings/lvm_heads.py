@@ -69,7 +69,16 @@ class Head:
     @property
     def many_writes(self) -> bool:
         """Whether a table may hold several writes, of which the header counts the first."""
-        return self.file.get("Multi_Headings", "No").casefold() != "yes"
+        return self.file.get("Multi_Headings", "").casefold() == "no"
+
+    def writes(self, row: int, there: int) -> int:
+        """Return how many writes so many samples of a channel come to, the last one whole.
+
+        Where the file does not say whether it may hold several, they are only if all are whole.
+        """
+        size = self.samples(row)
+        silent = "Multi_Headings" not in self.file and size and there % size == 0
+        return max(-(-there // size), 1) if size and (self.many_writes or silent) else 1
 
     @property
     def own_times(self) -> bool:

@@ -16,6 +16,7 @@ from shakerproc.data import (
     FloatArray,
     Recording,
     SampleSource,
+    SkippedRows,
     SourceFile,
 )
 from shakerproc.errors import RecordingError
@@ -28,14 +29,15 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.common import common_length
+from shakerproc.recordings.common import common_length, resampled_length
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
+from shakerproc.recordings.resampling import ResampledSource
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
 from shakerproc.recordings.time_axis import AS_STATED, Sampling
-from shakerproc.recordings.timing import common_timing, with_time_bases
+from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
 READERS: Final = Readers({
     ".tdms": "tdms.reader:read_tdms",
@@ -162,7 +164,6 @@ def open_recording(
         return replace(
             found,
             in_file=len(with_numbers(among)),
-            skipped=raw.skipped,
             unused=unused,
             notes=(*found.notes, *([note] if note else [])),
         )
@@ -235,12 +236,20 @@ def _recording(  # noqa: PLR0917
     said: Sampling,
 ) -> Recording:
     timing = common_timing(chosen, said, run)
-    n_samples, expected, length_note = common_length(chosen, timing.begins, run)
+    n_samples, expected, length_note = (
+        (*resampled_length(chosen, timing.lines, timing.start, timing.sample_rate), "")
+        if timing.lines
+        else common_length(chosen, timing.begins, run)
+    )
     scales = [scale_of(channel, use, run) for channel, use in chosen]
     rows = [channel.row for channel, _ in chosen]
     factors, begins = np.ones(1 + max(rows)), np.zeros(1 + max(rows), dtype=np.int64)
     factors[rows] = [scale.factor for scale in scales]
     begins[rows] = timing.begins
+    source = raw.source
+    if timing.lines:
+        of_rows = dict(zip(rows, timing.lines, strict=True))
+        source = ResampledSource(source, of_rows, timing.sample_rate, timing.start)
     notes = [*raw.notes, *timing.notes, length_note, *(scale.note for scale in scales)]
     notes += doubtful_units(chosen)
     return Recording(
@@ -250,17 +259,26 @@ def _recording(  # noqa: PLR0917
             for (channel, use), scale in zip(chosen, scales, strict=True)
         ),
         sample_rate=timing.sample_rate,
-        rate_overruled=timing.overruled,
+        rate_doubtful=timing.doubtful,
         rate_doubt=timing.doubt,
         n_samples=n_samples,
-        source=ScaledSource(raw.source, factors, begins, file),
+        source=ScaledSource(source, factors, begins, file),
         rows=tuple(rows),
         path=path,
         start_time=timing.start_time,
         expected_samples=expected,
+        skipped=_placed(raw.skipped, timing),
         notes=tuple(note for note in notes if note),
         file=file,
     )
+
+
+def _placed(skipped: SkippedRows | None, timing: Timing) -> SkippedRows | None:
+    """Return where bad rows lie among the common rows."""
+    if skipped is None:
+        return None
+    first, last = timing.of_common(skipped.first), timing.of_common(skipped.last)
+    return replace(skipped, first=first, last=last)
 
 
 def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Channel:

@@ -15,6 +15,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.text_format import LARGEST, TextFormat, split
+from shakerproc.recordings.text_meta import is_comment
 
 BLOCK: Final = 1 << 22
 """Bytes that are read at a time."""
@@ -239,7 +240,7 @@ class _Rows:
                 good.append(",".join(cells))
                 self._blank_end = 0
                 continue
-            blank = not any(cells)
+            blank = not any(cells) or is_comment(line.decode("latin-1"), self._found.delimiter)
             sample = not blank and tuple(cells) not in {self._found.headers, self._found.units}
             self._bad.add(self._line, self._count + len(good), problem, sample=sample)
             self._blank_end = self._blank_end + 1 if blank else 0

@@ -101,13 +101,8 @@ def time_base(
         return replace(UNKNOWN, start_time=start_time)
     wrong = next((s for s in telling if s.problem), None)
     if wrong is not None:
-        return TimeBase(
-            problem=wrong.problem,
-            readings=wrong.readings,
-            start_time=start_time,
-            times=wrong.axis.times if wrong.readings else None,
-            spectrum=wrong.spectrum,
-        )
+        base = TimeBase(problem=wrong.problem, start_time=start_time, spectrum=wrong.spectrum)
+        return _uneven(wrong, base) if wrong.readings else base
     best = min(telling, key=lambda s: s.doubt)
     ways = [r for r in best.readings if all(s.alike(r.rate, best.doubt) for s in telling)]
     if said.rate is not None and len(ways) > 1:
@@ -121,6 +116,22 @@ def time_base(
         problem, ways = _contradiction(telling)
     return TimeBase(
         doubt=best.doubt, problem=problem, readings=tuple(ways), start_time=start_time
+    )
+
+
+def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
+    """Return the time base of times that advance, but not evenly."""
+    if len(wrong.readings) > 1:
+        problem = f"{base.problem}, and {_undecided(wrong, wrong.readings, mean=True)}"
+        return replace(base, problem=problem, readings=wrong.readings)
+    way, times = wrong.readings[0], wrong.axis.times
+    return replace(
+        base,
+        readings=(way,),
+        times=times,
+        start=float(times[:1][0]) * way.seconds if times is not None else 0.0,
+        start_time=way.start_time or base.start_time,
+        note=_taken_for(wrong, way),
     )
 
 
@@ -248,11 +259,11 @@ def _whole(rate: float, doubt: float) -> float:
     return whole if whole and abs(rate / whole - 1.0) <= doubt else rate
 
 
-def _undecided(best: _Statement, ways: Sequence[Reading]) -> str:
+def _undecided(best: _Statement, ways: Sequence[Reading], *, mean: bool = False) -> str:
     """Return between which readings the file does not decide."""
     told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
     listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
-    return f"{best.axis.where} states no unit: it is {listed}"
+    return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
 
 
 def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:

@@ -46,6 +46,9 @@ SECONDS: Final = {
 }
 """Seconds in the units of a time."""
 
+SKEW: Final = 1.0 / 180.0
+"""Part of a sample that is none between two: one degree of phase at half the sample rate."""
+
 LEAST_DOUBT: Final = 1e-9
 """How far a rate from times may be off at least, relative: what doubles hold for sure."""
 
@@ -155,21 +158,61 @@ def _steps_at_once(times: FloatArray, where: str, unit: str) -> Steps:
     if not (math.isfinite(step) and math.isfinite(1.0 / step if step else math.inf)):
         return Steps(problem=f"{where} advances by {step:.3g} a sample, which is no interval")
     mean = step if np.all(np.diff(times) > 0.0) else 0.0
+    uneven = _unevenness(times, step, unit)
+    if uneven:
+        return Steps(mean, 0.0, f"{where} does not advance evenly: {uneven}")
+    return Steps(step, rate_doubt(times))
+
+
+def _unevenness(times: FloatArray, step: float, unit: str) -> str:
+    """Return why times are none of even steps [unit]; empty where they are."""
     odd = _odd_step(times, step)
     if odd is not None:
-        return Steps(mean, 0.0, (
-            f"{where} does not advance evenly: from sample {odd} to {odd + 1} it takes "
+        return (
+            f"from sample {odd} to {odd + 1} it takes "
             f"{_length(times[odd + 1] - times[odd], unit)}, most often "
             f"{_length(float(np.median(np.diff(times))), unit)}"
-        ))  # fmt: skip
+        )
+    jitter = jitter_of(times)
+    if jitter > SKEW:
+        return f"its times stray by {100.0 * jitter:.3g} % rms of {_length(step, unit)}"
     off = np.abs(times - times[0] - step * np.arange(times.size))
     worst = int(np.argmax(off))
     if off[worst] > 0.5 * step:
-        return Steps(mean, 0.0, (
-            f"{where} does not advance evenly: sample {worst} is {_length(off[worst], unit)} "
-            f"off a step of {_length(step, unit)}"
-        ))  # fmt: skip
-    return Steps(step, rate_doubt(times))
+        far = _length(off[worst], unit)
+        return f"sample {worst} is {far} off a step of {_length(step, unit)}"
+    return ""
+
+
+def jitter_of(times: FloatArray) -> float:
+    """Return how far times stray from even ones, rms over their step [-].
+
+    0 where rounding to the last digit that they are printed with explains it.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times of the samples, rounded as they may be [any unit].
+    """
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    if np.all(np.abs(steps - usual) <= _last_digit(times) * (1.0 + 1e-6)):
+        return 0.0
+    return float(np.sqrt(np.mean((steps - np.mean(steps)) ** 2) / 2.0) / np.mean(steps))
+
+
+def _last_digit(times: FloatArray) -> float:
+    """Return the power of ten that all times are multiples of; what a double resolves at least.
+
+    `times` may be in any unit.
+    """
+    resolved = float(np.spacing(np.abs(times).max()))
+    digit = 1.0
+    while digit > 4.0 * resolved:
+        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * resolved):
+            return digit
+        digit /= 10.0
+    return 4.0 * resolved
 
 
 def _advances(times: Times) -> bool:
