@@ -73,7 +73,7 @@ def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -
         found.texts[name] = [text.strip() for text in tree]
     elif isinstance(tree, MatlabObject):
         found.left_out.append(
-            f"{name} (an object of class {tree.kind}: save its times and data as vectors)"
+            f"{name}, an object of class {tree.kind}: save its times and data as vectors"
         )
     elif isinstance(tree, Mapping):
         own = _described(tree)
