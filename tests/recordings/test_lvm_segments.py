@@ -146,12 +146,15 @@ def test_segments_of_another_unit_or_rate_are_never_one(write, change, match):
         open_recording(path, part=FilePart(measurement="all"))
 
 
-def test_segments_of_other_channels_are_groups(write):
+def test_segments_of_other_channels_are_measurements_and_never_one(write):
     path = write(
         file_head(), segment_head(32), rows(VALUES[:, :32]),
         segment_head(32, names=("other",)), rows(VALUES[:1, 32:]),
     )  # fmt: skip
-    with open_recording(path, part=FilePart(group="table 2")) as recording:
+    with pytest.raises(RecordingError, match="differ in channels"):
+        open_recording(path, part=FilePart(measurement="all"))
+    with open_recording(path, part=FilePart(measurement=2)) as recording:
+        assert [channel.name for channel in recording.channels] == ["other"]
         assert_allclose(recording.samples(), VALUES[:1, 32:] * STANDARD_GRAVITY, rtol=1e-12)
 
 

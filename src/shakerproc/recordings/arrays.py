@@ -300,10 +300,10 @@ def _length(
         return max(map(_size, axes.values()))
     sizes = {max(a.shape) for a in long.values() if _is_slender(a.shape)}
     if not sizes:
+        gone = f" (left out: {_listed(left_out)})" if left_out else ""
         raise RecordingError(
-            f"{run}: no time series in it"
-            f"{f' (left out: {_listed(left_out)})' if left_out else ''}. Save the channels as vectors of one length, with a "
-            "time vector t or a rate fs beside them."
+            f"{run}: no time series in it{gone}. Save the channels as vectors of one length, "
+            "with a time vector t or a rate fs beside them."
         )
     return max(sizes)
 

@@ -126,17 +126,11 @@ def read_lvm(path: Path, run: str) -> RawFile:
             for segment in _read(file, head, encoding, run, last=head is heads[-1])
         ]
     lines: list[tuple[FloatArray, ...]] = []
-    tables = dict.fromkeys(segment.head.titles for segment in segments)
-    groups = tuple(
-        _group("" if len(tables) == 1 else f"table {number}", same, lines)
-        for number, same in enumerate(
-            ([s for s in segments if s.head.titles == titles] for titles in tables), 1
-        )
-    )
+    group = _group(segments, lines)
     return RawFile(
-        groups,
+        (group,),
         SplicedSource(tuple(lines)),
-        tuple(_notes(segments, groups)),
+        tuple(_notes(segments, max(len(group.measurements) + group.more, 1))),
         _all_skipped(segments),
         next((segment.refusal for segment in segments if segment.refusal), ""),
     )
@@ -188,7 +182,7 @@ def _divided(
     told = refusal(table.bad, len(head.titles)) if skipped else ""
     for first, last in pairwise(edges):
         there = [min(max(n - first, 0), last - first) for n in lengths]
-        more = int(bool(table.torn) and last == edges[-1])
+        more = int((bool(table.torn) or head.cut) and last == edges[-1])
         promised = [max(_promised(head, row, n), n + more) for row, n in enumerate(there)]
         yield _Segment(
             head, values[:, first:last], tuple(there), tuple(promised), skipped, told
@@ -234,10 +228,8 @@ def _check_lengths(head: Head, lengths: Sequence[int], run: str) -> None:
             )
 
 
-def _group(
-    name: str, segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]
-) -> RawGroup:
-    """Return segments of the same channels as a group; adds what its rows hold to `lines`."""
+def _group(segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]) -> RawGroup:
+    """Return segments as a group; adds what its rows hold to `lines`."""
     parts: list[list[_Segment]] = [[segments[0]]]
     differs: list[str] = []
     for before, after in pairwise(segments):
@@ -247,11 +239,12 @@ def _group(
             differs.append(other)
         parts[-1].append(after)
     if len(parts) == 1:
-        return RawGroup(name, _channels(segments, lines, timed=True))
-    measurements = [RawGroup(name, _channels(part, lines, timed=True)) for part in parts[:MOST]]
+        return RawGroup("", _channels(segments, lines, timed=True))
+    measurements = [RawGroup("", _channels(part, lines, timed=True)) for part in parts[:MOST]]
+    alike = [s for s in segments if s.head.titles == segments[0].head.titles]
     return RawGroup(
-        name,
-        _channels(segments, lines, timed=False),
+        "",
+        _channels(alike, lines, timed=False),
         measurements=tuple(measurements),
         differs=tuple(differs),
         more=len(parts) - len(measurements),
@@ -261,6 +254,8 @@ def _group(
 def _difference(before: _Segment, after: _Segment) -> str:
     """Return in what a segment does not continue the one before; empty where it does."""
     step, other = before.step(), after.step()
+    if before.head.titles != after.head.titles:
+        return "channels"
     if [before.head.text("Y_Unit_Label", row) for row in before.head.rows] != [
         after.head.text("Y_Unit_Label", row) for row in after.head.rows
     ]:
@@ -341,8 +336,7 @@ def _times(segments: Sequence[_Segment], row: int) -> FloatArray:
     ])
 
 
-def _notes(segments: Sequence[_Segment], groups: Sequence[RawGroup]) -> Iterator[str]:
-    parts = sum(max(len(group.measurements) + group.more, 1) for group in groups)
+def _notes(segments: Sequence[_Segment], parts: int) -> Iterator[str]:
     if len(segments) > parts:
         yield f"{len(segments)} segments, of which the times follow on, are read as {parts}."
     yield from dict.fromkeys(s.skipped.message for s in segments if s.skipped is not None)

@@ -47,6 +47,8 @@ class Head:
         Line of its first row, from 0.
     start, stop : int
         Bytes of its rows.
+    cut : bool
+        Whether the file ends inside a header below it.
     """
 
     file: Mapping[str, str]
@@ -55,6 +57,7 @@ class Head:
     first: int
     start: int
     stop: int
+    cut: bool = False
 
     @property
     def separator(self) -> str:
@@ -159,28 +162,49 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
     marks = [(mark.start(), mark.end()) for mark in _MARK.finditer(content)]
     header: Mapping[str, str] = MappingProxyType({})
     found: list[Head] = []
-    counted, line = 0, 0
+    counted, line, above = 0, 0, 0
     for number, (mark, below) in enumerate(marks):
         before = marks[number - 1][1] if number else 0
-        tags = list(_tags(content[max(before, mark - _LONGEST) : mark], encoding))
+        between = content[max(before, mark - _LONGEST) : mark]
+        if number == 0 or before == above:  # no table stands between two headers
+            _check_only_tags(between, before, run)
+        tags = list(_tags(between, encoding))
         if any(_first(tag) == "LabVIEW Measurement" for tag in tags):
             header = MappingProxyType(dict(_pair(tag) for tag in tags))
             _check(header, run)
+            above = below
             continue
         after = marks[number + 1][0] if number + 1 < len(marks) else len(content)
         line += content[counted:below].count(b"\n")
         counted = below
         rows = below + len(_line_at(content, below))
-        stop = after
-        if number + 1 < len(marks):
-            tail = content[max(rows, after - _LONGEST) : after]
-            stop = after - sum(len(tag) for tag in _tags_as_they_are(tail))
-        found.append(_head(content[below:rows], encoding, header, tags, (line + 1, rows, stop)))
+        tail = _tags_as_they_are(content[max(rows, after - _LONGEST) : after])
+        unfinished = number + 1 == len(marks) and any(
+            _first(tag.decode("latin-1")) for tag in tail
+        )
+        place = (line + 1, rows, after - sum(map(len, tail)), unfinished)
+        found.append(_head(content[below:rows], encoding, header, tags, place))
         if not found[-1].rows:
             raise RecordingError(f"{run}: line {line + 1} names no channels. {AGAIN}")
     if not found or not found[0].titles:
         raise RecordingError(f"{run}: the second {_END} of an LVM file is missing. {AGAIN}")
     return found
+
+
+def _check_only_tags(between: bytes, place: int, run: str) -> None:
+    """Pass what holds nothing but the lines of a header.
+
+    Raises
+    ------
+    RecordingError
+        If rows of numbers stand there too: the end of a header is missing.
+    """
+    missing = len(between) - sum(map(len, _tags_as_they_are(between)))
+    if missing > 0:
+        raise RecordingError(
+            f"{run}: byte {place}: the second {_END} of an LVM file is missing, or that of a "
+            f"header further on. {AGAIN}"
+        )
 
 
 def _check(header: Mapping[str, str], run: str) -> None:
@@ -206,7 +230,7 @@ def _head(
     encoding: str,
     header: Mapping[str, str],
     tags: Sequence[str],
-    place: tuple[int, int, int],
+    place: tuple[int, int, int, bool],
 ) -> Head:
     separator = separator_of(header)
     titles = [
