@@ -61,7 +61,7 @@ EXPECTED = {
     "tdms_danberge_jl/reference_file.tdms": "holds no samples .*stops at byte 135",
     "tdms_mikeobrien/AdditionalProperties.tdms": NO_UNIT,
     "tdms_mikeobrien/IncrementalMetaInformation.tdms": NO_RATE,
-    "tdms_mikeobrien/IncrementalMetaInformationInterleavedData.tdms": NO_RATE,
+    "tdms_mikeobrien/IncrementalMetaInformationInterleavedData.tdms": "'Time' states no unit",
     "tdms_mikeobrien/PropertyRewritten.tdms": NO_UNIT,
     "tdms_ni_parser/basic.tdms": (NO_UNIT, {"sample_rate": 1.0}, (4, 1.0)),
     "tdms_ni_parser/multiple_groups.tdms": (

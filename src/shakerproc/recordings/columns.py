@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Final, final
 
 import numpy as np
@@ -44,6 +45,7 @@ def file_of_columns(
     *,
     axes: Sequence[TimeAxis] = (),
     times: Mapping[int, Times] | None = None,
+    start_time: datetime | None = None,
     cut: str = "",
     lengths: Sequence[int] = (),
     source: SampleSource | None = None,
@@ -61,6 +63,8 @@ def file_of_columns(
         What the file states of its times elsewhere.
     times : mapping, optional
         The times of a column, where the table holds only the first of them.
+    start_time : datetime, optional
+        When time 0 of the time columns is.
     cut : str
         How the file stops short; empty where it is whole.
     lengths : sequence of int
@@ -86,7 +90,11 @@ def file_of_columns(
     }  # fmt: skip
     over = headings(table.headers, units if any(units) else ())
     reading = _Reading(table, over, units, lengths, timed, stated, said, bool(cut))
-    channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
+    channels = [
+        replace(reading.channel(row), start_time=start_time)
+        for row in range(len(units))
+        if row not in timed
+    ]
     remarks = [remark for channel in channels if (remark := reading.remark(channel))]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else []), *remarks]
     return RawFile(

@@ -1,8 +1,9 @@
 """Read Parquet: columns of numbers with names such as ``ch3 [g]``, a piece at a time."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -14,8 +15,9 @@ from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
 from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.si import split_header
 from shakerproc.recordings.time_axis import TimeAxis
-from shakerproc.recordings.times import time_columns
+from shakerproc.recordings.times import SECONDS, is_time, time_columns
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40
@@ -63,7 +65,13 @@ def _read(file: Any, run: str) -> RawFile:
         )
     schema = file.schema_arrow
     are_numbers = (pa.types.is_floating, pa.types.is_integer, pa.types.is_decimal)
-    names = [f.name for f in schema if any(is_kind(f.type) for is_kind in are_numbers)]
+    are_times = (pa.types.is_timestamp, pa.types.is_time, pa.types.is_duration)
+    stamped = {f.name: f.type for f in schema if any(is_kind(f.type) for is_kind in are_times)}
+    names = [
+        f.name
+        for f in schema
+        if f.name in stamped or any(is_kind(f.type) for is_kind in are_numbers)
+    ]
     others = [f"{shown(f.name, 40)} ({f.type})" for f in schema if f.name not in names]
     notes = []
     if others:
@@ -74,9 +82,11 @@ def _read(file: Any, run: str) -> RawFile:
             f"{run}: several columns are called {shown(double[0])}. Give each a name of its "
             "own."
         )
-    source = ParquetSource(run, file, tuple(names), n_rows)
+    zeros = {name: _first(file, name) for name in stamped}
+    source = ParquetSource(run, file, tuple(names), n_rows, zeros)
     head = source.read(range(len(names)), 0, min(n_rows, HEAD))
-    axes = time_columns(names)
+    headers = [_header(n, stamped[n]) if n in stamped else n for n in names]
+    axes = time_columns(headers)
     if len(axes) > 1:
         listed = ", ".join(shown(names[row]) for row in axes)
         raise RecordingError(
@@ -84,13 +94,43 @@ def _read(file: Any, run: str) -> RawFile:
             "of its own."
         )
     return file_of_columns(
-        Columns(names, head),
+        Columns(headers, head),
+        start_time=next((_date(kind, zeros[n]) for n, kind in stamped.items()), None),
         axes=_said(schema.metadata or {}),
         times={row: TimesColumn(source, row, n_rows) for row in axes},
         lengths=[n_rows] * len(names),
         source=source,
         notes=notes,
     )
+
+
+def _first(file: Any, name: str) -> int:
+    """Return the first date or time of a column, in its own unit; 0 where it has none."""
+    import pyarrow as pa
+
+    for batch in file.iter_batches(batch_size=1, columns=[name], use_threads=False):
+        column = batch.column(0)
+        plain = column.cast(pa.int32() if column.type.bit_width == 32 else pa.int64())
+        return int(plain[0].as_py() or 0)
+    return 0
+
+
+def _header(name: str, kind: Any) -> str:
+    """Return the header of a column of times, with the unit that it counts in."""
+    plain = split_header(name)[0]
+    return f"{plain if is_time(plain) else 'time'} [{kind.unit}]"
+
+
+def _date(kind: Any, zero: int) -> datetime | None:
+    """Return when a column of dates counts from; None of times without a day."""
+    import pyarrow as pa
+
+    if not pa.types.is_timestamp(kind):
+        return None
+    try:
+        return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=zero * SECONDS[kind.unit])
+    except OverflowError:
+        return None
 
 
 def _said(metadata: "dict[bytes, bytes]") -> tuple[TimeAxis, ...]:
@@ -134,10 +174,21 @@ class ParquetSource(SampleSource):
         Columns, one a row.
     n_rows : int
         Values of each.
+    zeros : mapping
+        First value of each column of dates or times, which is taken from the others [units of
+        the column].
     """
 
-    def __init__(self, run: str, file: Any, names: tuple[str, ...], n_rows: int) -> None:
+    def __init__(
+        self,
+        run: str,
+        file: Any,
+        names: tuple[str, ...],
+        n_rows: int,
+        zeros: Mapping[str, int],
+    ) -> None:
         self._run = run
+        self._zeros = zeros
         self._file = file
         self._names = names
         self._n_rows = n_rows
@@ -169,7 +220,8 @@ class ParquetSource(SampleSource):
             use_threads=False,
         )
         names = [self._names[column] for column in columns]
-        return _Cursor(pieces, names, int(self._starts[max(group, 0)]))
+        zeros = [self._zeros.get(name, 0) for name in names]
+        return _Cursor(pieces, names, int(self._starts[max(group, 0)]), zeros)
 
     def close(self) -> None:
         """Close the file."""
@@ -181,8 +233,11 @@ class ParquetSource(SampleSource):
 class _Cursor:
     """A place in some columns, from which it goes on."""
 
-    def __init__(self, pieces: Iterator[Any], names: Sequence[str], first: int) -> None:
+    def __init__(
+        self, pieces: Iterator[Any], names: Sequence[str], first: int, zeros: Sequence[int]
+    ) -> None:
         self._pieces = pieces
+        self._zeros = zeros
         self._names = names
         self._piece = np.empty((len(names), 0))
         self.first = first
@@ -209,13 +264,21 @@ class _Cursor:
         batch = next(self._pieces, None)
         if batch is None:
             raise EOFError(f"the columns end after {self.first} rows")
-        self._piece = np.stack([_numbers(batch.column(name)) for name in self._names])
+        self._piece = np.stack([
+            _numbers(batch.column(name), zero)
+            for name, zero in zip(self._names, self._zeros, strict=True)
+        ])
 
 
-def _numbers(column: Any) -> FloatArray:
-    """Return a column as numbers; not a number where it holds none."""
+def _numbers(column: Any, zero: int = 0) -> FloatArray:
+    """Return a column as numbers, of dates and times less `zero`; NaN where it holds none."""
     import pyarrow as pa
 
+    if pa.types.is_temporal(column.type):
+        whole = column.cast(pa.int32() if column.type.bit_width == 32 else pa.int64())
+        there = column.is_valid().to_numpy(zero_copy_only=False)
+        since = whole.fill_null(zero).to_numpy(zero_copy_only=False).astype(np.int64) - zero
+        return np.where(there, since.astype(np.float64), np.nan)
     if pa.types.is_decimal(column.type):
         column = column.cast(pa.float64())
     values: FloatArray = column.to_numpy(zero_copy_only=False).astype(np.float64)

@@ -15,6 +15,7 @@ from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
+    Scaling,
     read_properties,
     read_scaling,
     unused_scales,
@@ -23,6 +24,7 @@ from shakerproc.recordings.tdms.objects import Listed, split_path
 from shakerproc.recordings.tdms.said import is_tracked
 from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, clocks
 from shakerproc.recordings.tdms.structure import Extent, Structure, present
+from shakerproc.recordings.tdms.times import StampScaling, with_times
 from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
 from shakerproc.recordings.tdms.walk import walk
 from shakerproc.recordings.time_axis import SILENT, TimeAxis
@@ -65,6 +67,11 @@ def _open(file: BinaryIO, run: str) -> RawFile:
             by_group.setdefault(group or "", []).append(path)
     found = tuple(_group(name, paths, table, properties) for name, paths in by_group.items())
     source = TdmsSource(run, file, structure.size, tuple(table.served), tuple(table.clocks))
+    stamped = {
+        row: one.scaling for row, one in enumerate(table.served)
+        if isinstance(one.scaling, StampScaling)
+    }  # fmt: skip
+    found = tuple(with_times(group, source, stamped) for group in found)
     loose = [
         path
         for paths in by_group.values()
@@ -135,11 +142,16 @@ class _Table:
 
     def add(self, part: _Part, paths: Sequence[str]) -> tuple[RawChannel, ...]:
         """Return the channels of a part; those that can be served get a row each."""
-        numbers = [path for path in paths if not _problem(self.structure.known[path])]
+        numbers = [path for path in paths if _is_served(self.structure.known[path])]
         rows = {path: len(self.served) + i for i, path in enumerate(numbers)}
         clock_of = clocks(numbers, part.extents)
         self.served += [
-            ServedChannel(path, read_scaling(self.run, path, _levels(path, part.properties)))
+            ServedChannel(
+                path,
+                StampScaling()
+                if _is_stamped(self.structure.known[path])
+                else read_scaling(self.run, path, _levels(path, part.properties)),
+            )
             for path in numbers
         ]
         self.clocks += [clock_of[path] for path in numbers]
@@ -163,6 +175,15 @@ def _levels(
         properties.get(group, _EMPTY),
         properties.get("/", _EMPTY),
     )
+
+
+def _is_stamped(entry: Listed) -> bool:
+    return entry.index is not None and entry.index.code == TIMESTAMP
+
+
+def _is_served(entry: Listed) -> bool:
+    """Return whether a channel holds numbers, or times that become numbers."""
+    return _is_stamped(entry) or not _problem(entry)
 
 
 def _problem(entry: Listed) -> str:
@@ -264,6 +285,7 @@ def _notes(
         channel.path
         for channel in served
         if structure.known[channel.path].index.code in {0x04, 0x08}  # type: ignore[union-attr]
+        and isinstance(channel.scaling, Scaling)
         and channel.scaling.steps is None
     ]
     if wide:
