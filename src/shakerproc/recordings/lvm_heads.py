@@ -294,10 +294,10 @@ def _moment(date: str, time: str) -> datetime | None:
     day, clock = _DATE.fullmatch(date.strip()), _TIME.fullmatch(time.strip())
     if day is None or clock is None:
         return None
+    year, month, number = map(int, day.groups())
+    hour, minute, second = map(int, clock.groups()[:3])
     microseconds = int((clock[4] or "0").ljust(6, "0"))
     try:
-        return datetime(
-            *map(int, day.groups()), *map(int, clock.groups()[:3]), microseconds, tzinfo=UTC
-        )
+        return datetime(year, month, number, hour, minute, second, microseconds, tzinfo=UTC)
     except ValueError:
         return None

@@ -113,7 +113,8 @@ class _Stored:
     @property
     def dtype(self) -> "np.dtype[Any]":
         """Type of a number."""
-        return np.dtype(self.item.dtype)
+        kind: np.dtype[Any] = self.item.dtype
+        return kind
 
     def __getitem__(self, key: Any, /) -> Any:
         with foreign(self.run, f"reading variable {shown(self.name)}"):
