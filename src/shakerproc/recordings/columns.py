@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, final
 
@@ -89,12 +89,8 @@ def file_of_columns(
         for row in time_columns(table.headers, units)
     }  # fmt: skip
     over = headings(table.headers, units if any(units) else ())
-    reading = _Reading(table, over, units, lengths, timed, stated, said, bool(cut))
-    channels = [
-        replace(reading.channel(row), start_time=start_time)
-        for row in range(len(units))
-        if row not in timed
-    ]
+    reading = _Reading(table, over, units, lengths, timed, stated, said, start_time, bool(cut))
+    channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
     remarks = [remark for channel in channels if (remark := reading.remark(channel))]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else []), *remarks]
     return RawFile(
@@ -121,6 +117,8 @@ class _Reading:
         Columns that hold nothing but the sample rate, each with it [Hz].
     said : tuple of TimeAxis
         What it states without a time column.
+    start_time : datetime, optional
+        When time 0 of the time columns is.
     cut : bool
         Whether the file stops short.
     """
@@ -132,6 +130,7 @@ class _Reading:
     timed: Mapping[int, tuple[TimeAxis, ...]]
     stated: Mapping[int, float]
     said: tuple[TimeAxis, ...]
+    start_time: datetime | None
     cut: bool
 
     def channel(self, row: int) -> RawChannel:
@@ -143,6 +142,7 @@ class _Reading:
             n_samples=self.lengths[row],
             promised=self.until(row) + self.cut,
             unit=heading.unit,
+            start_time=self.start_time,
             problem=self.problem(row),
             alias=heading.alias,
             unit_doubt=heading.doubt,

@@ -2,11 +2,10 @@
 
 from typing import Final
 
+from shakerproc.recordings.time_base import CLOCKS
+
 LATE: Final = 1e-3
 """Gap between segments that is none [s]: programs write times of day to the millisecond."""
-
-CLOCKS: Final = 1e-4
-"""How far two clocks part, relative: a crystal is right to 50 parts in a million."""
 
 
 def follows(elapsed: float, duration: float, step: float) -> bool:
