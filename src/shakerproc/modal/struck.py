@@ -80,7 +80,7 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
     cross, blows = averaged_blows(recording, crop, test)
     chosen = [blows.setup.force, *rows]
     return Struck(
-        replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)]),
+        cross.of(chosen),
         f"{len(blows.kept)} of {len(blows.blows)} blows are averaged",
     )
 

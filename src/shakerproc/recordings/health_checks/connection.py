@@ -112,14 +112,15 @@ class _Averages:
         return np.asarray(both / (self.size * np.sum(self._window**2) * max(self.pieces, 1)))
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which channels share a motion with which others, by row and column."""
-        count = self.moved.size
-        found = np.zeros((count, count), dtype=bool)
+        """Return which channels share a motion with any other."""
+        found = np.zeros(self.moved.size, dtype=bool)
         for reference in range(len(self.cross)):
-            for row in range(reference + 1, count):
+            for row in range(reference + 1, self.moved.size):
+                if found[reference] and found[row]:
+                    continue  # another pair has shown it of both
                 if self.moved[reference] and self.moved[row]:
                     chance = self._p_value(row, reference, keep)
-                    found[row, reference] = chance < SIGNIFICANCE
+                    found[[reference, row]] |= chance < SIGNIFICANCE
         return found
 
     def _p_value(self, row: int, reference: int, keep: NDArray[np.bool_]) -> float:
@@ -173,16 +174,15 @@ class Connection(AbstractHealthCheck):
     def flags(self) -> list[Flag]:
         if not self._averages:
             return []
-        common = self._common()
-        if not np.any(self._averages[0].moved & ~common.any(axis=1)):
+        if not np.any(self._averages[0].moved & ~self._connected()):
             return []  # what many short pieces show to be connected needs no longer ones
         self._look_longer()
-        common = self._common()
+        connected = self._connected()
         judged = self._averages[0].moved & self._caught_enough()
         return [
             self._flag(row)
-            for row in np.flatnonzero(judged & ~common.any(axis=1)).tolist()
-            if self._should_move(row, common, judged)
+            for row in np.flatnonzero(judged & ~connected).tolist()
+            if self._should_move(row, connected, judged)
         ]
 
     def _look_longer(self) -> None:
@@ -194,12 +194,10 @@ class Connection(AbstractHealthCheck):
             for averages in self._averages[1:]:
                 averages.add(number * AT_ONCE, judged)
 
-    def _common(self) -> NDArray[np.bool_]:
-        """Return which channels share a motion with which others, by row and column."""
-        common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
-        for averages in self._averages:
-            common |= averages.coherent(self._without_hum(averages))
-        return common | common.T
+    def _connected(self) -> NDArray[np.bool_]:
+        """Return which channels share a motion with any other."""
+        found = [one.coherent(self._without_hum(one)) for one in self._averages]
+        return np.asarray(np.any(found, axis=0))
 
     def _caught_enough(self) -> NDArray[np.bool_]:
         """Return which channels the pieces show as they are, and not between two blows."""
@@ -209,7 +207,7 @@ class Connection(AbstractHealthCheck):
         return np.asarray(caught >= SEEN * power)
 
     def _should_move(
-        self, row: int, common: NDArray[np.bool_], judged: NDArray[np.bool_]
+        self, row: int, connected: NDArray[np.bool_], judged: NDArray[np.bool_]
     ) -> bool:
         """Return whether it is known that the channel must share a motion with another.
 
@@ -217,12 +215,12 @@ class Connection(AbstractHealthCheck):
         channels move together, for a control (which rests while something decays) other
         controls with anything.
         """
-        others = [i for i in range(len(self._rows)) if i != row]
+        others = np.arange(len(self._rows)) != row
         if self._recording.driven:
             return bool(judged[others].any())
         if self._rows[row] in self._inputs:
-            others = [i for i in others if self._rows[i] in self._inputs]
-        return bool(common[others].any())
+            others[len(self._inputs) :] = False  # the inputs come first
+        return bool(connected[others].any())
 
     def _without_hum(self, averages: _Averages) -> NDArray[np.bool_]:
         """Return which bins are judged: those of hum are not, unless hum is the excitation."""
