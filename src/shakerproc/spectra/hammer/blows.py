@@ -152,6 +152,11 @@ class Blows:
         return [blow for blow in self.blows if blow.kept]
 
     @property
+    def left(self) -> float:
+        """Mean share of a response that is left at the end of the blocks that are kept [-]."""
+        return float(np.mean([blow.left for blow in self.kept]))
+
+    @property
     def noise_density(self) -> FloatArray:
         """Density of white noise in the windowed blocks, (n_channels,) array [unit²/Hz]."""
         cut, power = self.setup.cut, self.setup.cut.window**2
