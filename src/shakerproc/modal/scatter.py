@@ -21,9 +21,7 @@ MOST_LINES: Final = 4_000
 """Lines of a record that its own poles are refined on."""
 
 
-def with_scatter(
-    modes: ModeSet, records: Sequence[Lines], named: str = "tests"
-) -> ModeSet:
+def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests") -> ModeSet:
     """Return the modes with their scatter over the records, and intervals that allow for it.
 
     Each record is fitted alone, from the common poles. Where they scatter more than their own

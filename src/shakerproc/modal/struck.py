@@ -27,7 +27,7 @@ from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.scatter import with_scatter
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.hammer.blows import Setup, windowed
+from shakerproc.spectra.hammer.blows import Blow, Setup, windowed
 from shakerproc.spectra.hammer.strikes import LOUD
 from shakerproc.testlog import Test
 
@@ -113,7 +113,7 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
     for blow in blows.kept:
         start = blow.sample - cut.before
         block = windowed(recording.samples(start, start + cut.length), setup)
-        records.append((_in_contact(block[setup.force], setup)[np.newaxis], block[rows]))
+        records.append((_in_contact(block[setup.force], blow, setup)[np.newaxis], block[rows]))
     chosen = [setup.force, *rows]
     return Struck(
         replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)]),
@@ -124,14 +124,16 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
     )
 
 
-def _in_contact(force: FloatArray, setup: Setup) -> FloatArray:
-    """Return the force of a block, 0 where nothing but its noise is near.
+def _in_contact(force: FloatArray, blow: Blow, setup: Setup) -> FloatArray:
+    """Return the force of a block, 0 further than a width of the pulse from all that is loud.
 
-    A hammer that does not touch has no force; its noise would look like one whose response is
-    missing, and the most so at resonances.
+    A hammer that does not touch has no force. Its noise there would be an input without a
+    response, the worst at resonances; noise of the time of a pulse is as smooth over frequency
+    as the pulse, and bends no resonance.
     """
     loud = np.abs(force) > LOUD * setup.strikes.noise
-    near = scipy.ndimage.maximum_filter1d(loud, 2 * setup.cut.before + 1, mode="constant")
+    width = max(round(blow.width * setup.cut.sample_rate), 1)
+    near = scipy.ndimage.maximum_filter1d(loud, 2 * width + 1, mode="constant")
     return np.where(near, force, 0.0)
 
 
@@ -181,9 +183,7 @@ def identify_blows(
     return modes, _functions(tests, modes, settings.band)
 
 
-def _functions(
-    tests: Sequence[Struck], modes: ModeSet, band: tuple[float, float]
-) -> Functions:
+def _functions(tests: Sequence[Struck], modes: ModeSet, band: tuple[float, float]) -> Functions:
     """Return the response functions of blows, and those of the model with their window.
 
     Raises
@@ -197,9 +197,7 @@ def _functions(
     shown = (first.frequency >= max(band[0], first.bin_width)) & (first.frequency <= band[1])
     outputs = range(1, first.n_channels)
     measured = [spectra.h1(one.cross, [0], outputs)[:, shown] for one in tests]
-    coherence = [
-        spectra.multiple_coherence(one.cross, [0], outputs)[:, shown] for one in tests
-    ]
+    coherence = [spectra.multiple_coherence(one.cross, [0], outputs)[:, shown] for one in tests]
     windowed_model = replace(modes.model, poles=modes.poles - (first.decay_rate or 0.0))
     return Functions(
         first.frequency[shown],

@@ -215,7 +215,7 @@ def _damping(
     found: FittedModes | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
-        bins, inside = bins_around(usable, maxima, peak, reach)
+        bins, inside = bins_around(data, usable, maxima, peak, reach, width)
         if bins.size < LEAST_BINS:
             break
         found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
