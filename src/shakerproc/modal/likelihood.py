@@ -272,7 +272,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
     return Fit(
         poles=poles[by_frequency],
         residues=residues[by_frequency],
-        rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), -1), 0, 1),
+        rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), n_outputs), 0, 1),
         reference=reference_of(lines),
         covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
         synthesis=lines.outputs - left / lines.weights,

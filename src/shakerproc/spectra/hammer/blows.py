@@ -79,6 +79,9 @@ class Setup:
         Where the force strikes.
     cut : Cut
         How blocks are cut.
+    rest : (n_channels,) array
+        Standard deviation of each channel where it is quietest before a blow, 0 where it is not
+        known [unit of the channel].
     """
 
     force: int
@@ -86,6 +89,7 @@ class Setup:
     ends: FloatArray
     strikes: Strikes
     cut: Cut
+    rest: FloatArray
 
 
 @final
