@@ -460,7 +460,7 @@ def test_friction_in_extended_precision(effects, oscillator):
 
 
 def test_the_error_of_a_duffing_oscillator_is_at_least_the_true_one_and_not_ten_times():
-    """DOP853 of scipy at 1e-13 as the truth; stiffness, level, start and frequency at random."""
+    """DOP853 of scipy at 1e-13; stiffness, level, start and frequency at random."""
     generator, ratios = np.random.default_rng(3), []
     time = np.arange(251) / 50.0
     for _ in range(6):

@@ -1,8 +1,8 @@
 """Modes that one part of a record needs to foretell another; others are parts of one resonance.
 
 A resonance that moves with level or time is fitted better by several poles, however many the
-criterion of one fit asks for: their residues make up its path in this record. In another part of
-the record they do not, and a mode of the structure does.
+criterion of one fit asks for: their residues make up its path in this record. In another part
+of the record they do not, and a mode of the structure does.
 """
 
 from collections.abc import Sequence

@@ -113,7 +113,7 @@ def identify_records(
     more = _of_parts(lines, driven, outputs)
     # poles of one resonance that moves are told from modes where parts of the record differ
     halves = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
-    found = _modes(lines, diagram, more, settings, "input and response spectra", halves)
+    found = _modes(lines, diagram, more, settings, "input and response spectra", halves=halves)
     return found if len(parts) == 1 else with_scatter(found, parts)
 
 
@@ -212,7 +212,7 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
 
 def _modes(
     lines: Lines, diagram: Diagram, parts: ComplexArray, settings: Settings, method: Method,
-    halves: Sequence[Lines] = (),
+    *, halves: Sequence[Lines] = (),
 ) -> ModeSet:  # fmt: skip
     thin = thinned(lines)
     poles, _, counts = candidates(diagram)

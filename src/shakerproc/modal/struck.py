@@ -1,11 +1,12 @@
-"""Modes of a hammer test, from the samples of the blows that are kept.
+r"""Modes of a hammer test, from the samples of the blows that are kept.
 
 Force and responses of a block obey the equations of the structure whatever it did before: what
-still rings of earlier blows, and what a block cuts off, is a free decay of the same modes, which
-the fit takes up as the transient of a record (`lines_of_samples`). So does any sum of blocks.
+still rings of earlier blows, and what a block cuts off, is a free decay of the same modes,
+which the fit takes up as the transient of a record (`lines_of_samples`). So does any sum of
+blocks.
 The sum weighted by the forces,
 
-.. math:: f = \\sum_b a_b f_b / \\sum_b a_b^2, \\quad x = \\sum_b a_b x_b / \\sum_b a_b^2,
+.. math:: f = \sum_b a_b f_b / \sum_b a_b^2, \quad x = \sum_b a_b x_b / \sum_b a_b^2,
 
 holds all that blows of one shape tell of the structure, with the noise of one record.
 """
@@ -70,6 +71,14 @@ class Struck:
         response = np.einsum("b,bif->if", share, np.array([one[1] for one in self.records]))
         return force, response
 
+    def differs(self, other: "Struck") -> str:
+        """Return what keeps blows of two tests from one fit, and the remedy; empty: nothing."""
+        if self.cross.segment != other.cross.segment:
+            return "length; give processing: {hammer: {length: ...}} for all of them"
+        if not np.isclose(self.cross.decay_rate or 0.0, other.cross.decay_rate or 0.0):
+            return "exponential window; give processing: {hammer: {exponential: ...}} for all"
+        return ""
+
     @property
     def notes(self) -> Iterator[str]:
         """Which blows went in, and how the fit takes what is cut off."""
@@ -77,14 +86,14 @@ class Struck:
         rate = self.cross.decay_rate
         if self.left > RINGS:
             yield (
-                f"{self.left:.0%} of a response is left at the end of the blocks: the fit allows "
-                "for it, and for what rings of earlier blows; the measured functions that are "
-                "drawn do not"
+                f"{self.left:.0%} of a response is left at the end of the blocks: the fit "
+                "allows for it, and for what rings of earlier blows; the measured functions "
+                "that are drawn do not"
             )
         if rate:
             yield (
-                f"the exponential window ({rate:.4g} 1/s) is in the response functions that are "
-                "drawn, not in the fit"
+                f"the exponential window ({rate:.4g} 1/s) is in the response functions that "
+                "are drawn, not in the fit"
             )
 
 

@@ -83,7 +83,7 @@ def nearest_peak(maxima: IndexArray, power: FloatArray, place: float) -> int:
 
 def bins_around(
     data: PeakData, usable: NDArray[np.bool_], maxima: IndexArray, peak: int, reach: float,
-    width: float,
+    *, width: float,
 ) -> tuple[IndexArray, tuple[int, ...]]:  # fmt: skip
     """Return the bins around a peak, those of neighbours that matter included, and these.
 
@@ -114,10 +114,10 @@ def _bend(
     r"""Return which neighbours a straight background under a peak misses by more than chance.
 
     A neighbour of height A and half-width h so many bins d away is
-    :math:`A (h/d)^p` under the peak, p = 1 in a response function and 2 in a density. A straight
-    line over r bins to each side misses :math:`2/\sqrt{45}\ p (p + 1)/2\ (r/d)^2` of that (rms),
-    which bends no parameter by more than that over the error, times the root of the number of
-    bins (Cauchy and Schwarz), in standard errors.
+    :math:`A (h/d)^p` under the peak, p = 1 in a response function and 2 in a density. A
+    straight line over r bins to each side misses of that, rms,
+    :math:`2/\sqrt{45}\ p (p + 1)/2\ (r/d)^2`, which bends no parameter by more than that over
+    the error, times the root of the number of bins (Cauchy and Schwarz), in standard errors.
     """
     power = 1 if data.kind == "response" else 2
     apart = np.abs(others - peak).astype(np.float64)
