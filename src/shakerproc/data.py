@@ -32,18 +32,19 @@ Role: TypeAlias = Literal[
     "ignore",
 ]
 
-ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
-    "control": "m/s^2",
-    "response": "m/s^2",
-    "force": "N",
-    "displacement": "m",
-    "velocity": "m/s",
-    "pressure": "Pa",
-    "strain": "1",
-    "voltage": "V",
-    "tachometer": "V",
+ROLE_UNITS: Mapping[Role, tuple[str, ...]] = MappingProxyType({
+    "control": ("m/s^2", "rad/s^2"),
+    "response": ("m/s^2", "rad/s^2"),
+    "force": ("N", "N m"),
+    "displacement": ("m", "rad"),
+    "velocity": ("m/s", "rad/s"),
+    "pressure": ("Pa",),
+    "strain": ("1",),
+    "voltage": ("V",),
+    "tachometer": ("V", "rad/s", "rad"),
 })
-"""SI unit of what each role measures."""
+"""SI units that a channel of each role may have: of translation, then of rotation; of a
+tachometer pulses, a speed or an angle."""
 
 Measurement: TypeAlias = int | Literal["all"]
 """Which of the measurements that follow each other in a file, from 1, or all as one."""
