@@ -231,7 +231,9 @@ class _Recorded:
             own = noise.responses[row] * (2.0 * np.pi * noise.frequency) ** (2 * order)
             by_base = self._measures(row).startswith("relative")
             sign = float(by_base) - float(against_base)
-            signals.append(_Signal(spectrum + sign * base.spectrum, own + abs(sign) * base.noise))
+            signals.append(
+                _Signal(spectrum + sign * base.spectrum, own + abs(sign) * base.noise)
+            )
         if len(signals) == 1 or not noise.known:
             return signals[0]
         noises = np.array([signal.noise for signal in signals])
@@ -392,6 +394,8 @@ def _law(
     turn = 1.0 if element.between == pair else -1.0
     force = element.effect.force_along(turn * displacement, turn * velocity, rate)
     return turn * force
+
+
 def by_range(motion: JointMotion, along: FloatArray) -> JointErrors:
     """Return the force that the model lacks, by ranges of displacement or velocity.
 

@@ -45,8 +45,8 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
 
     The rms of blocks of 0.05 s is followed from the start; rest ends where a control or a
     response first exceeds three times its quietest block of the start, and must be below
-    three tenths of the rms of the whole, have 64 samples, not grow while it lasts, and hold responses that have
-    nothing in common with the controls at most frequencies.
+    three tenths of the rms of the whole, have 64 samples, not grow while it lasts, and hold
+    responses that have nothing in common with the controls at most frequencies.
 
     `controls` and `responses` are in the units of their channels, `sample_rate` in [Hz].
     """

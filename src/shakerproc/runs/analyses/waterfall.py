@@ -29,7 +29,13 @@ class WaterfallAnalysis(AbstractAnalysis):
     kind: ClassVar[str] = "waterfall"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
-        """Return the waterfall of a run, over speed where its orders are asked for too."""
+        """Return the waterfall of a run, over speed where its orders are asked for too.
+
+        Raises
+        ------
+        SpectrumError
+            If the band lies between two lines.
+        """
         wanted = result.test.processing.waterfall
         if wanted is None:
             return None
