@@ -207,7 +207,7 @@ def compare_tests(
     predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
     return Comparison(
         model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
-        fitted, tuple(left_out), _exchanged(model, list(zip(predictions, pairs, strict=True))),
+        fitted, tuple(left_out), exchanged(model, list(zip(predictions, pairs, strict=True))),
     )  # fmt: skip
 
 
@@ -258,7 +258,7 @@ def _with_next_floors(
     return found
 
 
-def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
+def exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
     """Return a warning for every response that peaks where the model has its dips.
 
     Only a base that is driven can be taken for a response: both are accelerations.
