@@ -19,7 +19,7 @@ from shakerproc.testlog import read_testlog
 @pytest.fixture(scope="module")
 def given(tmp_path_factory):
     """A model that lacks a gap, and two tests."""
-    made = campaign(hidden=((0, GAP),), seconds=2.0)
+    made = campaign(hidden=((0, GAP),), seconds=5.0)
     log, path = written(made, tmp_path_factory.mktemp("plausible"))
     model = read_model(path)
     return model, measured_tests(read_testlog(log), model)
