@@ -59,8 +59,9 @@ def joints_of(model: Model, sensed: Collection[str]) -> tuple[Joint, ...]:
     masses = list(model.masses)
     found = []
     for k, between in enumerate(pairs):
-        if told[k] is not None:
-            weights = {masses[i]: float(w) for i, w in zip(here, told[k], strict=True) if w}
+        by_sensed = told[k]
+        if by_sensed is not None:
+            weights = {masses[i]: float(w) for i, w in zip(here, by_sensed, strict=True) if w}
             found.append(Joint(between, weights))
             continue
         by_all = told_by_all[k]
@@ -107,7 +108,7 @@ def _incidence(model: Model, pairs: list[tuple[str, str]]) -> tuple[FloatArray, 
 
 def _solved(forces: FloatArray) -> list[FloatArray | None]:
     """Return for each column the weights of the rows that leave it alone, or None."""
-    weights = np.linalg.pinv(forces.T)
+    weights: FloatArray = np.asarray(np.linalg.pinv(forces.T), float)
     left = forces.T @ weights - np.eye(forces.shape[1])
     weights[np.abs(weights) < _NONE] = 0.0
     return [

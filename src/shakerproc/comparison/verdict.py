@@ -197,7 +197,7 @@ def _change(low: TestComparison, high: TestComparison) -> _Change | None:
         return None
 
     def at(pair: Pair, rows: np.ndarray, i: int) -> np.ndarray:
-        return np.interp(f, pair.frequency, rows[i])
+        return np.asarray(np.interp(f, pair.frequency, rows[i]))
 
     weight = np.interp(f, one.frequency, one.input)
     changes = []
