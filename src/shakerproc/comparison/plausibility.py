@@ -108,7 +108,7 @@ def _slipped(test: Measured, model: Model, joint: JointMotion) -> str:
     return (
         f"{test.run}: the measured force between {' and '.join(joint.between)} is "
         f"{wrong[0]:.2g} times that of {model.title} over the same motion. Correct the unit of "
-        "mass or stiffness in the model, or of a sensitivity in the log."
+        "mass or stiffness in the model, or sensitivities and roles in the log."
     )
 
 
