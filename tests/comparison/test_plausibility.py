@@ -49,7 +49,7 @@ def test_a_stiffness_in_another_unit_is_told(tmp_path, factor):
 def test_exchanged_channels_and_a_control_turned_round_are_told(given):
     model, tests = given
     exchanged = [replace(t, controls=t.responses, responses=t.controls[:1]) for t in tests]
-    with pytest.raises(DiagnosisError, match="may be exchanged|roles in the log"):
+    with pytest.raises(DiagnosisError, match=r"may be exchanged|roles in the log"):
         check_plausible(model, exchanged)
     turned = [replace(t, responses=-t.controls[:1]) for t in tests]
     with pytest.raises(DiagnosisError, match="ch3 is the control turned round"):
