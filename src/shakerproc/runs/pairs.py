@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.runs.resonances import averaged_share
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
@@ -182,7 +183,7 @@ def _pair(
     rows = (inputs, [output])
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
-    low, high = _limits(cross, *rows)
+    limits, _ = spectra.response_bounds(cross, *rows)
     return Pair(
         label=f"{wanted.output} / {wanted.input}",
         name=NAMES.get((of, over), "response function") if unit else "transmissibility",
@@ -191,26 +192,15 @@ def _pair(
         h1=spectra.h1(cross, *rows)[0] * factor,
         h2=spectra.h2(cross, *rows)[0] * factor,
         hv=spectra.hv(cross, *rows)[0] * factor,
-        low=low * factor,
-        high=high * factor,
-        coherence=spectra.coherence(cross, *rows)[0],
+        low=limits.low[0] * factor,
+        high=limits.high[0] * factor,
+        coherence=averaged_share(cross, spectra.coherence(cross, *rows)[0]),
         excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
         inputs=inputs,
         row=output,
         output=result.channels[output].name,
         cross=cross,
     )
-
-
-def _limits(
-    cross: spectra.CrossSpectra, inputs: Sequence[int], outputs: Sequence[int]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the 95 % limits of a gain; of one average there are none."""
-    if cross.effective_averages <= 1.0:
-        unknown = np.full(cross.frequency.shape, np.nan)
-        return unknown, unknown
-    bounds, _ = spectra.response_bounds(cross, inputs, outputs)
-    return bounds.low[0], bounds.high[0]
 
 
 def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:

@@ -23,7 +23,7 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra import Crop
+from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test, TestLog
@@ -150,7 +150,11 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
+        notes=(
+            *recording.notes,
+            *_why_not(test, channels, controls, lines),
+            *_one_average(test, cross, crop.n_samples),
+        ),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -222,6 +226,17 @@ def _why_not(
     why = "" if test.rings else _why_no_response(channels, controls)
     said = (levels.unseen(test, channels), why, told(lines))
     return [sentence for sentence in said if sentence]
+
+
+def _one_average(test: Test, cross: CrossSpectra, n_samples: int) -> list[str]:
+    """Return what one average cannot tell; nothing of several, or of one decay."""
+    if cross.effective_averages > 1.0 or test.rings:
+        return []
+    return [
+        f"The run of {n_samples} samples holds one segment of {cross.segment}: one average has "
+        "no coherence, and nothing tells its peaks from chance. Take shorter segments "
+        f"(--segment {max(n_samples // 4, 8)})."
+    ]
 
 
 def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> str:
