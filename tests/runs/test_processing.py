@@ -267,5 +267,5 @@ def test_a_run_of_one_segment_has_spectra_and_no_coherence(n_samples):
     assert_allclose(result.against.h1[0], expected, rtol=1e-6)
     assert np.isnan(result.against.coherence).all()
     assert all(len(found) == 1 for found in result.psd_peaks)
-    assert "one average has no coherence" in result.notes[-1]
-    assert "passes the peak" not in str(result.response_peaks)
+    assert "one average has no coherence and no damping" in result.notes[-1]
+    assert all(peak.damping is None for found in result.response_peaks for peak in found)

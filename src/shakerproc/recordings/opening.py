@@ -25,6 +25,7 @@ from shakerproc.recordings.choosing import (
     FilePart,
     choose_channels,
     choose_part,
+    left_out,
     unused_channels,
     with_numbers,
 )
@@ -143,12 +144,21 @@ def open_recording(
             in_file=len(with_numbers(among)),
             skipped=raw.skipped,
             unused=unused,
-            notes=(*found.notes, *([note] if note else [])),
+            notes=(*found.notes, *([note] if note else []), *_absent(among, said)),
         )
     except BaseException:
         raw.source.close()
         file.close()
         raise
+
+
+def _absent(among: RawGroup, said: Sequence[ChannelUse] | None) -> list[str]:
+    """Return which channels of every test this recording goes without."""
+    absent = left_out(among, said or ())
+    if not absent:
+        return []
+    names = ", ".join(shown(use.key) for use in absent)
+    return [f"Channels of the log that this recording has not were left out: {names}."]
 
 
 def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFile:

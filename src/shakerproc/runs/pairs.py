@@ -60,20 +60,40 @@ class Pair:
 def functions_of(result: RunResult) -> list[Pair]:
     """Return the response functions that the log asks for, else those over each force.
 
+    Those that the log asks of every test and this run does not have are left out; where it has
+    none of them, those over each force stand for them.
+
     Raises
     ------
     SpectrumError
-        If the log asks for one that the run does not have.
+        If it does not have one that is asked of this test itself.
     """
-    asked = result.test.processing.response_functions
-    if asked:
-        return [_pair(result, result.spectra, *_of_names(result, one)) for one in asked]
-    return [pair for force in _driving(result) for pair in _against(result, force)]
+    asked, _ = _asked_of(result)
+    return asked or [pair for force in _driving(result) for pair in _against(result, force)]
+
+
+def _asked_of(result: RunResult) -> tuple[list[Pair], list[str]]:
+    """Return the functions that the log asks for and the run has, and why it has not others.
+
+    Raises
+    ------
+    SpectrumError
+        If it does not have one that is asked of this test itself.
+    """
+    found, missing = [], []
+    for one in result.test.processing.response_functions:
+        try:
+            found.append(_pair(result, result.spectra, *_of_names(result, one)))
+        except SpectrumError as error:
+            if "response_functions" not in result.test.processing.inherited:
+                raise
+            missing.append(f"Left out: {one.output} / {one.input}: {error}")
+    return found, missing
 
 
 def told_of_forces(result: RunResult) -> tuple[str, ...]:
     """Return a sentence for each of several forces that cannot be told from the others."""
-    if result.test.processing.response_functions:
+    if _asked_of(result)[0]:
         return ()
     names = [channel.name for channel in result.channels]
     return tuple(
@@ -81,6 +101,11 @@ def told_of_forces(result: RunResult) -> tuple[str, ...]:
         for force in _driving(result)
         if (why := _not_apart(result, force))
     )
+
+
+def functions_left_out(result: RunResult) -> list[str]:
+    """Return a sentence for each function that the log asks for and the run does not have."""
+    return _asked_of(result)[1]
 
 
 def _rows(result: RunResult, name: str) -> tuple[int, ...]:

@@ -134,8 +134,8 @@ def response_peaks(
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
             )
-            read = _reader_of_response(search, controls, channel)
             known = chance if np.isfinite(chance).any() else None
+            read = None if known is None else _reader_of_response(search, controls, channel)
             peaks = search.peaks(gain, known)
             found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
     return tuple(found)

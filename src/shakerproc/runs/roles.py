@@ -47,7 +47,8 @@ def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     """Return what the log says of each channel of a recording; empty where it names none."""
     roles = {channel.role for channel in recording.channels}
     said = [*test.channels, *(use for one in test.beside for use in one.channels)]
-    used = [use for use in said if use.role in roles]
+    names = {channel.source_name for channel in recording.channels}
+    used = [u for u in said if u.role in roles and (not u.default or u.key in names)]
     return used if len(used) == len(recording.channels) else []
 
 
