@@ -24,5 +24,5 @@ def test_a_picture_of_any_name_is_drawn_without_a_warning(tmp_path, name):
         axis.set_title(name)
         axis.legend()
         assert pictures.save(picture, tmp_path / "a.png").stat().st_size > 1000
-    assert axis.get_title() == legible(name)
+    assert axis.get_title(loc="left") == legible(name)
     assert families()[0] == "DejaVu Sans"

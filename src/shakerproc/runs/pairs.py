@@ -60,16 +60,18 @@ class Pair:
 def functions_of(result: RunResult) -> list[Pair]:
     """Return the response functions that the log asks for, else those over each force.
 
-    Those that the log asks of every test and this run does not have are left out; where it has
-    none of them, those over each force stand for them.
+    Those that the log asks of every test and this run does not have are left out; those over
+    each force stand for them.
 
     Raises
     ------
     SpectrumError
         If it does not have one that is asked of this test itself.
     """
-    asked, _ = _asked_of(result)
-    return asked or [pair for force in _driving(result) for pair in _against(result, force)]
+    asked, missing = _asked_of(result)
+    if asked and not missing:
+        return asked
+    return [*asked, *(pair for f in _driving(result) for pair in _against(result, f))]
 
 
 def _asked_of(result: RunResult) -> tuple[list[Pair], list[str]]:
@@ -93,7 +95,8 @@ def _asked_of(result: RunResult) -> tuple[list[Pair], list[str]]:
 
 def told_of_forces(result: RunResult) -> tuple[str, ...]:
     """Return a sentence for each of several forces that cannot be told from the others."""
-    if _asked_of(result)[0]:
+    asked, missing = _asked_of(result)
+    if asked and not missing:
         return ()
     names = [channel.name for channel in result.channels]
     return tuple(
