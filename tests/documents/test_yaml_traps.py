@@ -106,6 +106,7 @@ REFUSED = {
     "more indentation": ("value:\n  a: 1\n   b§: 2", "or is one of the two too far in"),
     "dash out of line": ("value:\n  - 1\n §- 2", "as far in as its neighbours above"),
     "open brace": ("value: {a: 1\nother§: 2", 'expected "," or "}"'),
+    "open brace at the end": ("value: {a: 1§", 'expected "," or "}"'),
     "open bracket": ("value: [1, 2\nother§: 2", 'expected "," or "\\]"'),
     "nothing after a key": ("other: 1\nvalue:§", "expected a value after value:, got nothing"),
     "a tilde after a key": ("value: §~", "expected a value after value:, got nothing"),

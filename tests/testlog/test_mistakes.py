@@ -80,7 +80,7 @@ MISTAKES = [
     ("unit: g}", "unit: §kg}", "no channel measures that"),
     ("unit: g}", "unit: V, sensitivity: §100 mV}", "volts per unit, such as 100 mV/g"),
     ("unit: g}", "unit: V, sensitivity: §10.21}", "such as 100 mV/g, got \"10.21\""),
-    ("unit: g}", "unit: g, direction:§ }", "expected a value after direction:, got nothing"),
+    ("unit: g}", "unit: g, direction: §}", "expected a value after direction:, got nothing"),
     ("unit: g}", "unit: §g, sensitivity: 100 mV/g}", "take the sensitivity out if the numbers"),
     ("unit: g}", "override: §true}", "expected unit or sensitivity beside it"),
     ("unit: g}", "unit: g, override: §yes}", "did you mean true"),

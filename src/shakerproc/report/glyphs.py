@@ -39,9 +39,9 @@ def write_legibly(picture: "Figure") -> None:
     from matplotlib.text import Text
 
     for item in picture.findobj(Text):
-        text = item.get_text()  # type: ignore[attr-defined]
+        text = item.get_text()
         if (new := legible(text)) != text:
-            item.set_text(new)  # type: ignore[attr-defined]
+            item.set_text(new)
 
 
 def _code(character: str) -> str:
