@@ -166,7 +166,7 @@ def open_recording(
             found,
             in_file=len(with_numbers(among)),
             unused=unused,
-            notes=(*found.notes, *([note] if note else []), *_absent(among, said)),
+            notes=(*found.notes, *([note] if note else []), *_absent(among, wanted)),
         )
     except BaseException:
         raw.source.close()
