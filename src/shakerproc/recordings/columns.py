@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, final
 
@@ -87,12 +87,8 @@ def file_of_columns(
         ))
         for row in time_columns(table.headers, units)
     }  # fmt: skip
-    reading = _Reading(table, units, lengths, timed, stated, said, bool(cut))
-    channels = [
-        replace(reading.channel(row), start_time=start_time)
-        for row in range(len(units))
-        if row not in timed
-    ]
+    reading = _Reading(table, units, lengths, timed, stated, said, start_time, bool(cut))
+    channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
     remarks = [remark for channel in channels if (remark := reading.remark(channel))]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else []), *remarks]
     return RawFile(
@@ -117,6 +113,8 @@ class _Reading:
         Columns that hold nothing but the sample rate, each with it [Hz].
     said : tuple of TimeAxis
         What it states without a time column.
+    start_time : datetime, optional
+        When time 0 of the time columns is.
     cut : bool
         Whether the file stops short.
     """
@@ -127,6 +125,7 @@ class _Reading:
     timed: Mapping[int, tuple[TimeAxis, ...]]
     stated: Mapping[int, float]
     said: tuple[TimeAxis, ...]
+    start_time: datetime | None
     cut: bool
 
     def channel(self, row: int) -> RawChannel:
@@ -139,6 +138,7 @@ class _Reading:
             n_samples=self.lengths[row],
             promised=self.until(row) + self.cut,
             unit=unit.strip() or in_header,
+            start_time=self.start_time,
             problem=self.problem(row),
             alias=header,
             axes=self.said if time is None else self.timed[time],

@@ -317,6 +317,7 @@ _SUFFIXES: Mapping[str, str] = MappingProxyType({
 })
 
 
+@lru_cache(maxsize=1 << 16)
 def split_header(header: str) -> tuple[str, str]:
     """Return name and unit of a header such as ``ch3 [g]`` or ``ch3_g``; unit may be empty.
 

@@ -16,13 +16,10 @@ import numpy as np
 from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.tdms.layout import Layout
 from shakerproc.recordings.tdms.objects import split_path
-from shakerproc.recordings.time_base import SAME_RATE
+from shakerproc.recordings.time_base import CLOCKS, SAME_RATE
 
 LATE: Final = 1e-3
 """Gap between segments that is none [s]: programs write times of day to the millisecond."""
-
-CLOCKS: Final = 1e-4
-"""How far two clocks part, relative: a crystal is right to 50 parts in a million."""
 
 MOST: Final = 100
 """Measurements of a group that can be chosen from."""
