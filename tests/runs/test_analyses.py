@@ -87,12 +87,12 @@ MISTAKEN = {
 """What a log may not say."""
 
 
-def campaign(folder, asked):
-    log = write_campaign(folder, 1, seconds=4.0)
+def campaign(folder, asked, more=""):
+    log = write_campaign(folder, 1, seconds=4.0, more=more)
     mark = "  welch: {segment: 512, overlap: 256}\n"
     assert mark in log.read_text()
     text = log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked))
-    log.write_text(text.replace("processing:", "  tacho: {role: tachometer}\nprocessing:"))
+    log.write_text(text.replace("\nprocessing:", "\n  tacho: {role: tachometer}\nprocessing:"))
     with_tachometer(folder / "recordings" / "test_1.tdms")
     return log
 
@@ -149,12 +149,26 @@ def test_every_kind_is_in_tables_figures_and_report(results, kind):
 def test_what_a_recording_does_not_allow_is_one_line_and_nothing_is_written(
     tmp_path, capsys, asked, says
 ):
-    log = campaign(tmp_path, [asked])
+    log = campaign(tmp_path, [], more=f", processing: {{{asked}}}")
     recording = tmp_path / "recordings" / "test_1.tdms"
     assert run("process", recording, "--log", log, "--out", tmp_path / "out") == 1
     (line,) = [x for x in capsys.readouterr().err.splitlines() if x.startswith("error")]
     assert says in line
     assert not list((tmp_path / "out").glob("*.csv"))
+
+
+@pytest.mark.parametrize(("asked", "says"), REFUSED.items())
+def test_what_every_test_is_asked_and_one_cannot_have_is_left_out_of_it(
+    tmp_path, capsys, asked, says
+):
+    log = campaign(tmp_path, [asked])
+    recording = tmp_path / "recordings" / "test_1.tdms"
+    out = ("--no-figures", "--out", tmp_path / "out")
+    assert run("process", recording, "--log", log, *out) == 0
+    told = [x for x in capsys.readouterr().err.splitlines() if says in x]
+    assert len(told) == 1
+    assert re.search("left out|shown is", told[0], re.IGNORECASE)
+    assert table(tmp_path / "out" / "spectra.csv")
 
 
 @pytest.mark.parametrize(("asked", "says"), MISTAKEN.items())

@@ -9,6 +9,7 @@ from shakerproc import files
 from shakerproc.data import FloatArray
 from shakerproc.report import style
 from shakerproc.report.drawn import Axis, Curve, Figure, Filling, Image, Mark, Plot
+from shakerproc.report.glyphs import write_legibly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +33,7 @@ def save(picture: "Picture", path: Path) -> Path:
     from PIL import Image as Pixels
     from PIL.PngImagePlugin import PngInfo
 
+    write_legibly(picture)
     picture.set_dpi(DOTS_PER_INCH)
     canvas = FigureCanvasAgg(picture)
     canvas.draw()  # type: ignore[no-untyped-call]

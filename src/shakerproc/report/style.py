@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
+from shakerproc.report.glyphs import families
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -75,6 +77,7 @@ def look() -> Iterator[None]:
     with _SETTINGS, mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update({
+            "font.family": list(families()),
             "font.size": 9.0,
             "axes.titlesize": 10.0,
             "axes.titlelocation": "left",

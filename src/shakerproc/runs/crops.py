@@ -8,7 +8,7 @@ from shakerproc.errors import LogError
 from shakerproc.runs.result import (
     shown_unit,
 )
-from shakerproc.runs.roles import row_named, without_tachometers
+from shakerproc.runs.roles import row_named, uses_of, without_tachometers
 from shakerproc.spectra import Crop
 from shakerproc.testlog import Test, ThresholdCrop, TimeCrop
 
@@ -75,7 +75,7 @@ def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
     LogError
         If there is none.
     """
-    used = [use.key for use in test.channels if use.role != "ignore"]
+    used = [use.key for use in uses_of(recording, test)]
     if wanted in used:
         return used.index(wanted)
     row = row_named(recording.channels, wanted)
