@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -29,7 +30,7 @@ def payload(plot: Plot) -> Markup:
     Nothing, where a line goes back and forth along x.
     """
     x_axis, y_axis, marks, spans = plot.x, plot.y, plot.marks, plot.spans
-    drawn = [item for item in plot.items if item.x.size]
+    drawn = [one for item in plot.items if (one := _placed(item, x_axis)).x.size]
     if any(_loops(item) for item in drawn):
         return Markup("")  # the script draws functions of x
     x_range = _range([item.x for item in drawn], logarithmic=x_axis.logarithmic)
@@ -62,6 +63,24 @@ def payload(plot: Plot) -> Markup:
         content["e"] = _rounded(plot.spread[1] / plot.spread[0])
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return Markup("<data value='{}'></data>").format(quoted(text))
+
+
+def _placed(item: Curve | Filling, axis: Axis) -> Curve | Filling:
+    """Return an item of which every point has a place along x; where one has none, a break."""
+    known = np.isfinite(axis.share(item.x))
+    if known.all():
+        return item
+    at = np.maximum.accumulate(np.where(known, np.arange(item.x.size), -1))
+    begun = at >= 0
+    x, known = item.x[at[begun]], known[begun]
+    if isinstance(item, Filling):
+        low, high = (np.where(known, row[begun], np.nan) for row in (item.low, item.high))
+        return replace(item, x=x, low=low, high=high)
+    hollow, bars = (
+        tuple(np.asarray(row)[begun[: len(row)]]) for row in (item.hollow, item.bars)
+    )
+    y = np.where(known, item.y[begun], np.nan)
+    return replace(item, x=x, y=y, hollow=hollow, bars=bars)
 
 
 def _loops(item: Curve | Filling) -> bool:
