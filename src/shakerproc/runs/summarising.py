@@ -169,7 +169,10 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
         kurtosis=finite(s.kurtosis[i]),
         band_rms=finite(result.band_rms[i], factor),
         coherence=_mean_coherence(result, i),
-        psd_peaks=tuple(_peak(p, factor**2) for p in result.psd_peaks[i]),
+        psd_peaks=tuple(
+            replace(_peak(p, factor**2), shape=_shape(result, i, p))
+            for p in result.psd_peaks[i]
+        ),
         response_peaks=tuple(_peak(p, gain) for p in result.response_peaks[i]),
         swept_peaks=_swept_peaks(result, i),
     )
@@ -201,6 +204,19 @@ def _mean_coherence(result: RunResult, i: int) -> float | None:
     values = result.against.coherence[result.responses.index(i), result.against.valid]
     values = values[np.isfinite(values)]
     return float(values.mean()) if values.size else None
+
+
+def _shape(
+    result: RunResult, i: int, found: ResonancePeak
+) -> Mapping[str, tuple[float, float]]:
+    """Return how the responses of a channel's quantity move at a peak of it, over it [-]."""
+    column = result.spectra.matrix[i, :, found.peak.index]
+    if i not in result.responses or not column[i].real > 0.0:
+        return {}
+    unit = result.channels[i].unit
+    alike = [j for j in result.responses if result.channels[j].unit == unit]
+    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in alike}
+    return {name: (round(v.real, 5), round(v.imag, 5)) for name, v in over.items()}
 
 
 def _peak(found: ResonancePeak, factor: float) -> PeakSummary:

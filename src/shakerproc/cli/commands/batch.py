@@ -150,6 +150,7 @@ def batch(
         tried_header(log),
         units=shown,
         earlier=None if against is None else read_earlier(against),
+        thesis=thesis,
     )
     with locked(root):
         campaign = work_through_log(
