@@ -1,4 +1,4 @@
-"""Trends follow one mode, against a structure of three masses whose modes are computed by scipy."""
+"""Trends follow one mode: of three masses on springs, whose modes scipy computes."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def modes(joint):
     return np.sqrt(squared) / (2.0 * np.pi), shapes.T
 
 
-def test_run(name, joint, tallest, *, level, sensors=NAMES, seen=(0, 1, 2)):
+def run_of(name, joint, tallest, *, level, sensors=NAMES, seen=(0, 1, 2)):
     """Return a run whose tip has a peak at each mode that is seen, one of them the tallest."""
     frequency, shapes = modes(joint)
     ranked = sorted(seen, key=lambda mode: (mode != tallest, mode))
@@ -42,15 +42,13 @@ def test_run(name, joint, tallest, *, level, sensors=NAMES, seen=(0, 1, 2)):
     return RunSummary(name, "done", facts, channels=(tip,), spectrum=SPECTRUM)
 
 
-test_run.__test__ = False
-
 LEVELS = ((1.9e5, 0.001), (2.3e5, 0.004), (2.7e5, 0.016), (3.1e5, 0.03))
 
 
 @pytest.mark.parametrize("sensors", [NAMES, ("tip",)])
 def test_a_trend_follows_the_first_mode_where_the_third_makes_the_tallest_peak(sensors):
     runs = [
-        test_run(str(i), joint, 2 if i == 2 else 0, level=level, sensors=sensors)
+        run_of(str(i), joint, 2 if i == 2 else 0, level=level, sensors=sensors)
         for i, (joint, level) in enumerate(LEVELS)
     ]
     found = trends.peaks_of(runs, "tip")
@@ -65,7 +63,7 @@ def test_a_trend_follows_the_first_mode_where_the_third_makes_the_tallest_peak(s
 
 def test_the_first_sentence_says_where_the_tallest_peak_is_of_another_mode():
     runs = [
-        test_run(str(i), joint, 2 if i == 3 else 0, level=level)
+        run_of(str(i), joint, 2 if i == 3 else 0, level=level)
         for i, (joint, level) in enumerate(LEVELS)
     ]
     told = trend_sentence(runs, "tip")
@@ -76,9 +74,9 @@ def test_the_first_sentence_says_where_the_tallest_peak_is_of_another_mode():
 
 def test_a_run_without_a_peak_of_the_mode_takes_no_part():
     runs = [
-        test_run("0", 1.9e5, 0, level=0.001),
-        test_run("1", 2.3e5, 0, level=0.004),
-        test_run("2", 2.7e5, 2, level=0.016, seen=(1, 2)),
+        run_of("0", 1.9e5, 0, level=0.001),
+        run_of("1", 2.3e5, 0, level=0.004),
+        run_of("2", 2.7e5, 2, level=0.016, seen=(1, 2)),
     ]
     assert trends.peaks_of(runs, "tip")[2].frequency_hz is None
     assert (
@@ -92,12 +90,12 @@ def test_a_run_without_a_peak_of_the_mode_takes_no_part():
 
 
 def test_a_step_that_may_lead_to_another_mode_is_told_where_shapes_cannot_tell():
-    """Of one sensor: from 173 Hz (and 586 Hz) to 343 Hz alone is more than half-way."""
+    """Of one sensor: from 173 Hz (and 586 Hz) to 343 Hz (and 645 Hz) is more than half-way."""
     joint = 1.2e6
     runs = [
-        test_run("0", 1.9e5, 0, level=0.001, sensors=("tip",)),
-        test_run("1", 1.9e5, 0, level=0.002, sensors=("tip",)),
-        test_run("2", joint, 0, level=0.016, sensors=("tip",), seen=(0,)),
+        run_of("0", 1.9e5, 0, level=0.001, sensors=("tip",)),
+        run_of("1", 1.9e5, 0, level=0.002, sensors=("tip",)),
+        run_of("2", joint, 0, level=0.016, sensors=("tip",)),
     ]
     first, second = modes(1.9e5)[0][:2]
     assert modes(joint)[0][0] > np.sqrt(first * second)
@@ -109,7 +107,7 @@ def test_a_step_that_may_lead_to_another_mode_is_told_where_shapes_cannot_tell()
 
 def test_two_peaks_of_one_shape_in_one_run_are_one_mode():
     """A sweep whose resonance jumps has two peaks beside each other."""
-    run = test_run("0", 1.9e5, 0, level=0.001)
+    run = run_of("0", 1.9e5, 0, level=0.001)
     tip = run.channels[0]
     twin = PeakSummary(
         *(1.03 * tip.psd_peaks[0].frequency_hz,) * 2, 5.0, None, None, None, None, None, None,
@@ -117,7 +115,7 @@ def test_two_peaks_of_one_shape_in_one_run_are_one_mode():
     )  # fmt: skip
     tip = replace(tip, psd_peaks=(tip.psd_peaks[0], twin, *tip.psd_peaks[1:]))
     jumped = replace(run, test="1", channels=(tip,))
-    other = test_run("2", 2.05e5, 0, level=0.016)
+    other = run_of("2", 2.05e5, 0, level=0.016)
     found = trends.peaks_of([run, jumped, other], "tip")
     assert [one.frequency_hz is not None for one in found] == [True, True, True]
     assert found[2].frequency_hz == modes(2.05e5)[0][0]

@@ -20,7 +20,10 @@ HOOK = """(async () => {
   const canvas = CanvasRenderingContext2D.prototype;
   const off = [
     hook(canvas, "translate", ([x, y], g) => { if (x !== 0 || y !== 0) seen.place = [x, y]; }),
-    hook(canvas, "fill", ([path]) => { if (path && seen.place) seen.marks.push(seen.place); seen.place = null; }),
+    hook(canvas, "fill", ([path]) => {
+      if (path && seen.place) seen.marks.push(seen.place);
+      seen.place = null;
+    }),
     hook(canvas, "arc", ([x, y]) => seen.marks.push([x, y])),
     hook(Path2D.prototype, "lineTo", (at) => seen.steps.push(at)),
     hook(Path2D.prototype, "moveTo", (at) => seen.steps.push(at)),

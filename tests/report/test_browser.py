@@ -360,7 +360,7 @@ def every_kind_of_plot():
             svg.Curve("b", few[::-1], y, 3, points=True),
         ],
         "dots": [
-            svg.Curve("a", np.repeat(rng.random(9) * 10.0, 3), rng.random(27) * 6.0, 0, dots=True),
+            svg.Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
             svg.Curve("b", few, y, 1, dots=True),
         ],
         "areas": [

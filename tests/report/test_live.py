@@ -150,8 +150,8 @@ def test_points_at_one_place_are_all_handed_over(places):
     curves = [svg.Curve("a", x, y, 0, points=True), svg.Curve("b", x[::-1], y, 1, dots=True)]
     axis = svg.Axis("", 0.0, 40.0)
     found = content(live.payload(svg.Plot(curves, axis, axis)))
-    for (*_, at, values), curve in zip(found["c"], curves, strict=True):
-        at = found["c"][at][3] if isinstance(at, int) else at
+    for (*_, place, values), curve in zip(found["c"], curves, strict=True):
+        at = found["c"][place][3] if isinstance(place, int) else place
         read = np.linspace(*at) if isinstance(at, list) else decoded(at, 3, found["x"])
         assert_allclose(read, curve.x, atol=1e-4)
         assert_allclose(decoded(values, 2, found["y"]), curve.y, atol=0.01)

@@ -4,9 +4,9 @@ A peak continues the mode that it is most like,
 
 .. math:: c = 1 - MAC(\phi, \psi) + |\ln(f / f')|,
 
-with the operating shapes :math:`\phi, \psi` of all responses at both peaks and f' the frequency of
-the mode in another run. Without three sensors in common the shapes tell nothing: c is the second
-term alone, continuity.
+with the operating shapes :math:`\phi, \psi` of all responses at both peaks, and f' the
+frequency of the mode in another run. Without three sensors in common the shapes tell nothing:
+c is the second term alone, continuity.
 """
 
 import math
@@ -15,20 +15,22 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import LEAST_MAC, TELLING
 from shakerproc.runs.summary import PeakSummary
 
 OCTAVE: Final = math.log(2.0)
-"""Logarithm of the ratio of frequencies beyond which two peaks are never one mode: the stiffness
-would have to change fourfold [-]."""
+"""Logarithm of the ratio of frequencies beyond which two peaks are never one mode [-]: the
+stiffness would have to change fourfold."""
 
 SAME_MAC: Final = 0.9
-"""MAC from which on two peaks of one run are one mode that rattles or jumps [-]: what D. J. Ewins,
-"Modal Testing", 2nd ed., Research Studies Press, 2000, ch. 5, takes for correlated modes."""
+"""MAC from which on two peaks of one run are one mode that rattles or jumps [-]: correlated
+modes in D. J. Ewins, "Modal Testing", 2nd ed., Research Studies Press, 2000, ch. 5."""
 
-NEVER: Final = math.inf
+NEVER: Final = 1e6
+"""Cost of what is no choice [-]."""
 
 
 @final
@@ -93,18 +95,20 @@ def followed(runs: Sequence[Sequence[PeakSummary]]) -> Followed:
         Peaks of one channel in each run, tallest first.
     """
     modes: list[list[Sighting]] = []
-    # the runs that show most modes come first: they tell modes apart that others show one by one
+    # the runs with most peaks come first: they tell modes apart that others show one by one
     for run in sorted(range(len(runs)), key=lambda run: -len(runs[run])):
-        free = list(modes)
-        for rank, peak in enumerate(runs[run]):
-            if any(_alike(peak, taller) >= SAME_MAC for taller in runs[run][:rank]):
-                continue
-            costs = [min(_cost(peak, seen.peak) for seen in mode) for mode in free]
-            best = min(range(len(free)), key=costs.__getitem__, default=-1)
-            if best >= 0 and costs[best] < NEVER:
-                free.pop(best).append(Sighting(run, peak))
-            else:
-                modes.append([Sighting(run, peak)])
+        peaks = _distinct(runs[run])
+        costs = np.array([
+            [min(_cost(peak, seen.peak) for seen in mode) for mode in modes] for peak in peaks
+        ]).reshape(len(peaks), len(modes))
+        rows, columns = scipy.optimize.linear_sum_assignment(costs)
+        continued = {
+            int(i): modes[j] for i, j in zip(rows, columns, strict=True) if costs[i, j] < NEVER
+        }
+        for i, peak in enumerate(peaks):
+            if i not in continued:
+                modes.append([])
+            continued.get(i, modes[-1]).append(Sighting(run, peak))
     if not modes:
         return Followed((None,) * len(runs), ((),) * len(runs), by_shape=False)
     chosen = max(modes, key=lambda mode: sum(s.peak is runs[s.run][0] for s in mode))
@@ -122,8 +126,17 @@ def followed(runs: Sequence[Sequence[PeakSummary]]) -> Followed:
     )
 
 
+def _distinct(peaks: Sequence[PeakSummary]) -> list[PeakSummary]:
+    """Return peaks without those of the shape of a taller one."""
+    return [
+        peak
+        for rank, peak in enumerate(peaks)
+        if not any(_alike(peak, taller) >= SAME_MAC for taller in peaks[:rank])
+    ]
+
+
 def _cost(one: PeakSummary, other: PeakSummary) -> float:
-    """Return how unlike two peaks are [-]; infinite where they are never one mode."""
+    """Return how unlike two peaks are [-]; `NEVER` where they are not one mode."""
     shift = abs(math.log(one.frequency_hz / other.frequency_hz))
     if shift > OCTAVE:
         return NEVER

@@ -175,7 +175,7 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
 
 
 def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
-    """Return the peak of one mode of a channel in every run: the one that is tallest most often."""
+    """Return the peak of one mode of a channel in every run: the mode that is tallest most."""
     tallest = [main_peak(run, channel) for run in runs]
     mode = followed([
         () if peak is None else _peaks(run, channel)
