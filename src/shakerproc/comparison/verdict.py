@@ -19,11 +19,16 @@ _GROWS: Final = 1.3  # from the lowest to the highest level
 _SHIFT_BINS: Final = 1.5
 
 
+def explained(comparison: Comparison) -> bool:
+    """Return whether the model leaves no more than noise of every test."""
+    return all(map(_passes, comparison.tests))
+
+
 def sentence(comparison: Comparison) -> str:
     """Return where and how the model fails, or that it does not."""
-    worst = max(comparison.tests, key=_excess)
-    if _passes(worst):
+    if explained(comparison):
         return _explained(comparison)
+    worst = max(comparison.tests, key=_excess)
     parts = [_failure(comparison, worst), _joint(worst), _levels(comparison), _drift(worst)]
     return " ".join(part for part in parts if part)
 

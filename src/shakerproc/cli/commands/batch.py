@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import Campaign
@@ -169,6 +169,8 @@ def batch(
     output.write_json(document, json)
     tell(campaign, document, root, json)
     output.print_if(pdf, root / "report.html")
+    if model is None and any(run.status == "done" for run in campaign.runs):
+        next_step.after_batch(testlog, json)
     if any(summary.status == "failed" for summary in campaign.runs):
         output.finish(1)
 
@@ -193,6 +195,7 @@ def _with_more(
 ) -> dict[str, Any]:
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
     from shakerproc.campaign.remote import at_hand
+    from shakerproc.diagnosis.headline import headline
     from shakerproc.workflows.evidence import NONE, held_against
     from shakerproc.workflows.write_up import write_up
 
@@ -205,7 +208,8 @@ def _with_more(
             evidence = held_against(
                 model, seen, log.path, campaign.runs, tell=advance, warn=output.warning
             )
-    verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
+    found = evidence.diagnosis
+    verdict = f"{headline(found, log.active)} {found.sentence}".strip() if found else ""
     return write_up(
         log.title, campaign, root, wish, evidence=evidence, verdict=verdict, further=further
     )
