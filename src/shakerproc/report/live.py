@@ -9,7 +9,8 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report.drawn import Axis, Curve, Filling, Plot
+from shakerproc.report.drawn import Axis, Curve, Filling, Plot, unwrapped
+from shakerproc.report.style import COLOURS
 
 _LETTERS: Final = np.frombuffer(
     b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_", dtype=np.uint8
@@ -30,7 +31,8 @@ def payload(plot: Plot) -> Markup:
     Nothing, where a line goes back and forth along x.
     """
     x_axis, y_axis, marks, spans = plot.x, plot.y, plot.marks, plot.spans
-    drawn = [one for item in plot.items if (one := _placed(item, x_axis)).x.size]
+    items = [unwrapped(item, y_axis) for item in plot.items]
+    drawn = [one for item in items if (one := _placed(item, x_axis)).x.size]
     if any(_loops(item) for item in drawn):
         return Markup("")  # the script draws functions of x
     x_range = _range([item.x for item in drawn], logarithmic=x_axis.logarithmic)
@@ -47,7 +49,7 @@ def payload(plot: Plot) -> Markup:
             values.append([j for j, empty in enumerate(item.hollow) if empty])
         if isinstance(item, Curve) and len(item.bars):
             values += [[]] * (2 - len(values)) + [[_rounded(bar) for bar in item.bars]]
-        lines.append([item.label, item.style % 8, _kind(item), places, *values])
+        lines.append([item.label, item.style % len(COLOURS), _kind(item), places, *values])
     content: dict[str, Any] = {
         "x": [*_axis(x_axis), *_short(x_range)],
         "y": [*_axis(y_axis), *_short(y_range)],

@@ -192,7 +192,7 @@ function pointed(path, size, colour, hollow, bars) {
   };
 }
 function seriesOf(curve, index) {
-  const style = curve.style % 8, colour = curve.colour ?? look.colours[style];
+  const style = curve.style % look.colours.length, colour = curve.colour ?? look.colours[style];
   const grey = curve.kind === WIDE || (curve.kind === DOTS && style === 7);
   const stroke = grey ? "#a9a9a9" : colour;
   const base = { label: curve.name, stroke, width: 1.35, points: { show: false },
@@ -325,7 +325,7 @@ function draw(host, figure, hidden, width, height) {
   for (const curve of figure.curves) {
     const made = seriesOf(curve);
     if (curve.kind === AREA) {
-      const colour = curve.colour ?? look.colours[curve.style % 8];
+      const colour = curve.colour ?? look.colours[curve.style % look.colours.length];
       bands.push({ series: [series.length, series.length + 1], fill: `${colour}cc` });
     }
     for (const one of made) series.push({ ...one, scale: "y", show: !hidden.has(curve.name) });
