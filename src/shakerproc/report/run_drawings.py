@@ -53,9 +53,14 @@ def _drawings(figure: Figure, test: str) -> list[Drawing]:
         return [_titled(plot, _drawn(plot, test)) for plot in figure.plots]
     *above, last = figure.plots
     tall = max(LEAST, TOGETHER // len(figure.plots))
-    parts = [_drawn(_without_label(plot), test, tall, keys=False) for plot in above]
+    still = 2 * STILL // len(figure.plots)  # of a shared figure each has its part
+    parts = [_drawn(_without_label(plot), test, (tall, still), keys=False) for plot in above]
     names = svg.legend([item for plot in figure.plots for item in plot.items])
-    drawn = Markup("").join((*parts, _drawn(last, test, tall + LABEL, keys=False), names))
+    drawn = Markup("").join((
+        *parts,
+        _drawn(last, test, (tall + LABEL, still), keys=False),
+        names,
+    ))
     return [_titled(figure.plots[0], drawn)]
 
 
@@ -63,10 +68,14 @@ def _titled(plot: Plot, drawn: Markup) -> Drawing:
     return Drawing(f"{plot.title}.", plot.caption, drawn, kind=plot.kind)
 
 
-def _drawn(plot: Plot, test: str, most: int = MOST, *, keys: bool = True) -> Markup:
-    height = min(most, round(58 + 80 * plot.height))
+def _drawn(
+    plot: Plot, test: str, most: tuple[int, int] = (MOST, STILL), *, keys: bool = True
+) -> Markup:
+    """Return a drawing; `most` are its height [px] and the points of a line that it has."""
+    tall, points = most
+    height = min(tall, round(58 + 80 * plot.height))
     title = f"{plot.title or plot.channel} of test {test}"
-    return svg.plot(plot, most=STILL, title=title, height=height, keys=keys)
+    return svg.plot(plot, most=points, title=title, height=height, keys=keys)
 
 
 def _without_label(plot: Plot) -> Plot:

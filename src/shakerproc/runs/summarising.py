@@ -34,7 +34,7 @@ from shakerproc.runs.tracking import SweptReading
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
 
-TIME_SLICES: Final = 360
+TIME_SLICES: Final = 320
 """Slices of the envelopes on the page, of all channels of a run together."""
 
 SURFACE_CELLS: Final = (80, 160)

@@ -4,6 +4,7 @@ const look = JSON.parse(document.body.dataset.look);
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 const DIGIT = new Uint8Array(128);
 for (let i = 0; i < 64; i++) DIGIT[LETTERS.charCodeAt(i)] = i;
+const dark = matchMedia("(prefers-color-scheme: dark)");
 const LINE = 0, THIN = 1, WIDE = 2, MARKS = 3, DOTS = 4, AREA = 5;
 
 function values(text, axis, places) {
@@ -280,6 +281,7 @@ function shading(figure) {
         u.ctx.rect(left, top, width, height);
         u.ctx.clip();
         u.ctx.imageSmoothingEnabled = false;
+        if (dark.matches) u.ctx.filter = "invert(1) hue-rotate(180deg)"; // as the whole figure is
         u.ctx.drawImage(image.picture, across(u, x.low), up(y.high), across(u, x.high) - across(u, x.low), up(y.low) - up(y.high));
         u.ctx.restore();
       }],
@@ -299,6 +301,13 @@ function shading(figure) {
           g.stroke();
           const end = x > left + 0.8 * width;
           g.textAlign = end ? "right" : "left";
+          g.lineWidth = 3 * ratio;
+          g.strokeStyle = "#fff";
+          g.setLineDash([]);
+          g.strokeText(label, x + (end ? -4 : 4) * ratio, top + 11 * ratio);
+          g.lineWidth = ratio;
+          g.strokeStyle = "#000";
+          g.setLineDash([4 * ratio, 3 * ratio]);
           g.fillText(label, x + (end ? -4 : 4) * ratio, top + 11 * ratio);
         }
         if (figure.spread) {
