@@ -169,9 +169,15 @@ def batch(
     output.write_json(document, json)
     tell(campaign, document, root, json)
     output.print_if(pdf, root / "report.html")
-    if model is None and any(run.status == "done" for run in campaign.runs):
-        next_step.after_batch(testlog, json)
-    if any(summary.status == "failed" for summary in campaign.runs):
+    _end(campaign, None if model is not None else testlog, json)
+
+
+def _end(campaign: "Campaign", to_compare: Path | None, json: str | None) -> None:
+    """Say what comes next, of a log that no model was compared with; end with the status."""
+    states = {run.status for run in campaign.runs}
+    if to_compare is not None and "done" in states:
+        next_step.after_batch(to_compare, json)
+    if "failed" in states:
         output.finish(1)
 
 
