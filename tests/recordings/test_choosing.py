@@ -1,7 +1,5 @@
 """Group, channels, rate and units: what the file says, what the log says, and both."""
 
-from datetime import UTC, datetime
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -18,8 +16,6 @@ from tests.recordings.tdms_bytes import (
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import UNKNOWN, ChannelNotFoundError, FilePart, open_recording
-from shakerproc.recordings.opening import common_start
-from shakerproc.recordings.raw import RawChannel
 from shakerproc.recordings.si import parse_unit
 
 A_SEGMENT = METADATA | NEW_LIST | RAW
@@ -287,17 +283,6 @@ def test_spellings_of_units(text, expected):
     if expected is not None:
         assert found[0] == expected[0]
         assert found[1] == pytest.approx(expected[1], rel=1e-15)
-
-
-def test_different_start_times_are_noted():
-    def at(name, microsecond):
-        moment = datetime(2024, 1, 1, microsecond=microsecond, tzinfo=UTC)
-        return RawChannel(name, 0, 1, 1, start_time=moment), None
-
-    assert common_start([at("a", 0), at("b", 14)], 1000.0)[1] == ""
-    assert (
-        "'b' starts 0.002 s after 'a'" in common_start([at("a", 0), at("b", 2000)], 1000.0)[1]
-    )
 
 
 def test_files_that_are_none(tmp_path):

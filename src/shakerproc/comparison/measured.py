@@ -281,7 +281,7 @@ def measure(
     """
     with open_test(log, test) as recording:
         inputs = input_rows(recording, model)
-        rows = [sensor_row(recording, name, s) for name, s in sensors_of(model).items()]
+        rows = [sensor_row(recording, name, model) for name in sensors_of(model)]
         overlap = set(inputs) & set(rows)
         if overlap:
             name = recording.channels[overlap.pop()].name

@@ -168,7 +168,7 @@ def _by_level(comparison: Comparison) -> list[list[_AtLevel]]:
     kinds: dict[str | None, list[TestComparison]] = {}
     for test in comparison.tests:
         kinds.setdefault(test.measured.test.excitation, []).append(test)
-    unit = comparison.model.excitation.unit
+    unit = comparison.model.drive_unit
     found: list[list[_AtLevel]] = []
     for tests in kinds.values():
         said = [demanded(test.measured.test) for test in tests]

@@ -11,16 +11,15 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.rates import RATE_NAME, STEP_NAME, agreed_rate
+from shakerproc.recordings.rates import RATE_NAME, STEP_NAME
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.times import FEWEST, is_time, like_time, rate_of_times
+from shakerproc.recordings.time_axis import SILENT, TimeAxis
+from shakerproc.recordings.time_base import SLOWEST
+from shakerproc.recordings.times import FEWEST, axis_of_column, is_time, like_time, steps_of
 
 LARGEST: Final = 1 << 31
 """Bytes of arrays that are held in memory at most."""
-
-LONGEST_STEP: Final = 0.05
-"""Between the times of a line without a name, for it to be one of seconds [s]."""
 
 _NAMES: Final = re.compile(r"(?:channel_?)?(?:names|labels)", re.IGNORECASE)
 _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
@@ -126,8 +125,8 @@ def file_of_arrays(
     axes = {name: axis for name, array in long.items() if (axis := _axis(name, array))}
     within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
     length = _length({n: a for n, a in long.items() if n not in axes}, axes | within, run)
-    rate, problem = _rate(arrays, axes | within, length)
-    odd = [*left_out, *(n for n, axis in axes.items() if axis.times.size != length)]
+    said = _said(arrays, axes | within, length)
+    odd = [*left_out, *(n for n, axis in axes.items() if _size(axis) != length)]
     notes = [
         f"The first line of {shown(name)} is taken for its time in seconds: it advances evenly."
         for name in within
@@ -149,15 +148,15 @@ def file_of_arrays(
         headers = _headers(name, len(found), texts)
         first = len(lines)
         channels += [
-            _channel(first + i, line, header, length)
+            _channel(first + i, line, header, said, length)
             for i, (line, header) in enumerate(zip(found, headers, strict=True))
         ]
         lines += found
     problems = [f"{shown(c.name)} is no channel: {c.problem}" for c in channels if c.problem]
     notes += [f"{text}." for text in problems]
-    if rate is None and problems:
-        problem += f"; {problems[0]}"
-    channels = [replace(c, sample_rate=rate, rate_problem=problem) for c in channels]
+    if problems and not said:
+        said = (TimeAxis("the file", problem=f"{SILENT}; {problems[0]}"),)
+        channels = [replace(c, axes=said) for c in channels]
     if odd:
         notes.append(f"Left out, not of the same length or kind: {_listed(odd)}.")
     return RawFile(
@@ -167,8 +166,14 @@ def file_of_arrays(
     )
 
 
-def _channel(row: int, line: _Row, called: tuple[str, str], length: int) -> RawChannel:
-    """Return a line of an array as a channel, its rate still open."""
+def _channel(
+    row: int,
+    line: _Row,
+    called: tuple[str, str],
+    axes: tuple[TimeAxis, ...],
+    length: int,
+) -> RawChannel:
+    """Return a line of an array as a channel."""
     header, unit = called
     name, in_header = called if unit else split_header(header)
     return RawChannel(
@@ -179,6 +184,7 @@ def _channel(row: int, line: _Row, called: tuple[str, str], length: int) -> RawC
         unit=in_header,
         problem=like_time(header, unit, _head(line, length)),
         alias=header,
+        axes=axes,
     )
 
 
@@ -197,16 +203,7 @@ def _flat(array: ArrayLike) -> FloatArray:
     return flat
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Axis:
-    """A time vector: its values [s], and what is wrong with its name."""
-
-    times: FloatArray
-    problem: str
-
-
-def _axis(name: str, array: ArrayLike) -> _Axis | None:
+def _axis(name: str, array: ArrayLike) -> TimeAxis | None:
     """Return a time vector, or None where an array is none.
 
     One that is called such as t or time is; where the name only begins so, it has to advance
@@ -214,17 +211,20 @@ def _axis(name: str, array: ArrayLike) -> _Axis | None:
     """
     size = max(array.shape)
     short = name.rsplit(".", 1)[-1]
-    seconds = is_time(short)
-    named = seconds or re.match(r"time|zeit", short, re.IGNORECASE)
+    known = is_time(short)
+    named = known or re.match(r"time|zeit", short, re.IGNORECASE)
     if not named or math.prod(array.shape) != size or size > LARGEST // 8:
         return None
-    unit = split_header(short)[1]
-    problem = f"{name} is a time in {shown(unit, 20)}, not in s" if unit and not seconds else ""
-    times = _flat(array) * (seconds or 1.0)
-    return _Axis(times, problem) if seconds or rate_of_times(times)[0] else None
+    times = _flat(array)
+    axis = axis_of_column(short, split_header(short)[1], times, "time vector")
+    return axis if known or not steps_of(times, "", "").problem else None
 
 
-def _own_axis(name: str, array: ArrayLike) -> _Axis | None:
+def _size(axis: TimeAxis) -> int:
+    return axis.times.size if axis.times is not None else 0
+
+
+def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
     """Return the time vector [s] that is the first of a few lines, or None where it is none.
 
     Nothing that is measured advances evenly to the last digit; but longer steps may be counts,
@@ -238,13 +238,15 @@ def _own_axis(name: str, array: ArrayLike) -> _Axis | None:
     times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
     if times.size < FEWEST or not like_time(name, "", times):
         return None
-    rate = rate_of_times(times)[0]
-    return _Axis(times, "") if rate is not None and rate * LONGEST_STEP > 1.0 else None
+    found = steps_of(times, "", "")
+    if found.problem or found.step * SLOWEST >= 1.0:
+        return None
+    return TimeAxis(f"the first line of {shown(name)}", times=times, unit="s")
 
 
-def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, _Axis], run: str) -> int:
+def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], run: str) -> int:
     if axes:
-        return max(axis.times.size for axis in axes.values())
+        return max(map(_size, axes.values()))
     sizes = {max(a.shape) for a in long.values() if _is_slender(a.shape)}
     if not sizes:
         raise RecordingError(
@@ -259,27 +261,21 @@ def _is_slender(shape: tuple[int, ...]) -> bool:
     return len(shape) == 1 or min(shape) < max(shape) // 4 + 2
 
 
-def _rate(
-    arrays: Mapping[str, ArrayLike], axes: Mapping[str, _Axis], length: int
-) -> tuple[float | None, str]:
-    said: dict[str, float] = {}
-    for name, axis in axes.items():
-        if axis.times.size != length:
-            continue
-        found, problem = rate_of_times(axis.times)
-        if found is None or axis.problem:
-            return None, axis.problem or f"{name}: {problem.replace('column', 'vector')}"
-        said[name] = found
+def _said(
+    arrays: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], length: int
+) -> tuple[TimeAxis, ...]:
+    """Return what the arrays state of the times of all, by vectors and by single numbers."""
+    said = [axis for axis in axes.values() if _size(axis) == length]
     for name, array in arrays.items():
         if math.prod(array.shape) != 1:
             continue
         value = float(_flat(array)[0])
-        short = name.rsplit(".", 1)[-1]
-        if RATE_NAME.fullmatch(short):
-            said[name] = value
+        short, unit = split_header(name.rsplit(".", 1)[-1])
+        if RATE_NAME.fullmatch(name.rsplit(".", 1)[-1]):
+            said.append(TimeAxis(name, rate=value))
         elif STEP_NAME.fullmatch(short):
-            said[name] = 1.0 / value if value else 0.0
-    return agreed_rate(said)
+            said.append(TimeAxis(name, step=value, unit=unit))
+    return tuple(said)
 
 
 def _lines(array: ArrayLike, length: int) -> list[_Row]:

@@ -2,22 +2,21 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
-
-import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import length_of
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.rates import CONTRADICTION
-from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text
 from shakerproc.recordings.text_rows import read_table
-from shakerproc.recordings.times import is_time, rate_of_times
+from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.times import axis_of_column, is_time
 
 _END: Final = "***End_of_Header***"
 _LINE: Final = re.compile(r"(?P<name>[A-Za-z_ ]+)[,;\t](?P<value>.*)")
@@ -40,7 +39,7 @@ def read_lvm(path: Path, run: str) -> RawFile:
             encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
         )
         table = read_table(file, found, run)
-    axis = next((i for i, title in enumerate(head.titles) if is_time(title)), None)
+    axis = next(iter(head.times), None)
     timed = axis is not None and length_of(table.values[axis]) == table.values.shape[1] > 0
     times = table.values[axis] if timed and axis is not None else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
@@ -53,7 +52,7 @@ def read_lvm(path: Path, run: str) -> RawFile:
         _check_lengths(head, lengths, promised, run)
     more = int(bool(table.torn))
     wanted = [max(p, n + more) for p, n in zip(promised, lengths, strict=True)]
-    channels = _channels(head, _Rates(head, values, lengths), lengths, wanted)
+    channels = _channels(head, values, lengths, wanted)
     less = [c.name for c in channels if c.n_samples < c.promised]
     notes = [] if skipped is None else [skipped.message]
     if less:
@@ -86,9 +85,27 @@ def _check_lengths(
 
 
 def _channels(
-    head: "_Head", rates: "_Rates", lengths: Sequence[int], promised: Sequence[int]
+    head: "_Head", values: FloatArray, lengths: Sequence[int], promised: Sequence[int]
 ) -> tuple[RawChannel, ...]:
-    """Return the channels, with how many samples each has and should have, by column."""
+    """Return the channels, with how many samples each has and should have, by column.
+
+    The steps and times of all are stated of each: a column of times is that of the file.
+    """
+    stepped = [axis for row in head.rows if (axis := head.axis(row))]
+    timed = [
+        replace(
+            axis_of_column(head.titles[row], "", values[row, : lengths[row]]),
+            quantity=head.text("X_Dimension", head.rows[0]),
+        )
+        for row in head.times
+        if lengths[row]
+    ]
+    starts = {row: head.starts(row) for row in head.rows}
+    every = {
+        start: tuple(replace(axis, start=start[0], start_digit=start[1]) for axis in stepped)
+        + tuple(timed)
+        for start in starts.values()
+    }
     return tuple(
         RawChannel(
             name=head.titles[row],
@@ -96,11 +113,9 @@ def _channels(
             n_samples=lengths[row],
             promised=promised[row],
             unit=head.text("Y_Unit_Label", row),
-            sample_rate=rates.agreed,
-            rate_problem=rates.problem,
-            rate_hint=rates.hint,
-            start_time=head.start,
+            start_time=head.moment(row),
             problem="" if lengths[row] else "it holds no numbers",
+            axes=every[starts[row]],
         )
         for row in head.rows
     )
@@ -134,13 +149,17 @@ class _Head:
         self.titles = tuple(titles)
         middle = [line.split(self.separator) for line in lines[ends[0] + 1 : ends[1]]]
         self._cells = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in middle}
+        self.times = [row for row, title in enumerate(self.titles) if is_time(title)]
         self.rows = [
             row for row, title in enumerate(self.titles)
-            if title not in {"X_Value", ""} and not is_time(title)
+            if title not in {"X_Value", ""} and row not in self.times
         ]  # fmt: skip
         if not self.rows:
             raise RecordingError(f"{run}: line {self.first} names no channels. {AGAIN}")
-        self.start = _moment(self.text("Date", 1), self.text("Time", 1))
+
+    def moment(self, row: int) -> datetime | None:
+        """Return when time 0 of a channel is."""
+        return _moment(self.text("Date", row), self.text("Time", row))
 
     def text(self, name: str, row: int) -> str:
         """Return the cell of a header line above a column of the table."""
@@ -152,10 +171,24 @@ class _Head:
         text = self.text(name, row)
         return int(text) if text.isdecimal() and len(text) < 12 else otherwise
 
-    def step(self, row: int) -> float | None:
-        """Return the step of a channel [s]."""
+    def axis(self, row: int) -> TimeAxis | None:
+        """Return what the header states of the times of a channel; None where nothing."""
+        text, quantity = self.text("Delta_X", row), self.text("X_Dimension", row)
+        step = self._real(text)
+        where = f"Delta_X of {shown(self.titles[row])}"
+        if step is None and not quantity:
+            return None
+        digit = half_digit(text, self.decimal)
+        return TimeAxis(where, step=step, quantity=quantity, digit=digit)
+
+    def starts(self, row: int) -> tuple[float, float]:
+        """Return the time of the first sample of a channel, and half of its last digit."""
+        text = self.text("X0", row)
+        return self._real(text) or 0.0, half_digit(text, self.decimal)
+
+    def _real(self, text: str) -> float | None:
         try:
-            return float(self.text("Delta_X", row).replace(self.decimal, "."))
+            return float(text.replace(self.decimal, "."))
         except ValueError:
             return None
 
@@ -177,34 +210,3 @@ def _moment(date: str, time: str) -> datetime | None:
         )
     except ValueError:
         return None
-
-
-class _Rates:
-    """The sample rates that an LVM file gives, and whether they agree."""
-
-    def __init__(self, head: _Head, values: FloatArray, lengths: Sequence[int]) -> None:
-        said: dict[float, list[str]] = {}
-        self.problem = ""
-        for row in head.rows:
-            step = head.step(row)
-            if step is not None and np.isfinite(step) and step > 0.0:
-                said.setdefault(1.0 / step, []).append(head.titles[row])
-            elif step is not None:
-                self.problem = f"Delta_X of {shown(head.titles[row])} is {step:g} s"
-        texts = {
-            rate: f"Delta_X of {', '.join(map(shown, names))}" for rate, names in said.items()
-        }
-        for row, title in enumerate(head.titles):
-            if is_time(title) and lengths[row]:
-                rate, problem = rate_of_times(values[row, : lengths[row]])
-                self.problem = self.problem or ("" if rate else problem)
-                if rate:
-                    before = f"{texts[rate]}, " if rate in texts else ""
-                    texts[rate] = f"{before}column {shown(title)}"
-        if texts and max(texts) / min(texts) - 1.0 > CONTRADICTION:
-            listed = ", ".join(f"{rate:.6g} Hz ({where})" for rate, where in texts.items())
-            self.problem = f"the file contradicts itself: {listed}"
-        elif not texts:
-            self.problem = self.problem or SILENT
-        self.hint = max(texts, key=lambda rate: len(said.get(rate, ()))) if texts else None
-        self.agreed = None if self.problem else next(iter(texts))

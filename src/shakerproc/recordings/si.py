@@ -16,7 +16,10 @@ from shakerproc.recordings.raw import RawChannel
 UNKNOWN: Final = "?"
 """Unit of a channel whose numbers are kept as they stand in the file."""
 
-SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "Pa", "1")
+SI_UNITS: Final = (
+    "m/s^2", "N", "m", "m/s", "V", "Pa", "C", "rad/s^2", "N m", "rad", "rad/s", "1"
+)  # fmt: skip
+"""Units that recordings are served in; a bare number stands last."""
 
 _QUANTITIES: Final = {
     "m/s^2": "an acceleration",
@@ -25,14 +28,21 @@ _QUANTITIES: Final = {
     "m/s": "a velocity",
     "V": "a voltage",
     "Pa": "a pressure",
+    "C": "a charge",
+    "rad/s^2": "an angular acceleration",
+    "N m": "a torque",
+    "rad": "an angle",
+    "rad/s": "an angular velocity",
     "1": "a strain",
 }
 _EXAMPLES: Final = {
     "m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s", "V": "V", "Pa": "Pa", "1": "µm/m",
+    "rad/s^2": "rad/s^2", "N m": "N m", "rad": "deg", "rad/s": "rpm",
 }  # fmt: skip
 _SENSITIVITIES: Final = {
     "m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)", "V": "10 V/V",
-    "Pa": "50 mV/Pa", "1": "1 V/(mm/m)",
+    "Pa": "50 mV/Pa", "1": "1 V/(mm/m)", "rad/s^2": "1 mV/(rad/s^2)", "N m": "10 mV/(N m)",
+    "rad": "1 V/rad", "rad/s": "1 mV/(rad/s)",
 }  # fmt: skip
 
 _NO_UNIT: Final = frozenset({
@@ -51,6 +61,12 @@ _NAMES: Mapping[str, str] = MappingProxyType({
     "voltage": "V",
     "pressure": "Pa",
     "strain": "1",
+    "torque": "N m",
+    "moment": "N m",
+    "angle": "rad",
+    "rotation": "rad",
+    "angular velocity": "rad/s",
+    "angular acceleration": "rad/s^2",
 })
 """Quantities that stand where a unit should, and the SI unit of each."""
 
@@ -86,7 +102,7 @@ def parse_unit(text: str) -> tuple[str, float] | None:
         return "m/s^2", STANDARD_GRAVITY
     if plain in SI_UNITS[:-1]:
         return plain, 1.0
-    if not plain:
+    if not plain or not units.is_linear(plain):
         return None
     for unit in SI_UNITS:
         try:
@@ -143,7 +159,7 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
         return (
             Scale(UNKNOWN, 1.0, channel.unit) if known is None else Scale(*known, channel.unit)
         )
-    wanted = ROLE_UNITS[use.role]
+    wanted = _wanted(channel, use)
     if use.sensitivity is None and use.unit is None:
         known = parse_unit(channel.unit)
         if known is None or known[0] != wanted:
@@ -156,9 +172,21 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
     return replace(scale, note=_followed(channel, use, scale.said))
 
 
-def _is_volts(unit: str) -> bool:
+def _wanted(channel: RawChannel, use: ChannelUse) -> str:
+    """Return which of the SI units of its role a channel measures, by log and file.
+
+    The first, of translation, where neither says one of them.
+    """
+    fit = ROLE_UNITS[use.role]
+    if use.sensitivity is not None:
+        return next((u for u in fit if units.fits_sensitivity(use.sensitivity, u)), fit[0])
+    known = parse_unit(use.unit or channel.unit)
+    return known[0] if known is not None and known[0] in fit else fit[0]
+
+
+def _is_electrical(unit: str) -> bool:
     known = parse_unit(unit)
-    return known is not None and known[0] == "V"
+    return known is not None and known[0] in {"V", "C"}
 
 
 def _entry(use: ChannelUse, *what: str) -> str:
@@ -187,12 +215,12 @@ def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
     known, given = parse_unit(channel.unit), [text.partition(":")[0] for text in _given(use)]
     if known is not None and known[0] == wanted:
         return f"take {' and '.join(given)} out"
-    if known is not None and known[0] == "V" and use.sensitivity is not None:
+    if _is_electrical(channel.unit) and use.sensitivity is not None:
         return "take unit out"
     if known is not None and known[0] == "V":
         entry = _entry(use, f"sensitivity: {_SENSITIVITIES[wanted]}")
         return f"say what a volt stands for, such as {entry}"
-    fitting = [r for r, u in ROLE_UNITS.items() if known is not None and u == known[0]]
+    fitting = [r for r, fit in ROLE_UNITS.items() if known is not None and known[0] in fit]
     return "give it " + " or ".join(f"role: {role}" for role in [*fitting, "ignore"])
 
 
@@ -223,6 +251,8 @@ def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> st
             f"Put what its numbers are in the log, such as {_entry(use, unit)}, or "
             f"unit: V, sensitivity: {_SENSITIVITIES[wanted]} for volts"
         )
+    if channel.unit.strip().casefold().startswith("db"):
+        said += ", which no time samples are,"
     return (
         f"{run}: channel {shown(channel.name)} {said} but is used as {use.role}, which takes "
         f"{_QUANTITIES[wanted]}. {advice}."
@@ -245,16 +275,8 @@ def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Sca
 
 def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
     text = use.sensitivity or ""
-    said = use.unit or (channel.unit if _is_volts(channel.unit) else "V")
-    volts = parse_unit(said)
-    if volts is None or volts[0] != "V":
-        raise RecordingError(
-            f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
-            f"{said} and sensitivity: {text}. Take the sensitivity out if the numbers are in "
-            f"{said}; write unit: V beside it if they are volts."
-        )
     try:
-        sensitivity = units.to_si(text, f"V/({wanted})" if "/" in wanted else f"V/{wanted}")
+        electrical, sensitivity = units.sensitivity(text, wanted)
     except ValueError as error:
         raise RecordingError(
             f"{run}: channel {shown(channel.name)}: sensitivity: {error}. "
@@ -262,7 +284,16 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
         ) from error
     if not sensitivity:
         raise RecordingError(f"{run}: channel {shown(channel.name)}: a sensitivity of 0.")
-    return Scale(wanted, volts[1] / sensitivity, said)
+    said = use.unit or (channel.unit if _is_electrical(channel.unit) else electrical)
+    output = parse_unit(said)
+    if output is None or output[0] != electrical:
+        raise RecordingError(
+            f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
+            f"{said} and sensitivity: {text}. Take the sensitivity out if the numbers are in "
+            f"{said}; write unit: {electrical} beside it if they are "
+            f"{'volts' if electrical == 'V' else 'a charge'}."
+        )
+    return Scale(wanted, output[1] / sensitivity, said)
 
 
 _IN_BRACKETS: Final = re.compile(

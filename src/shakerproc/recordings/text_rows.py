@@ -7,7 +7,7 @@ import re
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, BinaryIO, Final, final
+from typing import Any, Final, Protocol, final
 
 import numpy as np
 
@@ -86,7 +86,17 @@ class TextTable:
     unended: bool
 
 
-def read_table(file: BinaryIO, found: TextFormat, run: str) -> TextTable:
+class Readable(Protocol):
+    """What is read from its start on."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return some bytes; none at the end."""
+
+    def seek(self, place: int, /) -> int:
+        """Go to a place."""
+
+
+def read_table(file: Readable, found: TextFormat, run: str) -> TextTable:
     """Return the numbers of a text file from its first row on.
 
     Parameters
@@ -110,7 +120,7 @@ def read_table(file: BinaryIO, found: TextFormat, run: str) -> TextTable:
     return rows.table()
 
 
-def _blocks(file: BinaryIO, skip: int) -> Iterator[bytes]:
+def _blocks(file: Readable, skip: int) -> Iterator[bytes]:
     """Yield whole lines, many at a time, without the first few; the last may be unended."""
     rest = file.read(BLOCK)
     lines = rest.splitlines(keepends=True)

@@ -12,6 +12,8 @@ from shakerproc.data import ArraySource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.time_base import ROUNDING
 from shakerproc.recordings.uff_records import Record, UffError, data_sets, record_of
 
 LARGEST: Final = 1 << 30
@@ -76,15 +78,13 @@ def _records(content: bytes) -> tuple[list[Record], int]:
 
 def _channel(record: Record, name: str, row: int, longest: int) -> RawChannel:
     """Return a record as a channel; where it does not say its length it is as the others."""
-    rate, problem = _rate(record, name)
     return RawChannel(
         name=name,
         row=row,
         n_samples=record.values.size,
         promised=record.promised if record.promised >= 0 else max(longest, 1),
         unit="" if record.unit in {"NONE", "None"} else record.unit,
-        sample_rate=rate,
-        rate_problem=problem,
+        axes=_axes(record, name),
     )
 
 
@@ -99,22 +99,29 @@ def _names(records: Sequence[Record]) -> list[str]:
     return [f"record {number + 1}" for number in range(len(records))]
 
 
-def _rate(record: Record, name: str) -> tuple[float | None, str]:
-    """Return the rate of an evenly spaced record; the format rounds its step to six digits."""
+def _axes(record: Record, name: str) -> tuple[TimeAxis, ...]:
+    """Return what a record states of its abscissa; the format prints its step to six digits."""
     if not record.texts:
-        return None, "the file ends inside its header"
-    step = record.step
-    rate = 1.0 / step if step else math.inf
-    if not (math.isfinite(step) and step > 0.0 and math.isfinite(rate)):
-        return None, f"the step of record {shown(name, 30)} is {step:g} s"
-    doubt = 0.5e-5 / (step / 10.0 ** math.floor(math.log10(step))) + 1e-12
+        return (TimeAxis("record", problem="the file ends inside its header"),)
+    axis = TimeAxis(
+        f"the step of record {shown(name, 30)}" if record.times is None
+        else f"the abscissa of record {shown(name, 30)}",
+        step=None if record.times is not None else record.step,
+        times=record.times,
+        start=record.start,
+        quantity=record.abscissa,
+        unit=record.abscissa_unit,
+        digit=half_digit(record.step_text),
+        start_digit=half_digit(record.start_text),
+    )  # fmt: skip
     exact = _EXACT.search(record.texts[4])
-    candidates = [float(exact[1])] if exact and _is_float(exact[1]) else []
-    candidates.append(float(round(rate)))
-    for candidate in candidates:
-        if candidate > 0.0 and abs(rate / candidate - 1.0) <= doubt:
-            return candidate, ""
-    return rate, ""
+    if exact is None or not _is_float(exact[1]) or record.times is not None:
+        return (axis,)
+    rate = float(exact[1])
+    step = max(record.step, 0.0)
+    if rate > 0.0 and abs(step * rate - 1.0) <= rate * axis.digit + ROUNDING:
+        return (TimeAxis("id line 5", rate=rate), axis)
+    return (axis,)
 
 
 def _is_float(text: str) -> bool:

@@ -19,6 +19,9 @@ _MARK_HERE: Final = re.compile(rb" {4}-1[ \t]*\r?(?=\n|\Z)")
 _HEAD: Final = 11
 """Lines between the kind of a record and its numbers."""
 
+_QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
+"""Types of an abscissa: time, frequency, and revolutions per minute."""
+
 _TYPES: Final = {2: "f4", 4: "f8", 5: "f4", 6: "f8"}
 _COMPLEX: Final = {5, 6}
 _COLUMNS: Final = {2: 13, 4: 20}
@@ -79,7 +82,15 @@ class Record:
     unit : str
         Of the values.
     step : float
-        Between two of them [s]; 0 where they are unevenly spaced.
+        Between two of them [abscissa_unit]; 0 where they are unevenly spaced.
+    start : float
+        Of the first of them [abscissa_unit].
+    step_text, start_text : str
+        These, as they are printed.
+    abscissa, abscissa_unit : str
+        What the values are over, and its unit; empty where the file does not say it.
+    times : (n,) array, optional
+        Abscissa of each value, where they are unevenly spaced [abscissa_unit].
     promised : int
         Values that it says it holds; -1 where the file ends before it says so.
     values : (n,) array
@@ -99,6 +110,12 @@ class Record:
     values: FloatArray
     is_complex: bool
     cut: bool
+    start: float = 0.0
+    step_text: str = ""
+    start_text: str = ""
+    abscissa: str = ""
+    abscissa_unit: str = ""
+    times: FloatArray | None = None
 
 
 def data_sets(content: bytes) -> Iterator[DataSet]:
@@ -162,9 +179,11 @@ def record_of(content: bytes, found: DataSet) -> Record:
     spacing = _integer(lines[6][20:30], place)
     if kind not in _TYPES:
         raise UffError(place, f"a record holds numbers of type {kind}, unknown here")
-    values = np.empty(0)
+    values, times = np.empty(0), None
     if kind not in _COMPLEX and function == 1:
-        values = _values(content, found, body, kind, spacing)
+        values = _values(content, found, body, kind)
+        if not spacing:  # a time stands before each value
+            times, values = values[0 : 2 * (values.size // 2) : 2], values[1::2]
         if values.size > promised or (values.size < promised and not found.cut):
             raise UffError(
                 place,
@@ -181,10 +200,16 @@ def record_of(content: bytes, found: DataSet) -> Record:
         values=values,
         is_complex=kind in _COMPLEX,
         cut=found.cut,
+        start=_real(lines[6][30:43], place) if spacing else 0.0,
+        step_text=head[6][43:56],
+        start_text=head[6][30:43],
+        abscissa=_QUANTITIES.get(head[7][:10].strip(), "") or _said(head[7][25:46]),
+        abscissa_unit=_said(head[7][46:67]),
+        times=times,
     )
 
 
-def _values(content: bytes, found: DataSet, body: int, kind: int, spacing: int) -> FloatArray:
+def _values(content: bytes, found: DataSet, body: int, kind: int) -> FloatArray:
     if found.binary:
         order = "<" if _integer(found.binary[7:13], body) == 1 else ">"
         dtype = np.dtype(order + _TYPES[kind])
@@ -195,7 +220,12 @@ def _values(content: bytes, found: DataSet, body: int, kind: int, spacing: int) 
         values = np.frombuffer(data, dtype, whole).astype(np.float64)
     else:
         values = _text_values(content[body : found.stop], kind, body, cut=found.cut)
-    return values if spacing else values[1::2]
+    return values
+
+
+def _said(text: str) -> str:
+    """Return a text of a header, or none where it is the word for that."""
+    return "" if text.strip().casefold() == "none" else text.strip()
 
 
 def _text_values(text: bytes, kind: int, place: int, *, cut: bool) -> FloatArray:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
-from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.report import style
 from shakerproc.report.pictures import save
@@ -94,8 +93,8 @@ def response_functions(comparison: Comparison, sensor: int) -> "Figure":
     _plain_frequencies(lower)
     first = comparison.tests[0].measured
     name = first.sensors[sensor]
-    unit = UNIT_OF[comparison.model.sensors[name].measures]
-    drive = comparison.model.excitation.unit
+    unit = comparison.model.sensor_unit(comparison.model.sensors[name])
+    drive = comparison.model.drive_unit
     shown = "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
     upper.set_title(f"{name}: measured (solid) and {comparison.model.title} (dashed)")
     upper.set_ylabel(f"response function H1 [{shown}]")

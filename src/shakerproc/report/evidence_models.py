@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
-from shakerproc.comparison.sensors import UNIT_OF
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 """Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""
@@ -103,8 +102,8 @@ def spread_out(comparison: Comparison) -> list[int]:
 
 def unit_of_sensor(comparison: Comparison, sensor: str) -> str:
     """Return the unit of a response function of a sensor, over that of the drive."""
-    unit = UNIT_OF[comparison.model.sensors[sensor].measures]
-    drive = comparison.model.excitation.unit
+    unit = comparison.model.sensor_unit(comparison.model.sensors[sensor])
+    drive = comparison.model.drive_unit
     return "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
 
 

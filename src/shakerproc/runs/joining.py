@@ -12,10 +12,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
 from shakerproc.errors import RecordingError, SpectrumError
+from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
 from shakerproc.recordings.hashing import Seen
 from shakerproc.runs.roles import row_named
-from shakerproc.spectra.clocks import TAPS, Clock, clock_against, interpolated
+from shakerproc.spectra.clocks import Clock, clock_against
 
 SAME_RATE: Final = 1e-7
 """How far the rates of parts may differ, relative [-]."""

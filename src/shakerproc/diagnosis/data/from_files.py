@@ -8,7 +8,7 @@ from shakerproc.diagnosis.data.tests import TestArrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.recordings import MOST_CLIPPED
-from shakerproc.recordings.common import SAME_RATE
+from shakerproc.recordings.time_base import SAME_RATE
 from shakerproc.testlog import TestLog, TimeCrop
 
 

@@ -93,7 +93,7 @@ class Laboratory:
     @property
     def unit(self) -> str:
         """Unit of the input."""
-        return self.model.excitation.unit
+        return self.model.drive_unit
 
     def most(self, trial: Trial) -> float:
         """Return by how much an excitation may be louder, by the shaker [-]."""

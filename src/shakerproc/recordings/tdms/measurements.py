@@ -13,10 +13,10 @@ from typing import Any, Final, TypeVar, final
 
 import numpy as np
 
-from shakerproc.recordings.common import SAME_RATE
 from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.tdms.layout import Layout
 from shakerproc.recordings.tdms.objects import split_path
+from shakerproc.recordings.time_base import SAME_RATE
 
 LATE: Final = 1e-3
 """Gap between segments that is none [s]: programs write times of day to the millisecond."""
