@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
-from shakerproc.report.drawn import unwrapped
+from shakerproc.report.drawn import unwrapped_line
 from shakerproc.report.pictures import LEFT, save
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
@@ -68,7 +68,7 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
     for line in panel.lines:
         how = _how(line, chosen)
         label = line.label if line.label and line.look != "paper" else "_"
-        drawn = unwrapped(_curve(line, chosen), _y_axis(panel.y, 0.0, 1.0))
+        drawn = unwrapped_line(_curve(line, chosen), _y_axis(panel.y, 0.0, 1.0))
         axis.plot(drawn.x, _drawable(drawn.y, panel.y), label=label, **how)
     x_low, x_high = _ends([line.x for line in panel.lines], panel.x)
     y_low, y_high = limits(panel.lines, panel.y)

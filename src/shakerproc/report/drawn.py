@@ -107,7 +107,12 @@ def unwrapped(item: Curve | Filling, y_axis: Axis) -> Curve | Filling:
 
     A step of more than half a turn is such a jump: its line would be no measurement.
     """
-    if isinstance(item, Filling) or not y_axis.degrees or item.points or item.dots:
+    return item if isinstance(item, Filling) else unwrapped_line(item, y_axis)
+
+
+def unwrapped_line(item: Curve, y_axis: Axis) -> Curve:
+    """Return a curve as `unwrapped` has it."""
+    if not y_axis.degrees or item.points or item.dots:
         return item
     with np.errstate(invalid="ignore"):
         jumps = np.flatnonzero(np.abs(np.diff(item.y)) > HALF_TURN) + 1
