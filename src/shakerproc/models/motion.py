@@ -30,6 +30,16 @@ def unit_in(unit: str, motion: Motion) -> str:
     return unit if motion == "translation" else _SYMBOL.sub(_turned, unit)
 
 
+def shown_in(unit: str, motion: Motion) -> tuple[str, float]:
+    """Return the unit that people read a quantity of a motion in, and how many make one of SI.
+
+    Displacements are shown in millimetres or milliradians, by the SI unit of a translation.
+    """
+    if unit == "m":
+        return ("mm", 1e3) if motion == "translation" else ("mrad", 1e3)
+    return unit_in(unit, motion), 1.0
+
+
 def _turned(found: re.Match[str]) -> str:
     name, power = _OF_ROTATION[found["symbol"]], found["power"] or ""
     return f"({name}){power}" if power and " " in name else f"{name}{power}"

@@ -35,7 +35,7 @@ from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.resampling import ResampledSource
-from shakerproc.recordings.si import Scale, scale_of
+from shakerproc.recordings.si import Scale, doubtful_units, scale_of
 from shakerproc.recordings.time_axis import AS_STATED, Sampling
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
@@ -236,8 +236,8 @@ def _recording(  # noqa: PLR0917
     said: Sampling,
 ) -> Recording:
     timing = common_timing(chosen, said, run)
-    n_samples, expected = (
-        resampled_length(chosen, timing.lines, timing.start, timing.sample_rate)
+    n_samples, expected, length_note = (
+        (*resampled_length(chosen, timing.lines, timing.start, timing.sample_rate), "")
         if timing.lines
         else common_length(chosen, timing.begins, run)
     )
@@ -250,7 +250,8 @@ def _recording(  # noqa: PLR0917
     if timing.lines:
         of_rows = dict(zip(rows, timing.lines, strict=True))
         source = ResampledSource(source, of_rows, timing.sample_rate, timing.start)
-    notes = [*raw.notes, *timing.notes, *(scale.note for scale in scales)]
+    notes = [*raw.notes, *timing.notes, length_note, *(scale.note for scale in scales)]
+    notes += doubtful_units(chosen)
     return Recording(
         run=run,
         channels=tuple(

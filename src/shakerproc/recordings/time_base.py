@@ -28,6 +28,9 @@ CONTRADICTION: Final = 1e-3
 SAME_RATE: Final = 1e-7
 """How far the rates of channels may part, relative: 2 samples in 20 million."""
 
+CLOCKS: Final = 1e-4
+"""How far two recorders' rates may part that are one, relative: quartz is right to 50 ppm."""
+
 SAME_AS_LOG: Final = 1e-4
 """How far the log may round the sample rate, relative."""
 

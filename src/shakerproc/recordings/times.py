@@ -187,7 +187,7 @@ def _unevenness(times: FloatArray, step: float, unit: str) -> str:
 def jitter_of(times: FloatArray) -> float:
     """Return how far times stray from even ones, rms over their step [-].
 
-    0 where rounding to the last digit that they are printed with explains it.
+    0 where rounding to the digits that they are written with explains it.
 
     Parameters
     ----------
@@ -195,24 +195,37 @@ def jitter_of(times: FloatArray) -> float:
         Times of the samples, rounded as they may be [any unit].
     """
     steps = np.diff(times)
-    usual = float(np.median(steps))
-    if np.all(np.abs(steps - usual) <= _last_digit(times) * (1.0 + 1e-6)):
+    jitter = float(np.std(steps) / np.mean(steps)) / math.sqrt(2.0)
+    strays = np.abs(steps - float(np.median(steps)))
+    if jitter > SKEW and np.all(strays <= _resolution(times)[1:] * (1.0 + 1e-6)):
         return 0.0
-    return float(np.sqrt(np.mean((steps - np.mean(steps)) ** 2) / 2.0) / np.mean(steps))
+    return jitter
 
 
-def _last_digit(times: FloatArray) -> float:
-    """Return the power of ten that all times are multiples of; what a double resolves at least.
+def _resolution(times: FloatArray) -> FloatArray:
+    """Return the last digit that each time is written with [unit of the times].
 
-    `times` may be in any unit.
+    All have so many decimals, or so many digits, or are floats of 32 bits; else it is what a
+    double resolves.
     """
-    resolved = float(np.spacing(np.abs(times).max()))
-    digit = 1.0
-    while digit > 4.0 * resolved:
-        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * resolved):
-            return digit
-        digit /= 10.0
-    return 4.0 * resolved
+    size = np.abs(times)
+    finest = 4.0 * np.spacing(size.max())
+    found = np.full(times.size, finest)
+    if np.all(times == times.astype(np.float32)):
+        found = np.maximum(found, np.spacing(size.astype(np.float32)).astype(np.float64))
+    for decimals in range(13):
+        digit = 10.0**-decimals
+        if digit <= finest:
+            break
+        if np.all(np.abs(times - digit * np.rint(times / digit)) <= finest):
+            found = np.maximum(found, digit)
+            break
+    power = np.floor(np.log10(size, where=size > 0.0, out=np.zeros(times.size)))
+    for digits in range(1, 14):
+        digit = 10.0 ** (power + 1 - digits)
+        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * np.spacing(size)):
+            return np.maximum(found, digit)
+    return found
 
 
 def _advances(times: Times) -> bool:
@@ -284,7 +297,7 @@ def _is_even(steps: FloatArray) -> bool:
 
     Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
     """
-    return bool(np.unique(np.round(steps, 3)).size <= 4 and np.all(steps >= 0.0))
+    return bool(np.all(steps >= 0.0) and np.unique(np.round(steps, 3)).size <= 4)
 
 
 def rate_doubt(times: FloatArray) -> float:
