@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -187,6 +187,7 @@ def process(
         output.warning(f"{flag.kind}{where}: {flag.message}")
     output.write_json(summary, json)
     _print(summary, folder, json)
+    next_step.after_processing(recording, log, json)
 
 
 def _unlogged(recording: Path) -> "Test":
