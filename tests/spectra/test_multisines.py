@@ -77,9 +77,9 @@ def test_a_static_law_of_second_and_third_order_splits_into_even_and_odd():
     assert found["all"].bands
 
 
-def own_lines(count, seed=1, numbers=np.arange(11, 200, 2), share=0.75):
+def own_lines(count, seed=1, share=0.75):
     """Excited lines, drawn anew for each realisation, and one period of each."""
-    rng = np.random.default_rng(seed)
+    rng, numbers = np.random.default_rng(seed), np.arange(11, 200, 2)
     excited = rng.random((count, numbers.size)) < share
     excited[:, [0, -1]] = True
     spectrum = np.zeros((count, N // 2 + 1), dtype=complex)
@@ -97,9 +97,7 @@ def test_realisations_with_lines_of_their_own_split_a_law_line_by_line():
     assert [list(grid.number[one]) for one in grid.excited_in] == list(map(list, lines))
     found = shares_of(spectra)
     odd = np.arange(lines[0][0], lines[0][-1] + 1, 2)
-    part, response = (
-        np.abs(2.0 / N * np.fft.rfft(x)) ** 2 for x in (cube, 2.0 * force + cube)
-    )
+    part, response = (np.abs(2.0 / N * np.fft.rfft(x)) ** 2 for x in (cube, 2.0 * force + cube))
     pairs = list(enumerate(lines))
     true = np.concatenate([part[m, np.setdiff1d(odd, one)] for m, one in pairs])
     whole = np.concatenate([response[m, one] for m, one in pairs])
@@ -122,7 +120,9 @@ def test_a_linear_response_to_lines_drawn_anew_shows_nothing_but_noise(share):
     assert sum(seen) <= 9  # 3 expected of 300; more than 9 in 1 of 1000
     expected = 0.2 / np.sqrt(N * 3)
     silent = ~np.isnan(spectra.distortion)
-    assert np.sqrt(np.mean(spectra.distortion[silent] ** 2)) == pytest.approx(expected, rel=0.15)
+    assert np.sqrt(np.mean(spectra.distortion[silent] ** 2)) == pytest.approx(
+        expected, rel=0.15
+    )
 
 
 def test_realisations_that_share_no_line_still_tell_odd_from_even():
@@ -142,7 +142,7 @@ def test_realisations_that_share_no_line_still_tell_odd_from_even():
 def test_a_realisation_that_excites_nothing_is_named():
     _, force = own_lines(3)
     force[1] *= 0.0
-    with pytest.raises(SpectrumError, match="only 0 lines of the input .* in realisation 2"):
+    with pytest.raises(SpectrumError, match=r"only 0 lines of the input .* in realisation 2"):
         measured(force, force, 2)
 
 
