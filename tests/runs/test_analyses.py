@@ -285,7 +285,7 @@ def test_a_sine_spends_its_time_at_its_ends_and_noise_at_its_middle():
 @pytest.mark.parametrize(
     ("integration", "lost"),
     [
-        (Integration(high_pass="none"), 0.0),
+        (Integration("none"), 0.0),
         (Integration("none", "none"), 0.0),
         (Integration("none", "mean"), 1.0),
     ],

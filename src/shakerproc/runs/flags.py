@@ -137,7 +137,7 @@ def control_density(result: RunResult) -> ControlSummary | None:
         return None
     off = 10.0 * np.log10(density / wanted.value)
 
-    def beyond(limit: float, anywhere: bool) -> BoolArray:
+    def beyond(limit: float, *, anywhere: bool) -> BoolArray:
         """Return the lines beyond a tolerance [dB] by more than chance."""
         factor = wanted.value * 10.0 ** (limit / 10.0), wanted.value * 10.0 ** (-limit / 10.0)
         high, low = (
@@ -175,7 +175,9 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
     if not known.any():
         return None
     off = 20.0 * np.log10(control[known] / wanted.value)
-    return _judged(result, wanted, off, lambda limit, _: np.abs(off) > limit, frequency[known])
+    return _judged(
+        result, wanted, off, lambda limit, **_: np.abs(off) > limit, frequency[known]
+    )
 
 
 def inner_part(sweep: Sweep) -> slice:
@@ -186,11 +188,11 @@ def inner_part(sweep: Sweep) -> slice:
 
 def _judged(
     result: RunResult, wanted: levels.Level, off: FloatArray,
-    sure: Callable[[float, bool], BoolArray], frequency: FloatArray,
+    sure: Callable[..., BoolArray], frequency: FloatArray,
 ) -> ControlSummary:  # fmt: skip
     """Return how a control that is `off` [dB] keeps its limits, surely beyond as `sure` says."""
     tolerance = result.test.processing.tolerance
-    beyond = float(np.mean(sure(tolerance.alarm, False)))
+    beyond = float(np.mean(sure(tolerance.alarm, anywhere=False)))
     worst = int(np.argmax(np.abs(off)))
     return ControlSummary(
         demanded=wanted.shown[0],
@@ -199,7 +201,7 @@ def _judged(
         beyond_alarm=beyond,
         worst_db=float(off[worst]),
         worst_hz=float(frequency[worst]),
-        kept=not sure(tolerance.abort, True).any() and beyond <= BEYOND_ALARM,
+        kept=not sure(tolerance.abort, anywhere=True).any() and beyond <= BEYOND_ALARM,
     )
 
 

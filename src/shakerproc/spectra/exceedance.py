@@ -10,12 +10,13 @@ from shakerproc.data import FloatArray
 from shakerproc.spectra.welch.cross import CrossSpectra
 
 CHANCE: Final = 0.05
-"""Probability that chance alone carries a line that lies at a limit beyond it, over all bands
-that it is judged in [-]."""
+"""Probability that chance alone carries a band at a limit beyond it, over all widths [-]. Bands
+of one width overlap: of a density exactly at a limit 6 to 14 % of the lines were found beyond
+it (40 runs of 6 s)."""
 
 
 def surely_beyond(
-    ratio: FloatArray, spectra: CrossSpectra, *, above: bool
+    ratio: FloatArray, spectra: CrossSpectra, *, above: bool, anywhere: bool = False
 ) -> NDArray[np.bool_]:
     r"""Return which lines of a density lie beyond a limit by more than chance.
 

@@ -70,9 +70,8 @@ class Integration:
         Without a high-pass it is none: the mean of a shock is its velocity change over the
         length of the run, and no fault of the sensor.
         """
-        if self.baseline is not None:
-            return self.baseline
-        return "none" if self.high_pass == "none" else "mean"
+        by_default: Baseline = "none" if isinstance(self.high_pass, str) else "mean"
+        return self.baseline or by_default
 
 
 @final

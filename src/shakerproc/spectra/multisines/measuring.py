@@ -97,7 +97,7 @@ def line_spectra(driving: ComplexArray, response: ComplexArray, grid: Grid) -> L
     .. [2] J. Schoukens, M. Vaes and R. Pintelon, "Linear System Identification in a Nonlinear
        Setting", IEEE Control Systems Magazine 36(3), 38-69, 2016.
     """
-    n_realisations, n_periods, _ = response.shape
+    n_periods = response.shape[1]
     active, some = grid.excited_in, np.flatnonzero(grid.excited)
     u, y = driving.mean(axis=1), response.mean(axis=1)
     each = np.divide(y, u, out=np.zeros_like(y), where=active)
