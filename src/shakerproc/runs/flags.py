@@ -190,7 +190,7 @@ def _judged(
     result: RunResult, wanted: levels.Level, off: FloatArray,
     sure: Callable[..., BoolArray], frequency: FloatArray,
 ) -> ControlSummary:  # fmt: skip
-    """Return how a control that is `off` [dB] keeps its limits, surely beyond as `sure` says."""
+    """Return how a control that is `off` [dB] keeps its limits; `sure` tells where not."""
     tolerance = result.test.processing.tolerance
     beyond = float(np.mean(sure(tolerance.alarm, anywhere=False)))
     worst = int(np.argmax(np.abs(off)))
