@@ -57,13 +57,12 @@ class Grid:
     @property
     def excited(self) -> NDArray[np.bool_]:
         """Lines at which the input moves in one realisation at least."""
-        result: NDArray[np.bool_] = self.excited_in.any(axis=0)
-        return result
+        return np.asarray(self.excited_in.any(axis=0))
 
     @property
     def carried(self) -> NDArray[np.int_]:
         """Number of realisations in which the input moves at a line."""
-        return self.excited_in.sum(axis=0)
+        return np.asarray(self.excited_in.sum(axis=0))
 
     @property
     def common(self) -> bool:
