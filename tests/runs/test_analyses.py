@@ -294,3 +294,31 @@ def test_a_sine_spends_its_time_at_its_ends_and_noise_at_its_middle():
     assert one.summary[1]["beyond_3_sigma"] == pytest.approx(0.0027, rel=0.15)
     assert one.summary[0]["beyond_3_sigma"] == 0.0
     assert one.summary[0]["crest_factor"] == pytest.approx(np.sqrt(2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("integration", "lost"),
+    [
+        (Integration("none"), 0.0),
+        (Integration("none", "none"), 0.0),
+        (Integration("none", "mean"), 1.0),
+    ],
+)
+def test_the_velocity_change_of_a_half_sine_is_that_of_its_area(integration, lost):
+    """2 A T / pi; a mean that is taken out takes its share of the time before the end."""
+    rate, amplitude, length, start, seconds = 5120.0, 30.0 * 9.80665, 0.011, 0.1, 2.5
+    time = np.arange(round(rate * seconds)) / rate
+    inside = (time >= start) & (time < start + length)
+    pulse = np.where(inside, amplitude * np.sin(np.pi * (time - start) / length), 0.0)
+    test = Test(
+        1,
+        excitation="shock",
+        processing=Processing(crop=None, integration=integration),
+    )
+    channels = (Channel("table", "m/s^2", "table", "g", "control"),)
+    result = process_recording(recording_of_arrays("run", channels, pulse[None], rate), test)
+    (one,) = [one for one in result.analyses if one.kind == "integration"]
+    change = 2e3 * amplitude * length / np.pi  # mm/s
+    share = lost * (start + length) / seconds
+    largest = one.summary[0]["velocity_peak_mm_per_s"]
+    assert_allclose(largest, change * (1.0 - share), rtol=1e-3)
