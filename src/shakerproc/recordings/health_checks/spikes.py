@@ -174,6 +174,10 @@ def _judge(
     unseen = any(close and not end for close, end in zip(near, ends, strict=True))
     if unseen or high - low + 1 > WIDEST + 2:
         return 0, 0.0
+    if low <= WIDEST:  # no more samples than a spike has lie before it: they may be part of it
+        low = 1
+    if high >= samples.size - 1 - WIDEST:
+        high = samples.size - 2
     before = samples[max(0, low - AROUND) : max(0, low - 1)]
     after = samples[high + 2 : high + AROUND + 1]
     sides = [float(side.mean()) for side in (before[-3:], after[:3]) if side.size]
