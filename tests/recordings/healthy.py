@@ -2,7 +2,8 @@
 
 Runs are simulated: linear and nonlinear specimens, driven at random, by a sine or a sweep,
 in a burst, or left to decay, with one to eight channels, noise, and converters of 16 and 24 bit
-whose range is wider than the signal. Then a channel of driven runs is made dead in five ways, and one of random runs wrong in three.
+whose range is wider than the signal. Then a channel of driven runs is made dead in five
+ways, and one of random runs wrong in three.
 """
 
 import sys

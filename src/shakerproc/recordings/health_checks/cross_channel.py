@@ -188,16 +188,14 @@ class CrossChannel(AbstractHealthCheck):
         )
 
     def _following(self, row: int) -> float | None:
-        """Return the gain in the lowest octave if the channel follows there, else None [-]."""
+        """Return the gain in the lowest octave, or dozen of bins, if the channel follows there, else None [-]."""
         reference, good = self._power[self._controls[0]], self._good(row)
         if good is None:
             return None
-        low = good[good <= 2.0 * good[0]]
+        low = good[: max(FEWEST_BINS, int(np.count_nonzero(good <= 2.0 * good[0])))]
         cross = self._cross[row][low]
         phase = np.abs(np.degrees(np.angle(cross)))
-        if low.size < FEWEST_BINS // 3 or not (
-            np.all(phase < OPPOSED) or np.all(phase > 180.0 - OPPOSED)
-        ):
+        if not (np.all(phase < OPPOSED) or np.all(phase > 180.0 - OPPOSED)):
             return None
         gain = np.abs(cross) / reference[low]
         slope = np.polyfit(np.log(low), np.log(gain), 1)[0]
