@@ -32,18 +32,19 @@ Role: TypeAlias = Literal[
     "ignore",
 ]
 
-ROLE_UNITS: Mapping[Role, str] = MappingProxyType({
-    "control": "m/s^2",
-    "response": "m/s^2",
-    "force": "N",
-    "displacement": "m",
-    "velocity": "m/s",
-    "pressure": "Pa",
-    "strain": "1",
-    "voltage": "V",
-    "tachometer": "V",
+ROLE_UNITS: Mapping[Role, tuple[str, ...]] = MappingProxyType({
+    "control": ("m/s^2", "rad/s^2"),
+    "response": ("m/s^2", "rad/s^2"),
+    "force": ("N", "N m"),
+    "displacement": ("m", "rad"),
+    "velocity": ("m/s", "rad/s"),
+    "pressure": ("Pa",),
+    "strain": ("1",),
+    "voltage": ("V",),
+    "tachometer": ("V", "rad/s", "rad"),
 })
-"""SI unit of what each role measures."""
+"""SI units that a channel of each role may have: of translation, then of rotation; of a
+tachometer pulses, a speed or an angle."""
 
 Measurement: TypeAlias = int | Literal["all"]
 """Which of the measurements that follow each other in a file, from 1, or all as one."""
@@ -296,8 +297,8 @@ class Recording:
         Every channel of the file that is none of `channels`.
     rate_doubt : float
         How far `sample_rate` may be off, relative: what the digits of the file resolve [-].
-    rate_overruled : str
-        What the file says against any even rate, where that of the log is used all the same.
+    rate_doubtful : str
+        What is to be known of `sample_rate`, where it is not simply the file's; sentences.
     driven : bool
         Whether the log says that the test was driven, so that nothing rests while it lasts.
     """
@@ -317,7 +318,7 @@ class Recording:
     skipped: SkippedRows | None = None
     unused: tuple[UnusedChannel, ...] = ()
     rate_doubt: float = 0.0
-    rate_overruled: str = ""
+    rate_doubtful: str = ""
     driven: bool = False
 
     def __post_init__(self) -> None:

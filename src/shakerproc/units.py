@@ -40,6 +40,7 @@ hour = 3600 * second = h
 hertz = 1 / second = Hz
 rpm = hertz / 60
 degree = 0.017453292519943295 * radian = deg
+revolution = 6.283185307179586 * radian = rev
 newton = 1000 * gram * metre / second**2 = N
 newton_metre = newton * metre = Nm
 newton_second = newton * second = Ns
@@ -58,7 +59,14 @@ kilopound_force = 1000 * pound_force = kip
 pound_per_square_inch = pound_force / inch**2 = psi
 kilopound_per_square_inch = 1000 * pound_per_square_inch = ksi
 slug = pound_force * second**2 / foot
-thousandth_of_an_inch = 0.001 * inch = mil
+thousandth_of_an_inch = 0.001 * inch = mil = mils = thou
+inch_per_second = inch / second = ips
+kilogram_force = 9.80665 * newton = kgf
+gram_force = 0.00980665 * newton = gf
+ounce = 28.349523125 * gram = oz
+ounce_force = 0.27801385095378125 * newton = ozf
+strain = 1 = strain
+microstrain = 1e-6 = ustrain
 gravity = {STANDARD_GRAVITY!r} * metre / second**2 = g_n = gn = g0
 """
 
@@ -80,6 +88,11 @@ _EXAMPLES: Final = {
     "%": "2 %",
     "K": "23 degC",
     "degC": "23 degC",
+    "rad": "0.5 deg",
+    "rad/s": "3000 rpm",
+    "N m": "12 N m",
+    "kg m^2": "0.02 kg m^2",
+    "N m/rad": "1.2e4 N m/rad",
 }
 
 _SMALLEST, _LARGEST = 1e-21, 1e21
@@ -89,7 +102,9 @@ _SYMBOLS: Final = (
     "m", "mm", "µm", "um", "nm", "cm", "km", "in", "ft", "s", "ms", "µs", "us", "min", "h",
     "Hz", "kHz", "MHz", "g", "kg", "mg", "lb", "t", "N", "kN", "mN", "MN", "lbf", "kip", "Pa",
     "kPa", "MPa", "GPa", "psi", "ksi", "slug", "mil", "J", "W", "V", "mV", "C", "pC",
-    "A", "K", "degC", "rad", "deg", "rpm", "oct", "dec", "dB", "%", "m/s", "mm/s",
+    "A", "K", "degC", "degF", "rad", "deg", "rev", "rpm", "oct", "dec", "dB", "%", "m/s",
+    "mm/s", "ips", "thou", "kgf", "oz", "ozf", "microstrain", "rad/s", "rad/s^2", "N m",
+    "N m/rad", "kg m^2",
     "m/s^2", "mm/s^2", "g^2/Hz", "(m/s^2)^2/Hz", "N/m", "N/mm",
     "N s/m", "N s/mm", "lbf/in", "kip/in", "lbf s/in", "oct/min",
     "oct/s", "Hz/s", "dB/oct", "1/s", "mV/g",
@@ -100,6 +115,10 @@ _SPELLINGS: Final = {
     "gravity": "g", "newton": "N", "newtons": "N", "metre": "m", "meter": "m", "meters": "m",
     "m/s/s": "m/s^2", "m/s2": "m/s^2", "m/s**2": "m/s^2", "m/sec^2": "m/s^2",
     "mm/s2": "mm/s^2", "inch": "in", "inches": "in", "pascal": "Pa", "pascals": "Pa",
+    "in/sec": "in/s", "rad/s2": "rad/s^2", "deg/s2": "deg/s^2",
+    "degrees": "deg", "degree": "deg", "radian": "rad", "radians": "rad",
+    "n.m": "N m", "n-m": "N m", "newton metre": "N m", "newton meter": "N m",
+    "°f": "degF", "deg f": "degF", "fahrenheit": "degF", "°c": "degC", "celsius": "degC",
     "strain": "m/m", "microstrain": "µm/m", "ustrain": "µm/m", "µstrain": "µm/m", "µε": "µm/m",
 }  # fmt: skip
 """What measuring programs and people write for a unit, in small letters."""
@@ -109,8 +128,9 @@ _ALONE: Final = (
     "metre", "meter", "second", "sec", "minute", "hour", "gram", "tonne", "kelvin", "radian",
     "degree", "octave", "decade", "decibel", "hertz", "newton", "pascal", "volt", "inch",
     "foot", "gravity", "cm", "in", "ft", "min", "h", "g_n", "gn", "g0", "g", "kg", "mg", "lb",
-    "t", "lbf", "kip", "psi", "ksi", "slug", "mil", "K", "degC", "rad", "deg", "rpm",
-    "oct", "dec", "dB", "%",
+    "t", "lbf", "kip", "psi", "ksi", "slug", "mil", "mils", "thou", "ips", "kgf", "gf", "oz",
+    "ozf", "K", "degC", "degF", "rad", "deg", "rev", "rpm", "oct", "dec", "dB", "%", "strain",
+    "microstrain", "ustrain",
 )  # fmt: skip
 _KNOWN: Final = frozenset(_ALONE) | {p + u for p in ("", *"pnµumkMG") for u in _PREFIXED}
 """Symbols that are read; pint alone would take Min for a million inches."""
@@ -119,6 +139,15 @@ _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _COMMA: Final = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _WRITABLE: Final = re.compile(r"[A-Za-zµΩ0-9_%/*^()\- ]{0,40}")
 _SYMBOL: Final = re.compile(r"[A-Za-zµΩ_%]+")
+_ROOT: Final = re.compile(
+    r"(?P<amplitude>.+?)\s*(?:rms)?\s*/\s*"
+    r"(?:√\s*\(?Hz\)?|sqrt\(Hz\)|rtHz|Hz\^0\.5|Hz\^\(1/2\))"
+)
+"""The root of a spectral density, as in ``g/sqrt(Hz)``."""
+_DECIBELS: Final = re.compile(r"dB\s*\(?re\.?:?\s*(?P<reference>[^()]+|.+\^.+/.+)\)?", re.I)
+"""A level with its reference, as in ``dB re 1 µm/s``."""
+_TEMPERATURES: Final = {"K": (1.0, 0.0), "degC": (1.0, 273.15), "degF": (5.0 / 9.0, 459.67)}
+"""Size of a degree [K], and the degrees from absolute zero to its zero."""
 _POWER: Final = re.compile(r"(?<=[A-Za-z)])([23])(?![0-9.])")
 """A power without its sign, as in ``g2/Hz``."""
 _SUPERSCRIPT: Final = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -169,6 +198,10 @@ def _to_si(text: str, unit: str) -> float:
     if not rest and unit not in {"1", "%"}:
         raise ValueError(_wanted(unit, text) + "; the unit is missing")
     scale, offset = _factor_or_error(rest, unit, text)
+    if level := _DECIBELS.fullmatch(rest):
+        return _to_si(_with_number(level["reference"]), unit) * _ratio(number, unit)
+    if _ROOT.fullmatch(rest):
+        number = number**2
     value = (number + offset) * scale if offset else _scaled(number, scale)
     if value and not _SMALLEST <= abs(value) <= _LARGEST:
         raise ValueError(
@@ -177,6 +210,70 @@ def _to_si(text: str, unit: str) -> float:
             f"{_SMALLEST:g} to {_LARGEST:g} {unit} are read"
         )
     return value
+
+
+def _with_number(reference: str) -> str:
+    """Return the reference of a level with its number: ``dB re g`` means 1 g."""
+    return reference if _NUMBER.match(reference.strip()) else f"1 {reference}"
+
+
+def _ratio(decibels: float, unit: str) -> float:
+    """Return the ratio that a level stands for: of powers in a density, else of amplitudes.
+
+    Raises
+    ------
+    ValueError
+        If it is larger than any ratio of a test.
+    """
+    if abs(decibels) > 400.0:
+        raise ValueError(f"expected a level within 400 dB of its reference, got {decibels:g}")
+    return float(10.0 ** (decibels / (10.0 if "^2/Hz" in unit else 20.0)))
+
+
+def is_linear(unit: str) -> bool:
+    """Return whether numbers in a unit may be scaled: not so decibels and temperatures."""
+    return not (unit.strip().casefold().startswith("db") or _is_temperature(unit))
+
+
+def sensitivity(text: str, unit: str) -> tuple[str, float]:
+    """Return the electrical unit of a sensor's output, and how many of it make an SI unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``100 mV/g`` or ``25 pC/N``.
+    unit : str
+        SI unit of what the sensor measures.
+
+    Returns
+    -------
+    str
+        ``V``, or ``C`` of a charge.
+    float
+        Output per `unit` [V or C].
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+
+    Examples
+    --------
+    >>> sensitivity("2 V/N", "N"), sensitivity("50 pC/N", "N")
+    (('V', 2.0), ('C', 5e-11))
+    """
+    try:
+        return "C", to_si(text, f"C/({unit})")
+    except ValueError:
+        return "V", to_si(text, f"V/({unit})")
+
+
+def fits_sensitivity(text: str, unit: str) -> bool:
+    """Return whether a text is a sensitivity of a sensor that measures an SI unit."""
+    try:
+        return "/" in text and sensitivity(text, unit)[1] != 0.0
+    except ValueError:
+        return False
 
 
 def from_si(value: float, unit: str, shown: str) -> float:
@@ -352,12 +449,19 @@ def _factor(written: str, wanted: str) -> tuple[float, float] | str:
         If the wanted unit is none: the caller's mistake.
     """
     if _is_temperature(wanted) and _is_temperature(written):
-        return 1.0, (0.0 if written.strip() == "K" else 273.15)
+        return _TEMPERATURES[_degrees(written)]
+    if root := _ROOT.fullmatch(written):
+        return _factor(f"({root['amplitude']})^2/Hz", wanted)
+    if level := _DECIBELS.fullmatch(written):
+        reference = _with_number(level["reference"]).translate(_LOOK_ALIKE).strip()
+        number = _NUMBER.match(reference)
+        return _factor(reference[number.end() if number else 0 :].strip(), wanted)
     target = _parsed("K" if _is_temperature(wanted) else wanted, "g_n")
     if isinstance(target, str):
         raise ValueError(f'cannot want the unit "{wanted}": {target}')
     # A wanted unit that itself says g, such as g^2/Hz, means gravity.
-    meanings = [_parsed(written, meaning) for meaning in ("g_n", "gram")]
+    readings = ("g_n", "gram", "turning") if "rpm" in written else ("g_n", "gram")
+    meanings = [_parsed(written, meaning) for meaning in readings]
     for meaning in meanings:
         if not isinstance(meaning, str) and meaning[1] == target[1]:
             return meaning[0], 0.0
@@ -367,25 +471,32 @@ def _factor(written: str, wanted: str) -> tuple[float, float] | str:
     force = re.sub(r"\blb\b", "lbf", written)
     meant = _parsed(force, "g_n")
     hint = not isinstance(meant, str) and meant[1] == target[1]
-    return f'"{written}" is not such a unit' + (f"; of force, write {force}" if hint else "")
+    advice = f"; of force, write {force}" if hint else ""
+    if written.strip() == "dB":
+        advice = f"; say the reference, such as 120 dB re 1e-6 {wanted}"
+    return f'"{written}" is not such a unit{advice}'
 
 
 def _is_temperature(unit: str) -> bool:
-    return unit.strip().replace("°", "deg").replace(" ", "") in {"degC", "K"}
+    return _degrees(unit) in _TEMPERATURES
 
 
-def _parsed(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
+def _degrees(unit: str) -> str:
+    return unit.strip().replace("°", "deg").replace(" ", "")
+
+
+def _parsed(written: str, reading: str) -> tuple[float, dict[str, float]] | str:
     """Return the scale to SI and the dimensions of a unit, or what is wrong with it."""
-    return USUAL.get((written, gravity)) or _read(written, gravity)
+    return USUAL.get((written, reading)) or _read(written, reading)
 
 
-def _read(written: str, gravity: str) -> tuple[float, dict[str, float]] | str:
+def _read(written: str, reading: str) -> tuple[float, dict[str, float]] | str:
     """Do as `_parsed`, by the registry."""
     plain = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m[0].translate(_SUPERSCRIPT), written)
     plain = plain.translate(_LOOK_ALIKE).replace("°", "deg")
     if problem := _problem_of(plain):
         return problem
-    expression = _SYMBOL.sub(lambda m: _name_of(m[0], gravity), plain).replace("^", "**")
+    expression = _SYMBOL.sub(lambda m: _name_of(m[0], reading), plain).replace("^", "**")
     expression = re.sub(r"(?<=[\w)])\s+(?=[\w(])", "*", expression.strip()) or "1"
     try:
         # The text holds known symbols, digits and operators only.
@@ -404,8 +515,12 @@ def _scale_and_dimensions(parsed: Any) -> tuple[float, dict[str, float]]:
     return float(base.magnitude) * 1e-3 ** dimensions.get("[mass]", 0.0), dimensions
 
 
-def _name_of(symbol: str, gravity: str) -> str:
+def _name_of(symbol: str, reading: str) -> str:
+    """Return the registry's name of a symbol that means one thing here and another there."""
+    gravity = "gram" if reading == "gram" else "g_n"
     own = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
+    if reading == "turning":  # a speed of rotation, where rpm else is a frequency
+        own["rpm"] = "(revolution/minute)"
     return own.get(symbol, symbol)
 
 

@@ -57,6 +57,12 @@ def test_tests_whose_rates_differ_by_rounding_are_judged_at_one_rate(write, digi
     assert abs(together[0].sample_rate / RATE - 1.0) <= min(t.rate_doubt for t in tests)
 
 
+def test_rates_that_differ_by_25_parts_in_a_million_are_one(write):
+    one = measured("1", write("a.csv", 3000, 9))
+    other = replace(one, test=SimpleNamespace(id="2"), sample_rate=one.sample_rate * 1.000025)
+    assert {test.sample_rate for test in at_one_rate(LOG, [one, other])} == {one.sample_rate}
+
+
 def test_the_rate_of_the_log_counts_where_the_file_resolves_no_difference(write):
     path = write("a.csv", 3000, 7)
     with open_recording(path, sample_rate=RATE) as recording:
@@ -67,6 +73,6 @@ def test_the_rate_of_the_log_counts_where_the_file_resolves_no_difference(write)
 
 def test_rates_that_do_differ_are_told_to_the_digit(write):
     one = measured("1", write("a.csv", 3000, 9))
-    other = replace(one, test=SimpleNamespace(id="2"), sample_rate=one.sample_rate * 1.00001)
-    with pytest.raises(DiagnosisError, match=r"test 1 has 610\.35\d* .* test 2 610\.356"):
+    other = replace(one, test=SimpleNamespace(id="2"), sample_rate=one.sample_rate * 1.0002)
+    with pytest.raises(DiagnosisError, match=r"test 1 has 610\.35\d* .* test 2 610\.472"):
         at_one_rate(LOG, [one, other])

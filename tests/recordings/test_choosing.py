@@ -1,7 +1,5 @@
 """Group, channels, rate and units: what the file says, what the log says, and both."""
 
-from datetime import UTC, datetime
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -18,8 +16,6 @@ from tests.recordings.tdms_bytes import (
 from shakerproc.data import STANDARD_GRAVITY, ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import UNKNOWN, ChannelNotFoundError, FilePart, open_recording
-from shakerproc.recordings.opening import common_start
-from shakerproc.recordings.raw import RawChannel
 from shakerproc.recordings.si import parse_unit
 
 A_SEGMENT = METADATA | NEW_LIST | RAW
@@ -149,9 +145,11 @@ def test_the_log_may_round_the_rate_but_not_contradict_it(write):
         open_recording(path, sample_rate=0.0)
 
 
-def test_lengths_must_be_alike(write):
+def test_channels_of_unequal_length_give_the_rows_that_all_have_marked_incomplete(write):
     path = write([channel("a"), (*channel("b"), 5)])
-    refused(path, "channel 'a' holds 6 samples, 'b' 5")
+    with open_recording(path) as recording:
+        assert (recording.n_samples, recording.expected_samples) == (5, 6)
+        assert any("'a' holds 6 samples, 'b' 5" in note for note in recording.notes)
     with open_recording(path, uses=[ChannelUse("b", "control")]) as recording:
         assert recording.n_samples == 5
 
@@ -287,17 +285,6 @@ def test_spellings_of_units(text, expected):
     if expected is not None:
         assert found[0] == expected[0]
         assert found[1] == pytest.approx(expected[1], rel=1e-15)
-
-
-def test_different_start_times_are_noted():
-    def at(name, microsecond):
-        moment = datetime(2024, 1, 1, microsecond=microsecond, tzinfo=UTC)
-        return RawChannel(name, 0, 1, 1, start_time=moment), None
-
-    assert common_start([at("a", 0), at("b", 14)], 1000.0)[1] == ""
-    assert (
-        "'b' starts 0.002 s after 'a'" in common_start([at("a", 0), at("b", 2000)], 1000.0)[1]
-    )
 
 
 def test_files_that_are_none(tmp_path):

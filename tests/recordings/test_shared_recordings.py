@@ -15,8 +15,9 @@ from shakerproc.recordings.tdms.reader import read_tdms
 
 pytestmark = pytest.mark.shared
 
-LVM = "no sample rate .* the file contradicts itself: .*1706.48 Hz .*165[23].* Hz"
+LVM = "no sample rate .* the file contradicts itself: .*165[23].* Hz .*1706.48 Hz"
 NO_RATE = "the file does not say the sample rate"
+NO_UNIT = "wf_increment, 1 as LabVIEW writes it where none is given, states no unit"
 MOVELLA = ("no sample rate for channel 'Euler_X'", {"sample_rate": 120.0}, (9, 120.0))
 GROUPS = "groups hold data"
 LENGTHS = "Use only channels of one length"
@@ -58,11 +59,11 @@ EXPECTED = {
     "tdms_danberge_jl/incremental_test_5.tdms": NO_RATE,
     "tdms_danberge_jl/incremental_test_6.tdms": NO_RATE,
     "tdms_danberge_jl/reference_file.tdms": "holds no samples .*stops at byte 135",
-    "tdms_mikeobrien/AdditionalProperties.tdms": LENGTHS,
+    "tdms_mikeobrien/AdditionalProperties.tdms": NO_UNIT,
     "tdms_mikeobrien/IncrementalMetaInformation.tdms": NO_RATE,
-    "tdms_mikeobrien/IncrementalMetaInformationInterleavedData.tdms": NO_RATE,
-    "tdms_mikeobrien/PropertyRewritten.tdms": LENGTHS,
-    "tdms_ni_parser/basic.tdms": (4, 1.0),
+    "tdms_mikeobrien/IncrementalMetaInformationInterleavedData.tdms": "'Time' states no unit",
+    "tdms_mikeobrien/PropertyRewritten.tdms": NO_UNIT,
+    "tdms_ni_parser/basic.tdms": (NO_UNIT, {"sample_rate": 1.0}, (4, 1.0)),
     "tdms_ni_parser/multiple_groups.tdms": (
         GROUPS,
         {"part": FilePart("Noise Tolerance")},

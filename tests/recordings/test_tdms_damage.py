@@ -167,12 +167,12 @@ def test_samples_that_are_not_there_are_the_callers_error(write):
 @pytest.mark.parametrize(
     ("step", "match"),
     [
-        (0.0, "wf_increment is '0.0' s"),
-        (-0.001, "wf_increment is '-0.001' s"),
-        (math.nan, "wf_increment is 'nan' s"),
-        (math.inf, "wf_increment is 'inf' s"),
+        (0.0, "wf_increment is 0 s"),
+        (-0.001, "wf_increment is -0.001 s"),
+        (math.nan, "wf_increment is nan s"),
+        (math.inf, "wf_increment is inf s"),
         (5e-324, "wf_increment is"),
-        ("0.001", "wf_increment is '0.001' s"),
+        ("0.001", "wf_increment is '0.001'"),
     ],
 )
 def test_an_impossible_increment_tells_what_to_put_in_the_log(write, step, match):
@@ -331,8 +331,8 @@ def test_properties_that_only_nptdms_understands_fail_in_one_line(write):
 
 
 def test_signalexpress_says_itself_that_it_did_not_finish(write):
-    root = listed("/", 0xFFFFFFFF, {"recording-complete": False, "log-duration": 30.0})
-    channel = listed("/'x - All Data'/'a'", index("f8", 10), {"wf_increment": 1.0})
+    root = listed("/", 0xFFFFFFFF, {"recording-complete": False, "log-duration": 0.3})
+    channel = listed("/'x - All Data'/'a'", index("f8", 10), {"wf_increment": 0.01})
     content = segment(metadata([root, channel]), bytes(80), 14)
     with open_recording(write(content)) as recording:
         assert (recording.n_samples, recording.expected_samples) == (10, 30)

@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.clocks import clock_against, interpolated
+from shakerproc.interpolation import interpolated
+from shakerproc.spectra.clocks import clock_against
 
 RNG = np.random.default_rng(11)
 LINES = RNG.uniform(5.0, 180.0, 150)

@@ -81,6 +81,25 @@ G = 9.80665  # ISO 80000-3, written out: data.STANDARD_GRAVITY is checked agains
         ("1 psi", "Pa", 4.4482216152605 / 0.0254**2),
         ("36 ksi", "Pa", 36e3 * 4.4482216152605 / 0.0254**2),
         ("5 mil", "m", 5 * 2.54e-5),
+        ("5 mils", "m", 5 * 2.54e-5),
+        ("1000 thou", "m", 0.0254),
+        ("1 ips", "m/s", 0.0254),
+        ("1 kgf", "N", G),
+        ("16 oz", "kg", 0.45359237),
+        ("16 ozf", "N", 4.4482216152605),
+        ("10 microstrain", "1", 1e-5),
+        ("3000 rpm", "rad/s", 100.0 * math.pi),  # a speed where one is wanted, else a frequency
+        ("1 rev/s", "rad/s", 2.0 * math.pi),
+        ("1 N m/deg", "N m/rad", 180.0 / math.pi),
+        ("12 Nm", "N m", 12.0),
+        ("2 kg m^2", "kg m^2", 2.0),
+        ("10 pC/g", "C/(m/s^2)", 1e-11 / G),
+        ("2 g/sqrt(Hz)", "(m/s^2)^2/Hz", 4.0 * G**2),  # the root of a density
+        ("2 g/√Hz", "g^2/Hz", 4.0 * G**2),
+        ("0 dB re 1 g", "m/s^2", G),
+        ("120 dB re 1e-6 m/s^2", "m/s^2", 1.0),  # 20 dB a decade of amplitude
+        ("60 dB re 1 µm/s", "m/s", 1e-3),
+        ("10 dB re 1 (m/s^2)^2/Hz", "(m/s^2)^2/Hz", 10.0),  # 10 dB a decade of power
         ("1.41e3 kg/m^3", "kg/m^3", 1410.0),
         ("0.5\u00a0g", "m/s^2", 0.5 * G),  # a space that does not break, from a word processor
         ("\u22120.5 g", "m/s^2", -0.5 * G),  # a minus sign from there
@@ -88,6 +107,11 @@ G = 9.80665  # ISO 80000-3, written out: data.STANDARD_GRAVITY is checked agains
 )
 def test_a_quantity_becomes_its_si_value(text, unit, value):
     assert to_si(text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "kelvin"), [("32 degF", 273.15), ("212 °F", 373.15)])
+def test_water_freezes_and_boils_in_fahrenheit(text, kelvin):
+    assert to_si(text, "K") == pytest.approx(kelvin, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -113,6 +137,8 @@ def test_a_quantity_becomes_its_si_value(text, unit, value):
         ("0.5 mm", "Hz", '"mm" is not such a unit'),
         ("0.5 g", "N", '"g" is not such a unit'),
         ("0.5 rad/s", "Hz", '"rad/s" is not such a unit'),
+        ("3 dB", "m/s^2", r"such as 120 dB re 1e-6 m/s\^2$"),
+        ("20 dB re 1 N", "m/s^2", '"N" is not such a unit'),
         ("1 oct", "oct/min", '"oct" is not such a unit'),
         ("1 oct per min", "oct/min", 'no unit "per"'),
         ("5 - 500 Hz", "Hz", "not written as a unit"),

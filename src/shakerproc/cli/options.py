@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from shakerproc.data import BadRows, Measurement
+    from shakerproc.recordings import Sampling
 
 
 def positive(value: float | None) -> float | None:
@@ -205,6 +206,37 @@ PdfOption: TypeAlias = Annotated[
         "--pdf", help="Print the report to report.pdf too, by a browser that is installed."
     ),
 ]
+SampleRateOption: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        "--sample-rate-hz",
+        help="Sample rate, where the recording does not state it [Hz].",
+        callback=positive,
+    ),
+]
+OverrideRateOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--override-rate", help="Use --sample-rate-hz although the recording states another."
+    ),
+]
+TimeUnitOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--time-unit",
+        metavar="s|ms|us|ns|min|h|d",
+        help="Unit of times in the recording that state none.",
+        show_default="by plausibility",
+    ),
+]
+ResampleOption: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        "--resample-hz",
+        help="Interpolate every channel to even times at this rate [Hz].",
+        callback=positive,
+    ),
+]
 BadRowsOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -277,6 +309,24 @@ def exports_of(text: str) -> tuple[str, ...]:
                 param_hint="--export",
             )
     return asked
+
+
+def sampling_of(
+    sample_rate_hz: float | None,
+    override_rate: bool,
+    time_unit: str | None,
+    resample_hz: float | None,
+) -> "Sampling":
+    """Return what was said of the times; see `option_values.sampling_of`."""
+    from shakerproc.workflows import option_values
+
+    with usage():
+        return option_values.sampling_of(
+            sample_rate_hz,
+            override_rate=override_rate,
+            time_unit=time_unit,
+            resample_hz=resample_hz,
+        )
 
 
 def measurement_of(text: str | None) -> "Measurement | None":

@@ -19,7 +19,7 @@ from shakerproc.comparison.free_run_error import (
     standard_error,
 )
 from shakerproc.comparison.held_out import held_out, held_out_samples
-from shakerproc.comparison.joints import JointErrors, JointMotion, by_range
+from shakerproc.comparison.joints import JointErrors, JointMotion, NotTold, by_range
 from shakerproc.comparison.measured import (
     Measured,
     Usable,
@@ -45,6 +45,7 @@ __all__ = [
     "JointMotion",
     "Measured",
     "Noise",
+    "NotTold",
     "Pair",
     "Prediction",
     "Quiet",

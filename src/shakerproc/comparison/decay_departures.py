@@ -7,7 +7,6 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
-from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.runs.analyses.decay_words import DISPUTED, harmonic_of, law_words
 from shakerproc.runs.result import shown_unit
@@ -182,7 +181,7 @@ def _row(found: DecayComparison, test: TestDecays, mode: ModeDecay) -> dict[str,
 
 def unit_of(found: DecayComparison, sensor: str) -> str:
     """Return the SI unit of a sensor of the model."""
-    return UNIT_OF[found.model.sensors[sensor].measures]
+    return found.model.sensor_unit(found.model.sensors[sensor])
 
 
 def curve_columns(found: DecayComparison) -> dict[str, list[Any]]:

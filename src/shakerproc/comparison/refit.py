@@ -359,6 +359,6 @@ def _parameter(
         value=before * float(np.exp(logarithm)),
         low=before * float(np.exp(logarithm - half)),
         high=before * float(np.exp(logarithm + half)),
-        unit=element.effect.parameters[name].unit,
+        unit=model.unit_of(element.effect.parameters[name].unit),
         at_bound=abs(logarithm) > 0.999 * reach,
     )

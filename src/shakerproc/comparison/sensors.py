@@ -12,16 +12,6 @@ from shakerproc.errors import DiagnosisError, ModelError
 from shakerproc.models import BASE, Model, Sensor
 from shakerproc.units import near_miss, quoted
 
-UNIT_OF: Final = {
-    "acceleration": "m/s^2",
-    "displacement": "m",
-    "velocity": "m/s",
-    "relative displacement": "m",
-    "relative velocity": "m/s",
-    "force": "N",
-}
-"""Unit of the channel that a sensor of each kind needs."""
-
 NO_SENSOR: Final = "neither drives the model nor is a sensor of it"
 
 
@@ -71,7 +61,7 @@ def sensors_of(model: Model) -> dict[str, Sensor]:
     return dict(model.sensors)
 
 
-def sensor_row(recording: Recording, name: str, sensor: Sensor) -> int:
+def sensor_row(recording: Recording, name: str, model: Model) -> int:
     """Return the row of the channel that is a sensor of the model.
 
     Raises
@@ -81,7 +71,9 @@ def sensor_row(recording: Recording, name: str, sensor: Sensor) -> int:
     """
     for i, channel in enumerate(recording.channels):
         if name in {channel.name, channel.source_name}:
-            _check_unit(recording, channel, UNIT_OF[sensor.measures], f"sensor {name!r}")
+            _check_unit(
+                recording, channel, model.sensor_unit(model.sensors[name]), f"sensor {name!r}"
+            )
             return i
     raise DiagnosisError(
         f"{recording.run}: the model's sensor {name!r} is no channel of the recording, which "
@@ -114,7 +106,7 @@ def input_rows(recording: Recording, model: Model) -> list[int]:
     DiagnosisError
         If there is none, or its unit is another.
     """
-    on, role, unit = model.excitation.on, model.excitation.role, model.excitation.unit
+    on, role, unit = model.excitation.on, model.excitation.role, model.drive_unit
     if role is None:
         return []
     rows = [i for i, c in enumerate(recording.channels) if c.role == role]

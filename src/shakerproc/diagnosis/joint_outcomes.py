@@ -6,6 +6,7 @@ from typing import Any, final
 
 from shakerproc.models import Element, Mode
 from shakerproc.models.effects import Table
+from shakerproc.models.motion import Motion
 
 
 @final
@@ -18,17 +19,20 @@ class Locked:
     between : (str, str)
         The joint.
     holds : float
-        The largest force that it carried without slipping [N].
+        The largest force that it carried without slipping [unit].
+    unit : str
+        SI unit of that: N, or N m of a rotation.
     """
 
     between: tuple[str, str]
     holds: float
+    unit: str = "N"
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         return {
             "between": list(self.between),
-            "holds_at_least": {"value": self.holds, "unit": "N"},
+            "holds_at_least": {"value": self.holds, "unit": self.unit},
         }
 
 
@@ -45,6 +49,8 @@ class Outside:
         Nodes [m], [m/s].
     force, band : tuple of tuple of float
         Missing force and its standard error at each displacement and velocity [N].
+    motion : Motion
+        Of a rotation these are angles [rad], their velocities and torques [N m].
     """
 
     between: tuple[str, str]
@@ -52,6 +58,7 @@ class Outside:
     velocity: tuple[float, ...]
     force: tuple[tuple[float, ...], ...]
     band: tuple[tuple[float, ...], ...]
+    motion: Motion = "translation"
 
     def element(self) -> Element:
         """Return the curve as an element of a model."""

@@ -59,7 +59,7 @@ def locked_sentence(locked: Sequence[Locked]) -> str:
     """Return the verdict that a joint never slipped."""
     joints = " and ".join(
         f"the joint between {' and '.join(joint.between)} never slipped and holds at least "
-        f"{joint.holds:.3g} N"
+        f"{joint.holds:.3g} {joint.unit}"
         for joint in locked
     )
     return f"These tests cannot tell one law of friction from another: {joints}."

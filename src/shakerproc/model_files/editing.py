@@ -114,16 +114,19 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
 def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     """Write the changed text, once it has been read back and says what it should."""
     before = read_model_file(path)
+    motion = before.model.motion
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
     if wanted.title is not None:
         edits.append(_titled(text, root, wanted.title))
     if wanted.element is not None:
-        edits.append(_addition(text, _value(root, "elements"), element_text(wanted.element)))
+        edits.append(
+            _addition(text, _value(root, "elements"), element_text(wanted.element, motion))
+        )
     end: list[str] = []
     if wanted.modes:
-        edits += _modes(text, root, wanted.modes, end)
+        edits += _modes(text, root, [mode_text(one, motion) for one in wanted.modes], end)
     edits += _record(before, text, root, wanted, end)
     for edit in sorted(edits, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.stop :]
@@ -190,7 +193,7 @@ def _changes(file: ModelFile, root: Any, changes: Changes) -> list[_Edit]:
             node = _value(elements[i], name)
             if not isinstance(node, yaml.ScalarNode):
                 raise _refused(file, f"{name} does not stand there", "elements", i)
-            text = parameter_text(value, effect.parameters[name])
+            text = parameter_text(value, effect.parameters[name], file.model.motion)
             edits.append(_Edit(node.start_mark.index, node.end_mark.index, text))
     return edits
 
@@ -203,25 +206,25 @@ def _masses(file: ModelFile, root: Any, masses: Mapping[str, float]) -> list[_Ed
     DocumentError
         If one does not stand there as a plain number.
     """
-    edits = []
+    edits, unit = [], file.model.unit_of("kg")
     for name, value in masses.items():
         node = _value(_value(root, "masses"), name)
         if not isinstance(node, yaml.ScalarNode):
             refused: DocumentError = _refused(file, "the mass does not stand there", "masses")
             raise refused
-        edits.append(_Edit(node.start_mark.index, node.end_mark.index, number(value, "kg")))
+        edits.append(_Edit(node.start_mark.index, node.end_mark.index, number(value, unit)))
     return edits
 
 
-def _modes(text: str, root: Any, modes: Sequence[Mode], end: list[str]) -> list[_Edit]:
+def _modes(text: str, root: Any, modes: Sequence[str], end: list[str]) -> list[_Edit]:
     """Return the edits that append modes to those of a file; without any, lines at its end."""
     known = _value(root, "modes")
     if known is None or not known.value:
-        end += ["modes:", *(f"  - {mode_text(mode)}" for mode in modes)]
+        end += ["modes:", *(f"  - {mode}" for mode in modes)]
         return []
     if known.flow_style:
-        return [_addition(text, known, ", ".join(map(mode_text, modes)))]
-    return [_addition(text, known, mode_text(mode)) for mode in modes]
+        return [_addition(text, known, ", ".join(modes))]
+    return [_addition(text, known, mode) for mode in modes]
 
 
 def _titled(text: str, root: Any, title: str) -> _Edit:
@@ -286,7 +289,7 @@ def _record(
     """
     if wanted.element is None or wanted.provenance is None:
         return []
-    lines = record_lines(file.path.name, wanted.element, wanted.provenance)
+    lines = record_lines(file.path.name, wanted.element, wanted.provenance, file.model.motion)
     known = _value(root, "provenance")
     if known is None:
         end += ["provenance:", *(f"  {line}" for line in lines)]

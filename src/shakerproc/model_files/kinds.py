@@ -8,7 +8,8 @@ from pydantic import BaseModel
 from shakerproc.documents import Document
 from shakerproc.model_files.values import is_list_of_mappings, read_numbers, read_rows
 from shakerproc.models.effects import SPELLINGS
-from shakerproc.models.effects.base import Parameter
+from shakerproc.models.effects.base import Parameter, parameter_in
+from shakerproc.models.motion import Motion
 from shakerproc.units import example, near_miss, quoted, to_si
 
 Schema = TypeVar("Schema", bound=BaseModel)
@@ -29,6 +30,8 @@ def read_kind(
     said: Mapping[str, Any],
     kinds: Mapping[str, type[KindT]],
     also: Sequence[str] = (),
+    *,
+    motion: Motion = "translation",
 ) -> KindT:
     """Return the effect or fault that a mapping of the file describes.
 
@@ -44,6 +47,8 @@ def read_kind(
         What may be made.
     also : sequence of str
         Keys that are not parameters.
+    motion : Motion
+        Of the masses: says the units of the parameters.
 
     Raises
     ------
@@ -61,15 +66,17 @@ def read_kind(
             raise document.error(
                 (*place, key), _unknown("parameter", key, allowed, f"of {kind}"), at_key=True
             )
-        here, parameter = (*place, key), made.parameters[key]
+        here, parameter = (*place, key), parameter_in(made.parameters[key], motion)
         if parameter.holds == "effects":
-            values[key] = _kinds(document, here, value, kinds)
+            values[key] = _kinds(document, here, value, kinds, motion)
         else:
             values[key] = _value(document, here, value, parameter)
     for name, parameter in made.parameters.items():
         if name not in values and not parameter.optional:
             raise document.error(
-                place, f"{kind} needs {name}, such as {name}: {_example(parameter)}"
+                place,
+                f"{kind} needs {name}, such as {name}: "
+                f"{_example(parameter_in(parameter, motion))}",
             )
     try:
         return made(**values)
@@ -96,11 +103,15 @@ def _kinds(
     place: Sequence[str | int],
     value: Any,
     kinds: Mapping[str, type[KindT]],
+    motion: Motion,
 ) -> tuple[KindT, ...]:
     """Return the effects that an effect is made of."""
     if not is_list_of_mappings(value):
         raise document.error(place, "expected a list of elements, such as [{kind: gap, ...}]")
-    return tuple(read_kind(document, (*place, i), one, kinds) for i, one in enumerate(value))
+    return tuple(
+        read_kind(document, (*place, i), one, kinds, motion=motion)
+        for i, one in enumerate(value)
+    )
 
 
 def _unknown(what: str, found: object, known: list[str], of: str = "") -> str:

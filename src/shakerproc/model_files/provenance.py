@@ -7,6 +7,7 @@ from typing import final
 
 from shakerproc.model_files.writing import number, text_of
 from shakerproc.models.model import Element
+from shakerproc.models.motion import Motion, unit_in
 
 
 @final
@@ -35,7 +36,9 @@ class Provenance:
     date: str = ""
 
 
-def record_lines(source: str, element: Element, provenance: Provenance) -> list[str]:
+def record_lines(
+    source: str, element: Element, provenance: Provenance, motion: Motion = "translation"
+) -> list[str]:
     """Return the lines of a list item that say where an element comes from.
 
     Parameters
@@ -46,6 +49,8 @@ def record_lines(source: str, element: Element, provenance: Provenance) -> list[
         The element.
     provenance : Provenance
         Where its numbers come from.
+    motion : Motion
+        Of the masses of the model: says the units.
     """
     parameters = element.effect.estimated()
     between = ", ".join(text_of(place) for place in element.between)
@@ -64,7 +69,7 @@ def record_lines(source: str, element: Element, provenance: Provenance) -> list[
     if provenance.intervals:
         lines.append("  intervals:")
         for name, (low, high) in provenance.intervals.items():
-            unit = parameters[name].unit
+            unit = unit_in(parameters[name].unit, motion)
             limits = ", ".join(_key(number(value, unit)) for value in (low, high))
             lines.append(f"    {name}: [{limits}]")
     if provenance.program:

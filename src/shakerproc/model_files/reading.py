@@ -14,7 +14,8 @@ from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.faults import FAULTS
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
-from shakerproc.units import near_miss, quoted
+from shakerproc.models.motion import Motion, unit_in
+from shakerproc.units import example, near_miss, quoted, to_si
 
 
 @final
@@ -76,16 +77,23 @@ def read_model_file(path: Path) -> ModelFile:
             ("masses", BASE), f"{BASE} is the shaker table and has no mass here", at_key=True
         )
     places = [BASE, *said.masses]
+    motion = _motion(document)
+    masses = {
+        name: _mass(document, ("masses", name), written, motion)
+        for name, written in said.masses.items()
+    }
     elements = tuple(
-        _element(document, ("elements", i), element, places)
+        _element(document, ("elements", i), element, places, motion)
         for i, element in enumerate(said.elements)
     )
-    sensors = {name: _sensor(document, ("sensors", name), places) for name in said.sensors}
+    sensors = {
+        name: _sensor(document, ("sensors", name), places, motion) for name in said.sensors
+    }
     excitation = _excitation(document, places)
-    modes = tuple(_mode(document, i, places) for i in range(len(said.modes)))
+    modes = tuple(_mode(document, i, places, motion) for i in range(len(said.modes)))
     try:
         model = Model(
-            said.title or path.stem, said.masses, elements, excitation, sensors, modes
+            said.title or path.stem, masses, elements, excitation, sensors, modes, motion
         )
     except ModelError as error:
         raise document.error(("elements",), str(error), at_key=True) from error
@@ -94,10 +102,54 @@ def read_model_file(path: Path) -> ModelFile:
     return ModelFile(path, model, said.provenance, document)
 
 
+def _motion(document: Document[ModelSchema]) -> Motion:
+    """Return how the masses move: moments of inertia turn."""
+    first = next(iter(document.value.masses.values()))
+    try:
+        to_si(first, "kg m^2")
+    except ValueError:
+        return "translation"
+    return "rotation"
+
+
+def _mass(
+    document: Document[ModelSchema], place: Sequence[str | int], written: Any, motion: Motion
+) -> float:
+    """Return a mass [kg], or a moment of inertia [kg m^2] of a rotational model.
+
+    Raises
+    ------
+    DocumentError
+        If it is none, or not above 0.
+    """
+    unit = unit_in("kg", motion)
+    try:
+        mass = to_si(written, unit)
+    except ValueError as error:
+        raise document.error(place, f"{error}{_mixed(written, motion)}") from error
+    if mass <= 0.0:
+        wanted = f"expected more than 0, such as {example(unit)}, got {quoted(written)}"
+        raise document.error(place, wanted)
+    return mass
+
+
+def _mixed(written: object, motion: Motion) -> str:
+    """Return what to do about a mass that is one of the other motion; empty where it is not."""
+    try:
+        to_si(written, "kg" if motion == "rotation" else "kg m^2")
+    except ValueError:
+        return ""
+    return "; masses of one model are all in kg, or all moments of inertia in kg m^2"
+
+
 def _element(
-    document: Document[ModelSchema], place: Sequence[str | int], said: Any, places: list[str]
+    document: Document[ModelSchema],
+    place: Sequence[str | int],
+    said: Any,
+    places: list[str],
+    motion: Motion,
 ) -> Element:
-    effect = read_kind(document, place, said, EFFECTS, also=("between",))
+    effect = read_kind(document, place, said, EFFECTS, also=("between",), motion=motion)
     between = said.get("between")
     if "between" not in said:
         raise document.error(place, f"{effect.kind} needs between: [{BASE}, {places[1]}]")
@@ -123,18 +175,23 @@ def _element(
 
 
 def _sensor(
-    document: Document[ModelSchema], place: tuple[str, str], places: list[str]
+    document: Document[ModelSchema],
+    place: tuple[str, str],
+    places: list[str],
+    motion: Motion,
 ) -> Sensor:
     said = document.value.sensors[place[1]]
     _check_place(document, (*place, "at"), said.at, places)
     faults = tuple(
-        read_kind(document, (*place, "faults", i), fault, FAULTS)
+        read_kind(document, (*place, "faults", i), fault, FAULTS, motion=motion)
         for i, fault in enumerate(said.faults)
     )
     return Sensor(said.at, said.measures, faults)
 
 
-def _mode(document: Document[ModelSchema], index: int, places: list[str]) -> Mode:
+def _mode(
+    document: Document[ModelSchema], index: int, places: list[str], motion: Motion
+) -> Mode:
     said = document.value.modes[index]
     where = ("modes", index, "participation")
     for name in said.participation:
@@ -142,7 +199,8 @@ def _mode(document: Document[ModelSchema], index: int, places: list[str]) -> Mod
         if name == BASE:
             raise document.error((*where, name), f"expected a mass, got {BASE}")
     try:
-        return Mode(said.frequency, said.damping_ratio, said.mass, said.participation)
+        mass = _mass(document, ("modes", index, "mass"), said.mass, motion)
+        return Mode(said.frequency, said.damping_ratio, mass, said.participation)
     except ValueError as error:
         raise document.error(where, str(error), at_key=True) from error
 

@@ -31,7 +31,7 @@ class ModeSection(Section):
 
     frequency: Annotated[float, in_unit("Hz", positive=True)]
     damping_ratio: float = Field(ge=0.0)
-    mass: Annotated[float, in_unit("kg", positive=True)]
+    mass: Any
     participation: dict[str, float]
 
 
@@ -53,7 +53,7 @@ class ModelSchema(Section):
 
     model: Literal[1]
     title: str = ""
-    masses: dict[str, Annotated[float, in_unit("kg", positive=True)]]
+    masses: dict[str, Any]
     elements: Annotated[tuple[dict[str, Any], ...], FromList]
     excitation: ExcitationSection
     modes: Annotated[tuple[ModeSection, ...], FromList] = ()

@@ -15,6 +15,7 @@ from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element, Model, Sensor
+from shakerproc.models.motion import Motion, unit_in
 from shakerproc.units import from_si, to_si
 
 _SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
@@ -48,37 +49,41 @@ def model_text(model: Model, *, heading: str = "") -> str:
     """Return the text of a model file."""
     lines = [f"# {line}".rstrip() for line in heading.splitlines()]
     lines += ["model: 1", f"title: {text_of(model.title)}"]
-    masses = ", ".join(f"{text_of(n)}: {number(m, 'kg')}" for n, m in model.masses.items())
+    masses = ", ".join(
+        f"{text_of(n)}: {number(m, model.unit_of('kg'))}" for n, m in model.masses.items()
+    )
     lines += [f"masses: {{{masses}}}", "elements:"]
-    lines += [f"  - {element_text(element)}" for element in model.elements]
+    lines += [f"  - {element_text(element, model.motion)}" for element in model.elements]
     on = model.excitation.on
     shaken = _SHAKEN[model.excitation.kind] + ("" if on is None else text_of(on))
     lines += [f"excitation: {{{shaken}}}"]
     if model.modes:
-        lines += ["modes:", *(f"  - {mode_text(mode)}" for mode in model.modes)]
+        lines += ["modes:", *(f"  - {mode_text(mode, model.motion)}" for mode in model.modes)]
     if model.sensors:
         lines += ["sensors:"]
-        lines += [f"  {text_of(n)}: {_sensor_text(s)}" for n, s in model.sensors.items()]
+        lines += [
+            f"  {text_of(n)}: {_sensor_text(s, model.motion)}" for n, s in model.sensors.items()
+        ]
     return "\n".join(lines) + "\n"
 
 
-def mode_text(mode: Mode) -> str:
+def mode_text(mode: Mode, motion: Motion = "translation") -> str:
     """Return a further mode on one line, as it stands in a model file."""
     shares = ", ".join(f"{text_of(n)}: {_digits(s)}" for n, s in mode.participation.items())
     said = [
         f"frequency: {number(mode.frequency, 'Hz')}",
         f"damping_ratio: {number(mode.damping_ratio, '1')}",
-        f"mass: {number(mode.mass, 'kg')}",
+        f"mass: {number(mode.mass, unit_in('kg', motion))}",
         f"participation: {{{shares}}}",
     ]
     return f"{{{', '.join(said)}}}"
 
 
-def element_text(element: Element) -> str:
+def element_text(element: Element, motion: Motion = "translation") -> str:
     """Return an element on one line, as it stands in a model file."""
     between = ", ".join(text_of(place) for place in element.between)
     start = [f"kind: {written_kind(element.effect)}", f"between: [{between}]"]
-    return f"{{{', '.join(start + _parameters(element.effect))}}}"
+    return f"{{{', '.join(start + _parameters(element.effect, motion))}}}"
 
 
 def written_kind(effect: AbstractEffect) -> str:
@@ -141,11 +146,13 @@ def text_of(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def parameter_text(value: Any, parameter: Parameter) -> str:
+def parameter_text(value: Any, parameter: Parameter, motion: Motion = "translation") -> str:
     """Return the value of a parameter as it stands in a model file."""
     if isinstance(value, str):
         return value
-    return _TEXTS[parameter.holds](value, parameter.unit)
+    if parameter.holds == "effects":
+        return _effects(value, motion)
+    return _TEXTS[parameter.holds](value, unit_in(parameter.unit, motion))
 
 
 def _numbers(values: Sequence[float], unit: str) -> str:
@@ -156,26 +163,27 @@ def _rows(rows: Sequence[Sequence[float]], unit: str) -> str:
     return f"[{', '.join(_numbers(row, unit) for row in rows)}]"
 
 
-def _effects(effects: Sequence[AbstractEffect], _: str) -> str:
-    texts = (", ".join([f"kind: {written_kind(e)}", *_parameters(e)]) for e in effects)
+def _effects(effects: Sequence[AbstractEffect], motion: Motion) -> str:
+    texts = (", ".join([f"kind: {written_kind(e)}", *_parameters(e, motion)]) for e in effects)
     return f"[{', '.join(f'{{{text}}}' for text in texts)}]"
 
 
-def _parameters(kind: AbstractEffect | AbstractFault) -> list[str]:
+def _parameters(kind: AbstractEffect | AbstractFault, motion: Motion) -> list[str]:
     written = []
     for field in fields(kind):  # type: ignore[arg-type]
         value = getattr(kind, field.name)
         if value is not None:
-            text = parameter_text(value, kind.parameters[field.name])
+            text = parameter_text(value, kind.parameters[field.name], motion)
             written.append(f"{field.name}: {text}")
     return written
 
 
-def _sensor_text(sensor: Sensor) -> str:
+def _sensor_text(sensor: Sensor, motion: Motion) -> str:
     said = [f"at: {text_of(sensor.at)}", f"measures: {sensor.measures}"]
     if sensor.faults:
         faults = [
-            "{" + ", ".join([f"kind: {f.kind}", *_parameters(f)]) + "}" for f in sensor.faults
+            "{" + ", ".join([f"kind: {f.kind}", *_parameters(f, motion)]) + "}"
+            for f in sensor.faults
         ]
         said.append(f"faults: [{', '.join(faults)}]")
     return f"{{{', '.join(said)}}}"
@@ -199,5 +207,4 @@ _TEXTS: Final[Mapping[str, Callable[[Any, str], str]]] = MappingProxyType({
     "number": number,
     "numbers": _numbers,
     "rows": _rows,
-    "effects": _effects,
 })

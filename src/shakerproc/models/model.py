@@ -10,6 +10,7 @@ from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
+from shakerproc.models.motion import Motion, unit_in
 from shakerproc.models.validation import check_model
 
 BASE: Final = "base"
@@ -146,6 +147,16 @@ UNITS: Final[Mapping[Kind, str]] = MappingProxyType({
 })
 """SI unit of each kind of input."""
 
+SENSOR_UNITS: Final[Mapping[Measures, str]] = MappingProxyType({
+    "acceleration": "m/s^2",
+    "displacement": "m",
+    "velocity": "m/s",
+    "relative displacement": "m",
+    "relative velocity": "m/s",
+    "force": "N",
+})
+"""SI unit of what each kind of sensor measures in a translation."""
+
 ROLES: Final[Mapping[Kind, Literal["control", "force", "displacement"] | None]] = (
     MappingProxyType({
         "base acceleration": "control",
@@ -176,6 +187,9 @@ class Model:
         Which channel measures what.
     modes : tuple of Mode
         Further linear modes of the specimen.
+    motion : Motion
+        Whether the masses move along an axis, or turn about it: then they are moments of
+        inertia, displacements angles and forces torques, and every unit is that of `unit_of`.
 
     Raises
     ------
@@ -189,6 +203,7 @@ class Model:
     excitation: Excitation
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     modes: tuple[Mode, ...] = ()
+    motion: Motion = "translation"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "masses", MappingProxyType(dict(self.masses)))
@@ -196,16 +211,30 @@ class Model:
         object.__setattr__(self, "elements", tuple(self.elements))
         object.__setattr__(self, "modes", tuple(self.modes))
         for name, mass in self.masses.items():
-            checks.positive(f"mass of {name}", mass, "kg")
+            checks.positive(f"mass of {name}", mass, self.unit_of("kg"))
         check_model(self)
         for name, mass in self.rigid_masses.items():
-            checks.positive(f"mass of {name} less that of the modes", mass, "kg")
+            checks.positive(f"mass of {name} less that of the modes", mass, self.unit_of("kg"))
+
+    def unit_of(self, unit: str) -> str:
+        """Return the unit that a quantity has here, by the one that it has in a translation."""
+        return unit_in(unit, self.motion)
+
+    def sensor_unit(self, sensor: Sensor) -> str:
+        """Return the SI unit of the channel that is a sensor."""
+        return self.unit_of(SENSOR_UNITS[sensor.measures])
+
+    @property
+    def drive_unit(self) -> str:
+        """SI unit of the input; 1 where there is none."""
+        return self.unit_of(self.excitation.unit)
 
     def __reduce__(self) -> tuple[type["Model"], tuple[object, ...]]:
         """Let a model travel to another process (a mapping proxy cannot)."""
         masses, sensors = dict(self.masses), dict(self.sensors)
         return Model, (
-            self.title, masses, self.elements, self.excitation, sensors, self.modes
+            self.title, masses, self.elements, self.excitation, sensors, self.modes,
+            self.motion,
         )  # fmt: skip
 
     @property

@@ -10,6 +10,7 @@ from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.simulation.closed_forms import displacement_amplitude
 from shakerproc.testlog import BROADBAND, Test
+from shakerproc.testlog.excitation import FORCES, LEVELS
 
 PEAK_FACTOR: Final = 3.0
 """Peak of random motion as a multiple of its rms value [-]; controllers clip at about 3."""
@@ -178,7 +179,8 @@ def input_of_test(test: Test) -> AbstractInput | None:
     """Return what shakes a test; None where its log does not say it, and for shocks."""
     if test.level is None or test.level_unit is None:
         return None
-    quantity: Quantity = "force" if test.level_unit.startswith("N") else "base acceleration"
+    by_force = LEVELS[test.level_unit][1] in FORCES
+    quantity: Quantity = "force" if by_force else "base acceleration"
     band = test.band
     if test.excitation in BROADBAND:
         if band is None or not band[0] < band[1]:

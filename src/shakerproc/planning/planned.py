@@ -19,6 +19,7 @@ from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
 from shakerproc.planning.remarks import remarks_on
 from shakerproc.spectra.tones.passing import swept_peak
 from shakerproc.testlog import PULSES, Test, TestLog
+from shakerproc.testlog.excitation import LEVELS
 
 _SHOWN: Final = {
     "m/s^2": ("g", STANDARD_GRAVITY, 1.0),
@@ -28,6 +29,8 @@ _SHOWN: Final = {
     "N^2/Hz": ("N^2/Hz", 1.0, 2.0),
     "N rms": ("N rms", 1.0, 1.0),
 }
+"""Unit that a level is shown in, its size in SI, and the power of the amplitude that it is;
+others are shown in SI."""
 
 
 def plan_campaign(log: TestLog, wish: Wish) -> tuple[PlannedTest, ...]:
@@ -112,7 +115,8 @@ def _needed(
     factor = found.factor_both_sides
     if factor == inf or test.level is None or test.level_unit is None:
         return None
-    unit, scale, power = _SHOWN[test.level_unit]
+    power = 2.0 if LEVELS[test.level_unit][0] == "density" else 1.0
+    unit, scale, power = _SHOWN.get(test.level_unit, (test.level_unit, 1.0, power))
     level = test.level * factor**power
     known = wish.limits.known and shaken.quantity == "base acceleration"
     bands: tuple[Band, ...] = ()

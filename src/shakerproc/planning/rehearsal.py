@@ -23,6 +23,7 @@ from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.simulation.interpolation import finer as finer_samples
 from shakerproc.simulation.interpolation import interpolation_error
 from shakerproc.testlog import Test
+from shakerproc.testlog.excitation import FORCES, LEVELS
 
 LAB_RATE: Final = 5688.9
 """Samples per second where nobody says otherwise [Hz]."""
@@ -195,7 +196,7 @@ def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
         If the recording has no channel that could drive the model.
     """
     on = model.excitation.on
-    role, unit = ("control", "m/s^2") if on is None else ("force", "N")
+    role, unit = "control" if on is None else "force", model.drive_unit
     rows = [i for i, c in enumerate(recording.channels) if c.role == role and c.unit == unit]
     if not rows:
         raise LogError(
@@ -285,7 +286,7 @@ def _check_drive(model: Model, test: Test) -> None:
     """
     if test.level_unit is None:
         return
-    by_force = test.level_unit.startswith("N")
+    by_force = LEVELS[test.level_unit][1] in FORCES
     if by_force != (model.excitation.on is not None):
         drives = "a force" if model.excitation.on is not None else "the base's acceleration"
         raise LogError(

@@ -8,6 +8,7 @@ from typing import Final
 
 from shakerproc.errors import LogError
 from shakerproc.testlog import Expectation, Test, TestLog, level_of
+from shakerproc.testlog.excitation import amplitude_unit
 
 SCHEMA: Final = "shakerproc-diagnosis/1"
 
@@ -69,7 +70,7 @@ def _test(one: Mapping[str, object], number: int, log: TestLog, source: str) -> 
                 f"{source}: next_test {number}: {written} is no level of a {like.excitation}"
             ) from None
         level *= sqrt(2.0)
-        unit = "N" if unit.startswith("N") else "m/s^2"
+        unit = amplitude_unit(unit)
         text = f"{written} (amplitude {sqrt(2.0):.4g} times that)"
     band = one.get("band_hz")
     if isinstance(band, Sequence) and len(band) == 2 and not one.get("like"):

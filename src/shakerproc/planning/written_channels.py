@@ -4,34 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, final
 
-from shakerproc.data import Channel, ChannelUse, Role
+from shakerproc.data import ROLE_UNITS, Channel, ChannelUse, Role
 from shakerproc.errors import LogError
 from shakerproc.models import BASE, Model
+from shakerproc.models.model import SENSOR_UNITS
 from shakerproc.testlog import Test
-from shakerproc.units import from_si, to_si
+from shakerproc.units import from_si, sensitivity
 
 Holds = Literal["base", "force", "sensor", "mass", "nothing"]
 
-_UNITS: Final[dict[Role, tuple[str, str]]] = {
-    "control": ("m/s^2", "g"),
-    "response": ("m/s^2", "g"),
-    "force": ("N", "N"),
-    "displacement": ("m", "m"),
-    "velocity": ("m/s", "m/s"),
-    "pressure": ("Pa", "Pa"),
-    "strain": ("1", "m/m"),
-    "voltage": ("V", "V"),
-    "tachometer": ("V", "V"),
-    "ignore": ("V", "V"),
-}
-_MEASURED: Final = {
-    "acceleration": "m/s^2",
-    "displacement": "m",
-    "relative displacement": "m",
-    "velocity": "m/s",
-    "relative velocity": "m/s",
-    "force": "N",
-}
+_USUAL: Final = {"m/s^2": "g", "1": "m/m"}
+"""Unit of a file for an SI unit, where the log says none; SI elsewhere."""
 
 
 @final
@@ -87,7 +70,7 @@ def _usual(model: Model) -> tuple[ChannelUse, ...]:
     )
     roles: dict[str, Role] = {"m/s^2": "response", "m": "displacement", "m/s": "velocity"}
     sensors = (
-        ChannelUse(name, roles[_MEASURED[sensor.measures]])
+        ChannelUse(name, roles[SENSOR_UNITS[sensor.measures]])
         for name, sensor in model.sensors.items()
     )
     return (*inputs, *sensors)
@@ -109,12 +92,13 @@ def _places(uses: Sequence[ChannelUse]) -> list[tuple[str, ChannelUse | None]]:
 def _written(test: Test, model: Model, name: str, use: ChannelUse | None) -> WrittenChannel:
     if use is None or use.role in {"ignore", "tachometer"}:
         return WrittenChannel(Channel(name, "V", name, "V"), "V", None, "nothing")
-    quantity, usual = _UNITS[use.role]
+    quantity = model.unit_of(ROLE_UNITS[use.role][0])
+    usual = _USUAL.get(quantity, quantity)
     holds, source = _held(test, model, use, quantity)
     if use.sensitivity is not None:
-        denominator = f"({quantity})" if "/" in quantity else quantity
-        volts = to_si(use.sensitivity, f"V/{denominator}")
-        return WrittenChannel(Channel(name, "V", name, "V"), quantity, volts, holds, source)
+        output, size = sensitivity(use.sensitivity, quantity)
+        electrical = Channel(name, output, name, output)
+        return WrittenChannel(electrical, quantity, size, holds, source)
     unit = use.unit or test.expect.unit or usual
     if not _converts(quantity, unit):
         unit = usual
@@ -144,7 +128,7 @@ def _held(test: Test, model: Model, use: ChannelUse, quantity: str) -> tuple[Hol
     if use.role == "force" and on is not None:
         return ("force" if use.at in {None, on} else "nothing"), ""
     for known in (name, str(use.key)):
-        if known in model.sensors and _MEASURED[model.sensors[known].measures] == quantity:
+        if known in model.sensors and model.sensor_unit(model.sensors[known]) == quantity:
             return "sensor", known
     if use.role == "response" and use.at == BASE:
         return ("base" if on is None else "nothing"), ""

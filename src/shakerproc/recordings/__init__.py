@@ -13,6 +13,7 @@ from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measur
 from shakerproc.recordings.health_checks import FAULTS, Flag
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
+from shakerproc.recordings.time_axis import Sampling
 
 if TYPE_CHECKING:
     from shakerproc.recordings.writers import (
@@ -35,6 +36,7 @@ __all__ = [
     "ChannelNotFoundError",
     "FilePart",
     "Flag",
+    "Sampling",
     "WatchedFile",
     "contents",
     "fetch",

@@ -3,16 +3,19 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.rates import RATE_NAME, agreed_rate
-from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
+from shakerproc.recordings.headers import Heading, headings
+from shakerproc.recordings.rates import RATE_NAME
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.times import like_time, rate_doubt, rate_of_times, time_columns
+from shakerproc.recordings.time_axis import TimeAxis, Times
+from shakerproc.recordings.times import axis_of_column, like_time, time_columns
 
 NO_NUMBERS: Final = "it holds no numbers"
 
@@ -40,14 +43,15 @@ class Columns:
 def file_of_columns(
     table: Columns,
     *,
-    sample_rate: float | None = None,
-    rate_problem: str = "",
+    axes: Sequence[TimeAxis] = (),
+    times: Mapping[int, Times] | None = None,
+    start_time: datetime | None = None,
     cut: str = "",
     lengths: Sequence[int] = (),
     source: SampleSource | None = None,
     notes: Sequence[str] = (),
 ) -> RawFile:
-    """Return a table as a file of one group; a time column gives the rate and is no channel.
+    """Return a table as a file of one group; time columns are no channels.
 
     Where there are several, each is that of the columns behind it.
 
@@ -55,10 +59,12 @@ def file_of_columns(
     ----------
     table : Columns
         The table.
-    sample_rate : float, optional
-        What the file says elsewhere [Hz].
-    rate_problem : str
-        Why it says nothing usable.
+    axes : sequence of TimeAxis
+        What the file states of its times elsewhere.
+    times : mapping, optional
+        The times of a column, where the table holds only the first of them.
+    start_time : datetime, optional
+        When time 0 of the time columns is.
     cut : str
         How the file stops short; empty where it is whole.
     lengths : sequence of int
@@ -71,18 +77,20 @@ def file_of_columns(
     units = list(table.units) or [""] * len(table.headers)
     lengths = lengths or [length_of(row) for row in table.values]
     stated = _stated_rates(table, lengths)
-    if sample_rate is None and not rate_problem:
-        sample_rate, rate_problem = _rate_beside_times(table, units, lengths, stated)
-    is_silent = sample_rate is None and not rate_problem
-    axes = [
-        _axis(row, table.values[row, : lengths[row]] * seconds, rate=is_silent)
-        for row, seconds in time_columns(table.headers, units)
-    ]
-    reading = _Reading(
-        table, units, lengths, axes, stated, sample_rate, rate_problem, bool(cut)
-    )
-    times = {axis.row for axis in axes}
-    channels = [reading.channel(row) for row in range(len(units)) if row not in times]
+    said = (*axes, *(
+        TimeAxis(f"column {shown(table.headers[row])}", rate=rate)
+        for row, rate in stated.items()
+    ))  # fmt: skip
+    timed = {
+        row: (*said, axis_of_column(
+            table.headers[row], units[row],
+            (times or {}).get(row, table.values[row, : lengths[row]]),
+        ))
+        for row in time_columns(table.headers, units)
+    }  # fmt: skip
+    over = headings(table.headers, units if any(units) else ())
+    reading = _Reading(table, over, units, lengths, timed, stated, said, start_time, bool(cut))
+    channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
     remarks = [remark for channel in channels if (remark := reading.remark(channel))]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else []), *remarks]
     return RawFile(
@@ -99,71 +107,67 @@ class _Reading:
     ----------
     table : Columns
         The table.
+    headings : sequence of Heading
+        What stands over each column.
     units, lengths : sequence
         Unit and number of values of each column.
-    axes : sequence of _Axis
-        Its time columns.
+    timed : mapping
+        What the file states of the times of the columns behind each time column.
     stated : mapping
         Columns that hold nothing but the sample rate, each with it [Hz].
-    sample_rate : float or None
-        Of all columns [Hz]; None where each time column gives that of those behind it.
-    rate_problem : str
-        Why there is no rate.
+    said : tuple of TimeAxis
+        What it states without a time column.
+    start_time : datetime, optional
+        When time 0 of the time columns is.
     cut : bool
         Whether the file stops short.
     """
 
     table: Columns
+    headings: Sequence[Heading]
     units: Sequence[str]
     lengths: Sequence[int]
-    axes: Sequence["_Axis"]
+    timed: Mapping[int, tuple[TimeAxis, ...]]
     stated: Mapping[int, float]
-    sample_rate: float | None
-    rate_problem: str
+    said: tuple[TimeAxis, ...]
+    start_time: datetime | None
     cut: bool
 
     def channel(self, row: int) -> RawChannel:
         """Return a column as a channel, with what is wrong with it."""
-        header, unit, axis = self.table.headers[row], self.units[row], self.axis_of(row)
-        name, in_header = split_header(header)
-        rate, doubt, problem = self.sample_rate, 0.0, ""
-        if axis is not None:
-            rate = axis.rate if rate is None else rate
-            doubt, problem = axis.doubt, axis.rate_problem
+        heading, time = self.headings[row], self.time_of(row)
         return RawChannel(
-            name=(header.strip() if unit else name) or f"column {row + 1}",
+            name=heading.name or f"column {row + 1}",
             row=row,
             n_samples=self.lengths[row],
             promised=self.until(row) + self.cut,
-            unit=unit.strip() or in_header,
-            sample_rate=rate,
-            rate_doubt=doubt,
-            rate_problem=problem or self.rate_problem or SILENT,
+            unit=heading.unit,
+            start_time=self.start_time,
             problem=self.problem(row),
-            alias=header,
+            alias=heading.alias,
+            unit_doubt=heading.doubt,
+            axes=self.said if time is None else self.timed[time],
         )
 
-    def axis_of(self, row: int) -> "_Axis | None":
+    def time_of(self, row: int) -> int | None:
         """Return the time column before a column; where there is none, the first."""
-        before = [axis for axis in self.axes if axis.row < row]
-        return next(iter(before[-1:] or self.axes[:1]), None)
+        before = [time for time in self.timed if time < row]
+        return next(iter(before[-1:] or list(self.timed)[:1]), None)
 
     def until(self, row: int) -> int:
         """Return how many values a column should hold: as many as its time column."""
-        axis, length = self.axis_of(row), self.lengths[row]
-        return max(self.lengths[axis.row], length) if axis and length else length
+        time, length = self.time_of(row), self.lengths[row]
+        return max(self.lengths[time], length) if time is not None and length else length
 
     def problem(self, row: int) -> str:
         """Return why a column is no channel; empty where it is one."""
         if row in self.stated:
             return f"it says the sample rate, {self.stated[row]:g} Hz"
-        length, axis = self.lengths[row], self.axis_of(row)
+        length = self.lengths[row]
         if not length:
             return NO_NUMBERS
-        header, unit = self.table.headers[row], self.units[row]
-        name = (header.strip() if unit else split_header(header)[0]) or f"column {row + 1}"
-        alike = like_time(header or name, unit, self.table.values[row, :length])
-        return alike or (late_start(self.axes[0], axis) if axis else "")
+        header = self.table.headers[row] or f"column {row + 1}"
+        return like_time(header, self.units[row], self.table.values[row, :length])
 
     def remark(self, channel: RawChannel) -> str:
         """Return what a person should know of a channel; empty where it is as it should be."""
@@ -185,66 +189,6 @@ def _stated_rates(table: Columns, lengths: Sequence[int]) -> dict[int, float]:
             if there.size and there[0] > 0.0 and np.all(there == there[0]):
                 found[row] = float(there[0])
     return found
-
-
-def _rate_beside_times(
-    table: Columns, units: Sequence[str], lengths: Sequence[int], stated: Mapping[int, float]
-) -> tuple[float | None, str]:
-    """Return the rate that columns state, which times beside them must not contradict.
-
-    None, and no problem, where none states any or the times say it themselves.
-    """
-    if not stated:
-        return None, ""
-    said = {shown(table.headers[row]): rate for row, rate in stated.items()}
-    for row, seconds in time_columns(table.headers, units):
-        found, problem = rate_of_times(table.values[row, : lengths[row]] * seconds)
-        if found is None:
-            return None, problem
-        said[shown(table.headers[row])] = found
-    rate, problem = agreed_rate(said)
-    return (None, problem) if problem or len(said) > len(stated) else (rate, "")
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Axis:
-    """A time column, which is that of the columns behind it.
-
-    Attributes
-    ----------
-    row : int
-        Its place.
-    times : (n,) array
-        Its times [s].
-    rate : float, optional
-        The sample rate that they give [Hz], where it was asked for.
-    rate_problem : str
-        Why they give none.
-    doubt : float
-        How far the rate may be off, relative [-].
-    """
-
-    row: int
-    times: FloatArray
-    rate: float | None
-    rate_problem: str
-    doubt: float
-
-
-def _axis(row: int, times: FloatArray, *, rate: bool) -> _Axis:
-    found, problem = rate_of_times(times) if rate else (None, "")
-    return _Axis(row, times, found, problem, 0.0 if found is None else rate_doubt(times))
-
-
-def late_start(first: _Axis, other: _Axis) -> str:
-    """Return why a column cannot be beside those of the first time column, or an empty text."""
-    if not (first.times.size > 1 and other.times.size > 1):
-        return ""
-    late = float(other.times[0] - first.times[0])
-    if not abs(late) > 0.5 * abs(float(first.times[1] - first.times[0])):
-        return ""
-    return f"its time column begins {late:.6g} s after the first; save it in a file of its own"
 
 
 def length_of(values: FloatArray) -> int:

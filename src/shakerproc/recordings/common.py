@@ -1,40 +1,37 @@
-"""The length and the sample rate that the chosen channels have in common."""
+"""The rows that the chosen channels have in common."""
 
 import math
 from collections.abc import Sequence
-from typing import Final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.choosing import Chosen
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.raw import RawChannel
-
-SAME_RATE: Final = 1e-7
-"""How far the rates of channels may part, relative: 2 samples in 20 million."""
-
-SAME_AS_LOG: Final = 1e-4
-"""How far the log may round the sample rate, relative."""
+from shakerproc.recordings.resampling import Line
 
 
-def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
-    """Return how many complete rows there are, and how many there should be if more.
+def common_length(
+    chosen: Sequence[Chosen], begins: Sequence[int], run: str
+) -> tuple[int, int | None, str]:
+    """Return how many complete rows there are, how many there should be if more, and a note.
+
+    A row is complete where every channel holds its sample: a program that is stopped between
+    two writes leaves some channels longer than others.
+
+    `begins` is the sample of each channel that is the first of them.
 
     Raises
     ------
     RecordingError
-        If the channels were not equally long to begin with, or nothing is there.
+        If there is no complete row.
     """
-    by_length: dict[int, str] = {}
-    for channel, _ in chosen:
-        by_length.setdefault(channel.promised, channel.name)
-    if len(by_length) > 1:
-        (long, first), (short, second) = sorted(by_length.items(), reverse=True)[:2]
+    each = list(zip(chosen, begins, strict=True))
+    n_samples = min(channel.n_samples - begin for (channel, _), begin in each)
+    if n_samples <= 0 and any(begins):
+        late = max(range(len(chosen)), key=lambda at: -begins[at])
         raise RecordingError(
-            f"{run}: channel {shown(first)} holds {long} samples, {shown(second)} {short}. Use "
-            "only channels of one length: leave the others out of the log, or give them "
-            "role: ignore."
+            f"{run}: channel {shown(chosen[late][0].name)} starts after others have ended. Use "
+            "only channels that were measured at one time."
         )
-    n_samples = min(channel.n_samples for channel, _ in chosen)
     if not n_samples:
         none = next(channel for channel, _ in chosen if not channel.n_samples)
         raise RecordingError(
@@ -42,56 +39,38 @@ def common_length(chosen: Sequence[Chosen], run: str) -> tuple[int, int | None]:
             f"holds none of its {none.promised}. Copy the file again, or leave the channel out "
             "of the log."
         )
-    promised = next(iter(by_length))
-    return n_samples, promised if promised > n_samples else None
+    long = max((channel for channel, _ in chosen), key=lambda channel: channel.promised)
+    short = min((channel for channel, _ in chosen), key=lambda channel: channel.promised)
+    there = [channel.promised - begin for (channel, _), begin in each]
+    if long.promised == short.promised:  # what only starts late is not cut short
+        return n_samples, min(there) if min(there) > n_samples else None, ""
+    note = (
+        f"Channel {shown(long.name)} holds {long.n_samples} samples, {shown(short.name)} "
+        f"{short.n_samples}: the {n_samples} rows that all channels have are used."
+    )
+    return n_samples, max(there) if max(there) > n_samples else None, note
 
 
-def common_rate(chosen: Sequence[Chosen], logged: float | None, run: str) -> tuple[float, str]:
-    """Return the sample rate [Hz] and what had to be decided about it.
+def resampled_length(
+    chosen: Sequence[Chosen], lines: Sequence[Line], start: float, rate: float
+) -> tuple[int, int | None]:
+    """Return how many interpolated rows there are, and how many there should be if more.
 
-    The log's where the file resolves no difference to it, else the file's.
-
-    Raises
-    ------
-    RecordingError
-        If the file does not say it and the log neither, or they contradict each other.
-    ValueError
-        If `logged` is no rate.
+    Parameters
+    ----------
+    chosen : sequence of (RawChannel, ChannelUse)
+        The channels.
+    lines : sequence of Line
+        When their samples were taken.
+    start : float
+        First of the interpolated times [s].
+    rate : float
+        Of them [Hz].
     """
-    said = {c.sample_rate: c.name for c, _ in reversed(chosen) if c.sample_rate is not None}
-    silent = [c for c, _ in chosen if c.sample_rate is None]
-    rates = sorted(said)
-    if rates and rates[-1] / rates[0] - 1.0 > SAME_RATE:
-        raise RecordingError(
-            f"{run}: channel {shown(said[rates[-1]])} has {rates[-1]:.9g} samples per second, "
-            f"{shown(said[rates[0]])} {rates[0]:.9g}. Use only channels of one rate: leave the "
-            "others out of the log, or give them role: ignore."
-        )
-    if logged is None:
-        if silent:
-            raise RecordingError(_no_rate(silent[0], said, run))
-        return rates[0], ""
-    if not math.isfinite(logged) or logged <= 0.0:
-        raise ValueError(f"sample_rate must be above 0 Hz, not {logged:g}")
-    if rates and abs(rates[0] / logged - 1.0) > SAME_AS_LOG:
-        raise RecordingError(
-            f"{run}: the file says {rates[0]:.9g} samples per second, the log {logged:.9g}. "
-            "Take sample_rate out of the log, or correct it."
-        )
-    if rates and not silent:
-        doubt = max(c.rate_doubt for c, _ in chosen)
-        return (logged if abs(rates[0] / logged - 1.0) <= doubt else rates[0]), ""
-    return (
-        rates[0] if rates else logged,
-        f"The sample rate of {logged:.9g} Hz is taken as given: {silent[0].rate_problem}.",
+    last = min(line.end - line.edge(rate) for line in lines)
+    n_samples = int((last - start) * rate + 1e-6) + 1
+    missing = max(
+        (channel.promised - channel.n_samples) / line.rate
+        for (channel, _), line in zip(chosen, lines, strict=True)
     )
-
-
-def _no_rate(channel: RawChannel, said: dict[float, str], run: str) -> str:
-    guess = next(iter(said), channel.rate_hint)
-    example = f"{guess:.6g} Hz" if guess else "5688.9 Hz"
-    return (
-        f"{run}: no sample rate for channel {shown(channel.name)}: {channel.rate_problem}. Put "
-        "the right one in the log, for all tests or in this one, such as "
-        f"processing: {{sample_rate: {example}}} (or --sample-rate-hz)."
-    )
+    return n_samples, n_samples + math.ceil(missing * rate) if missing > 0.0 else None

@@ -8,6 +8,7 @@ from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import find_format, open_text
 from shakerproc.recordings.text_rows import read_table
+from shakerproc.recordings.text_stamps import StampedFile, stamps_of
 from shakerproc.recordings.times import time_columns
 
 
@@ -20,18 +21,27 @@ def read_csv(path: Path, run: str) -> RawFile:
         If it holds no table of numbers.
     """
     file, encoding, lines = open_text(path, run)
+    stamps = stamps_of(lines)
     with file:
-        found = find_format(lines, encoding, run)
-        table = read_table(file, found, run)
+        if stamps is None:
+            found = find_format(lines, encoding, run)
+            table = read_table(file, found, run)
+        else:
+            plain = [stamps.replaced(line.encode()).decode() for line in lines]
+            found = find_format(plain, encoding, run)
+            units = tuple("" if at == stamps.column else u for at, u in enumerate(found.units))
+            found = replace(found, headers=stamps.named(found.headers), units=units)
+            table = read_table(StampedFile(file, stamps), found, run)
     axes = time_columns(found.headers, found.units)
-    times = table.values[axes[0][0]] if axes else None
+    times = table.values[axes[0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(
         Columns(found.headers, values, found.units),
-        sample_rate=None if axes or not found.interval else 1.0 / found.interval,
+        axes=found.axes,
+        start_time=None if stamps is None else stamps.start,
         cut=table.torn,
     )
-    notes = raw.notes
+    notes = (*([found.note] if found.note else []), *raw.notes)
     if table.unended:
         notes += ("The file does not end with a line end: its last number may be cut.",)
     if skipped is None:

@@ -94,11 +94,6 @@ def _skipped(recording: Recording) -> list[Flag]:
 
 
 def _rate(recording: Recording) -> list[Flag]:
-    if not recording.rate_overruled:
+    if not recording.rate_doubtful:
         return []
-    message = (
-        f"The rate of {recording.sample_rate:.9g} Hz is given against the file: "
-        f"{recording.rate_overruled}. Where samples are missing, times, frequencies and "
-        "damping are wrong: cut the recording there."
-    )
-    return [Flag("sample rate", "", message, 0.0, recording.duration)]
+    return [Flag("sample rate", "", recording.rate_doubtful, 0.0, recording.duration)]

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 from typing import Final, TypeAlias, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc import units
 from shakerproc.data import (
@@ -16,6 +16,7 @@ from shakerproc.data import (
     FloatArray,
     Recording,
     SampleSource,
+    SkippedRows,
     SourceFile,
 )
 from shakerproc.errors import RecordingError
@@ -28,12 +29,15 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.common import common_length, common_rate
+from shakerproc.recordings.common import common_length, resampled_length
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
-from shakerproc.recordings.si import Scale, scale_of
+from shakerproc.recordings.resampling import ResampledSource
+from shakerproc.recordings.si import Scale, doubtful_units, scale_of
+from shakerproc.recordings.time_axis import AS_STATED, Sampling
+from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
 READERS: Final = Readers({
     ".tdms": "tdms.reader:read_tdms",
@@ -60,19 +64,34 @@ Decision: TypeAlias = Callable[[RawGroup, Sequence[ChannelUse] | None], Sequence
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ScaledSource(SampleSource):
-    """Samples of another source, each row times a factor."""
+    """Samples of another source, each row times a factor and from a sample of its own on."""
 
     source: SampleSource
     factors: FloatArray
+    begins: NDArray[np.int64]
     file: SourceFile
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         with np.errstate(all="ignore"):  # what is no number stays none; health says so
-            samples = self.source.read(rows, start, stop)
+            samples = self._placed(rows, start, stop)
             for line, factor in enumerate(self.factors[list(rows)]):
                 if factor != 1.0:
                     samples[line] *= factor
         return samples
+
+    def _placed(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        """Return samples, each row shifted to the first of the common rows."""
+        begins = self.begins[list(rows)]
+        if not begins.size or np.all(begins == begins[0]):
+            shift = int(begins[0]) if begins.size else 0
+            return self.source.read(rows, start + shift, stop + shift)
+        out = np.empty((len(rows), max(0, stop - start)))
+        for begin in np.unique(begins):
+            alike = np.flatnonzero(begins == begin).tolist()
+            out[alike] = self.source.read(
+                [rows[i] for i in alike], start + int(begin), stop + int(begin)
+            )
+        return out
 
     def close(self) -> None:
         """Close the other source, and the file that was watched."""
@@ -85,7 +104,7 @@ def open_recording(
     *,
     uses: Sequence[ChannelUse] | None = None,
     decide: Decision | None = None,
-    sample_rate: float | None = None,
+    sample_rate: float | Sampling | None = None,
     part: FilePart = WHOLE,
     run: str | None = None,
     hashed: bool | Sequence[Seen] = False,
@@ -103,8 +122,9 @@ def open_recording(
     decide : callable, optional
         From the group and `uses` to what its channels are used as, where the log does not say
         it all.
-    sample_rate : float, optional
-        What the log says [Hz]; counts where the file does not say it.
+    sample_rate : float or Sampling, optional
+        What the log says [Hz], which counts where the file does not say it; or all that the
+        log says of the time axis.
     part : FilePart
         Which group and measurement, where the file holds several.
     run : str, optional
@@ -126,7 +146,8 @@ def open_recording(
     reader = _reader(path, name)
     file = WatchedFile(path, name, hashed=hashed)
     try:
-        raw = _unchanged(reader, file, path, name)
+        said = sample_rate if isinstance(sample_rate, Sampling) else Sampling(sample_rate)
+        raw = with_time_bases(_unchanged(reader, file, path, name), said)
     except BaseException:
         file.close()
         raise
@@ -134,14 +155,15 @@ def open_recording(
         if raw.skipped is not None and bad_rows != "skip":
             raise RecordingError(f"{name}: {raw.refusal}")
         among, note = choose_part(raw, part, uses, name)
-        said = uses if decide is None else decide(among, uses)
-        chosen = choose_channels(among, said, name)
-        found = _recording(path, name, raw, file, chosen, sample_rate)
-        unused = unused_channels(raw, among, chosen, said, NO_ROLE if uses is None else IGNORED)
+        wanted = uses if decide is None else decide(among, uses)
+        chosen = choose_channels(among, wanted, name)
+        found = _recording(path, name, raw, file, chosen, said)
+        unused = unused_channels(
+            raw, among, chosen, wanted, NO_ROLE if uses is None else IGNORED
+        )
         return replace(
             found,
             in_file=len(with_numbers(among)),
-            skipped=raw.skipped,
             unused=unused,
             notes=(*found.notes, *([note] if note else [])),
         )
@@ -175,7 +197,7 @@ def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
         If the file cannot be read at all.
     """
     path = Path(path)
-    raw = _reader(path, path.name)(path, path.name)
+    raw = with_time_bases(_reader(path, path.name)(path, path.name), AS_STATED)
     raw.source.close()
     return raw.groups, raw.notes
 
@@ -211,34 +233,52 @@ def _recording(  # noqa: PLR0917
     raw: RawFile,
     file: SourceFile,
     chosen: Sequence[Chosen],
-    sample_rate: float | None,
+    said: Sampling,
 ) -> Recording:
-    rate, rate_note = common_rate(chosen, sample_rate, run)
-    n_samples, expected = common_length(chosen, run)
+    timing = common_timing(chosen, said, run)
+    n_samples, expected, length_note = (
+        (*resampled_length(chosen, timing.lines, timing.start, timing.sample_rate), "")
+        if timing.lines
+        else common_length(chosen, timing.begins, run)
+    )
     scales = [scale_of(channel, use, run) for channel, use in chosen]
-    factors = np.ones(1 + max(channel.row for channel, _ in chosen))
-    for (channel, _), scale in zip(chosen, scales, strict=True):
-        factors[channel.row] = scale.factor
-    start, start_note = common_start(chosen, rate)
-    notes = [*raw.notes, rate_note, start_note, *(scale.note for scale in scales)]
+    rows = [channel.row for channel, _ in chosen]
+    factors, begins = np.ones(1 + max(rows)), np.zeros(1 + max(rows), dtype=np.int64)
+    factors[rows] = [scale.factor for scale in scales]
+    begins[rows] = timing.begins
+    source = raw.source
+    if timing.lines:
+        of_rows = dict(zip(rows, timing.lines, strict=True))
+        source = ResampledSource(source, of_rows, timing.sample_rate, timing.start)
+    notes = [*raw.notes, *timing.notes, length_note, *(scale.note for scale in scales)]
+    notes += doubtful_units(chosen)
     return Recording(
         run=run,
         channels=tuple(
             _channel(channel, use, scale)
             for (channel, use), scale in zip(chosen, scales, strict=True)
         ),
-        sample_rate=rate,
-        rate_overruled=next((c.rate_problem for c, _ in chosen if c.contradicts_rates), ""),
-        rate_doubt=0.0 if rate == sample_rate else max(c.rate_doubt for c, _ in chosen),
+        sample_rate=timing.sample_rate,
+        rate_doubtful=timing.doubtful,
+        rate_doubt=timing.doubt,
         n_samples=n_samples,
-        source=ScaledSource(raw.source, factors, file),
-        rows=tuple(channel.row for channel, _ in chosen),
+        source=ScaledSource(source, factors, begins, file),
+        rows=tuple(rows),
         path=path,
-        start_time=start,
+        start_time=timing.start_time,
         expected_samples=expected,
+        skipped=_placed(raw.skipped, timing),
         notes=tuple(note for note in notes if note),
         file=file,
     )
+
+
+def _placed(skipped: SkippedRows | None, timing: Timing) -> SkippedRows | None:
+    """Return where bad rows lie among the common rows."""
+    if skipped is None:
+        return None
+    first, last = timing.of_common(skipped.first), timing.of_common(skipped.last)
+    return replace(skipped, first=first, last=last)
 
 
 def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Channel:
@@ -250,18 +290,3 @@ def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Chann
         role=use.role if use else None,
         at=use.at if use else None,
     )
-
-
-def common_start(chosen: Sequence[Chosen], rate: float) -> tuple[datetime | None, str]:
-    """Return when a recording starts; a note where channels disagree at its rate [Hz]."""
-    times = [(c.start_time, c.name) for c, _ in chosen if c.start_time is not None]
-    if not times:
-        return None, ""
-    (first, one), (last, other) = min(times), max(times)
-    late = (last - first).total_seconds()
-    if late > 0.5 / rate:
-        return first, (
-            f"Channel {shown(other)} starts {late:.6g} s after {shown(one)}; its samples are "
-            "taken as if they began together."
-        )
-    return first, ""

@@ -1,7 +1,9 @@
 """Read Parquet: columns of numbers with names such as ``ch3 [g]``, a piece at a time."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -12,9 +14,10 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
-from shakerproc.recordings.rates import agreed_rate
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.times import rate_of_times, time_columns
+from shakerproc.recordings.si import split_header
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.times import SECONDS, is_time, time_columns
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40
@@ -25,9 +28,6 @@ PIECE: Final = 1 << 16
 
 HEAD: Final = 1 << 10
 """Rows at the start by which a column is judged to be a time."""
-
-JUDGED: Final = 1 << 20
-"""Rows of a time column that are judged at a time."""
 
 CURSORS: Final = 4
 """Places of the file that are kept, each for its own columns."""
@@ -65,7 +65,13 @@ def _read(file: Any, run: str) -> RawFile:
         )
     schema = file.schema_arrow
     are_numbers = (pa.types.is_floating, pa.types.is_integer, pa.types.is_decimal)
-    names = [f.name for f in schema if any(is_kind(f.type) for is_kind in are_numbers)]
+    are_times = (pa.types.is_timestamp, pa.types.is_time, pa.types.is_duration)
+    stamped = {f.name: f.type for f in schema if any(is_kind(f.type) for is_kind in are_times)}
+    names = [
+        f.name
+        for f in schema
+        if f.name in stamped or any(is_kind(f.type) for is_kind in are_numbers)
+    ]
     others = [f"{shown(f.name, 40)} ({f.type})" for f in schema if f.name not in names]
     notes = []
     if others:
@@ -76,65 +82,82 @@ def _read(file: Any, run: str) -> RawFile:
             f"{run}: several columns are called {shown(double[0])}. Give each a name of its "
             "own."
         )
-    source = ParquetSource(run, file, tuple(names), n_rows)
+    zeros = {name: _first(file, name) for name in stamped}
+    source = ParquetSource(run, file, tuple(names), n_rows, zeros)
     head = source.read(range(len(names)), 0, min(n_rows, HEAD))
-    axes = time_columns(names)
+    headers = [_header(n, stamped[n]) if n in stamped else n for n in names]
+    axes = time_columns(headers)
     if len(axes) > 1:
-        listed = ", ".join(shown(names[row]) for row, _ in axes)
+        listed = ", ".join(shown(names[row]) for row in axes)
         raise RecordingError(
             f"{run}: several time columns: {listed}. Save what has a rate of its own in a file "
             "of its own."
         )
-    said = _said(schema.metadata or {})
-    problem = ""
-    if axes and n_rows > 1:
-        rate, problem = _rate_of_times(source, *axes[0], n_rows)
-        said |= {} if rate is None else {f"column {shown(names[axes[0][0]])}": rate}
-    agreed, contradiction = agreed_rate(said)
     return file_of_columns(
-        Columns(names, head),
-        sample_rate=None if problem else agreed,
-        rate_problem=problem or contradiction,
+        Columns(headers, head),
+        start_time=next((_date(kind, zeros[n]) for n, kind in stamped.items()), None),
+        axes=_said(schema.metadata or {}),
+        times={row: TimesColumn(source, row, n_rows) for row in axes},
         lengths=[n_rows] * len(names),
         source=source,
         notes=notes,
     )
 
 
-def _said(metadata: "dict[bytes, bytes]") -> dict[str, float]:
-    """Return the sample rate [Hz] in the metadata; not a number where it is none."""
+def _first(file: Any, name: str) -> int:
+    """Return the first date or time of a column, in its own unit; 0 where it has none."""
+    import pyarrow as pa
+
+    for batch in file.iter_batches(batch_size=1, columns=[name], use_threads=False):
+        column = batch.column(0)
+        plain = column.cast(pa.int32() if column.type.bit_width == 32 else pa.int64())
+        return int(plain[0].as_py() or 0)
+    return 0
+
+
+def _header(name: str, kind: Any) -> str:
+    """Return the header of a column of times, with the unit that it counts in."""
+    plain = split_header(name)[0]
+    return f"{plain if is_time(plain) else 'time'} [{kind.unit}]"
+
+
+def _date(kind: Any, zero: int) -> datetime | None:
+    """Return when a column of dates counts from; None of times without a day."""
+    import pyarrow as pa
+
+    if not pa.types.is_timestamp(kind):
+        return None
+    try:
+        return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=zero * SECONDS[kind.unit])
+    except OverflowError:
+        return None
+
+
+def _said(metadata: "dict[bytes, bytes]") -> tuple[TimeAxis, ...]:
+    """Return the sample rate in the metadata; not a number where it is none."""
     if RATE_KEY not in metadata:
-        return {}
+        return ()
     text = metadata[RATE_KEY].decode("ascii", errors="replace")
     try:
-        return {RATE_KEY.decode(): float(text)}
+        rate = float(text)
     except ValueError:
-        return {RATE_KEY.decode(): math.nan}
+        rate = math.nan
+    return (TimeAxis(RATE_KEY.decode(), rate=rate),)
 
 
-def _rate_of_times(
-    source: "ParquetSource", row: int, seconds: float, n_rows: int
-) -> tuple[float | None, str]:
-    """Return the sample rate [Hz] of a time column, judged in pieces that overlap by a row."""
-    if n_rows <= JUDGED:
-        return rate_of_times(source.read([row], 0, n_rows)[0] * seconds)
-    ends = [source.read([row], at, at + 1)[0, 0] * seconds for at in (0, n_rows - 1)]
-    rate, problem = rate_of_times(np.array(ends))
-    if rate is None:
-        return None, problem
-    rate *= n_rows - 1
-    for first in range(0, n_rows - 1, JUDGED):
-        last = min(first + JUDGED, n_rows - 1)
-        piece, problem = rate_of_times(source.read([row], first, last + 1)[0] * seconds)
-        if piece is None:
-            return None, f"{problem} (counted from sample {first})"
-        if abs(piece / rate - 1.0) * (last - first) > 1.0:
-            return None, (
-                f"the time column does not advance evenly: {piece:.9g} Hz from sample {first} "
-                f"to {last}, {rate:.9g} Hz on the whole"
-            )
-    whole = round(rate)
-    return (float(whole) if whole and abs(rate / whole - 1.0) * n_rows < 0.5 else rate), ""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TimesColumn:
+    """A column of times, read a piece at a time."""
+
+    source: "ParquetSource"
+    row: int
+    size: int
+
+    def __getitem__(self, key: slice) -> FloatArray:
+        first, last, _ = key.indices(self.size)
+        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
+        return read
 
 
 @final
@@ -151,10 +174,21 @@ class ParquetSource(SampleSource):
         Columns, one a row.
     n_rows : int
         Values of each.
+    zeros : mapping
+        First value of each column of dates or times, which is taken from the others [units of
+        the column].
     """
 
-    def __init__(self, run: str, file: Any, names: tuple[str, ...], n_rows: int) -> None:
+    def __init__(
+        self,
+        run: str,
+        file: Any,
+        names: tuple[str, ...],
+        n_rows: int,
+        zeros: Mapping[str, int],
+    ) -> None:
         self._run = run
+        self._zeros = zeros
         self._file = file
         self._names = names
         self._n_rows = n_rows
@@ -186,7 +220,8 @@ class ParquetSource(SampleSource):
             use_threads=False,
         )
         names = [self._names[column] for column in columns]
-        return _Cursor(pieces, names, int(self._starts[max(group, 0)]))
+        zeros = [self._zeros.get(name, 0) for name in names]
+        return _Cursor(pieces, names, int(self._starts[max(group, 0)]), zeros)
 
     def close(self) -> None:
         """Close the file."""
@@ -198,8 +233,11 @@ class ParquetSource(SampleSource):
 class _Cursor:
     """A place in some columns, from which it goes on."""
 
-    def __init__(self, pieces: Iterator[Any], names: Sequence[str], first: int) -> None:
+    def __init__(
+        self, pieces: Iterator[Any], names: Sequence[str], first: int, zeros: Sequence[int]
+    ) -> None:
         self._pieces = pieces
+        self._zeros = zeros
         self._names = names
         self._piece = np.empty((len(names), 0))
         self.first = first
@@ -226,13 +264,21 @@ class _Cursor:
         batch = next(self._pieces, None)
         if batch is None:
             raise EOFError(f"the columns end after {self.first} rows")
-        self._piece = np.stack([_numbers(batch.column(name)) for name in self._names])
+        self._piece = np.stack([
+            _numbers(batch.column(name), zero)
+            for name, zero in zip(self._names, self._zeros, strict=True)
+        ])
 
 
-def _numbers(column: Any) -> FloatArray:
-    """Return a column as numbers; not a number where it holds none."""
+def _numbers(column: Any, zero: int = 0) -> FloatArray:
+    """Return a column as numbers, of dates and times less `zero`; NaN where it holds none."""
     import pyarrow as pa
 
+    if pa.types.is_temporal(column.type):
+        whole = column.cast(pa.int32() if column.type.bit_width == 32 else pa.int64())
+        there = column.is_valid().to_numpy(zero_copy_only=False)
+        since = whole.fill_null(zero).to_numpy(zero_copy_only=False).astype(np.int64) - zero
+        return np.where(there, since.astype(np.float64), np.nan)
     if pa.types.is_decimal(column.type):
         column = column.cast(pa.float64())
     values: FloatArray = column.to_numpy(zero_copy_only=False).astype(np.float64)

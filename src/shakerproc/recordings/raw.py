@@ -4,12 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Final, TypeAlias, final
+from typing import TypeAlias, final
 
 from shakerproc.data import SampleSource, SkippedRows
-
-SILENT: Final = "the file does not say the sample rate"
-"""What is wrong with the rate of a file that leaves it to the log."""
+from shakerproc.recordings.time_axis import UNKNOWN, TimeAxis, TimeBase
 
 
 @final
@@ -30,20 +28,21 @@ class RawChannel:
     unit : str
         Unit as it stands in the file; empty where the file does not say it.
     sample_rate : float, optional
-        Samples per second [Hz]; None where the file does not say it in a usable way.
-    rate_doubt : float
-        How far that may be off, relative [-]: what the digits of a time column resolve.
-    rate_problem : str
-        What is wrong with the file's sample rate, where `sample_rate` is None; begins with
-        `SILENT` where the file says none.
-    rate_hint : float, optional
-        One of the rates [Hz] between which the file does not decide.
+        Samples per second [Hz], where that is all that the file states of its times.
     start_time : datetime, optional
-        When the first sample was taken, with its time zone.
+        When time 0 of its axes is, with its time zone; that of the first sample, where they
+        state no start.
     problem : str
         Why the channel cannot be served; empty where it can.
     alias : str
         Another name it answers to, such as the whole header of a column.
+    unit_doubt : str
+        What may be a unit in its header and is not taken for one; empty for nothing.
+    axes : tuple of TimeAxis
+        What the file states of its times, one for each place that does; one and the same
+        tuple for the channels that share them.
+    time : TimeBase
+        When its samples were taken: not for a reader to say, but decided by all the above.
     """
 
     name: str
@@ -52,17 +51,12 @@ class RawChannel:
     promised: int
     unit: str = ""
     sample_rate: float | None = None
-    rate_doubt: float = 0.0
-    rate_problem: str = SILENT
-    rate_hint: float | None = None
     start_time: datetime | None = None
     problem: str = ""
     alias: str = ""
-
-    @property
-    def contradicts_rates(self) -> bool:
-        """Whether the file says something of its rate or times that no rate agrees with."""
-        return self.sample_rate is None and not self.rate_problem.startswith(SILENT)
+    unit_doubt: str = ""
+    axes: tuple[TimeAxis, ...] = ()
+    time: TimeBase = UNKNOWN
 
 
 @final

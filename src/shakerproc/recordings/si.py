@@ -1,7 +1,7 @@
 """From the unit that stands in a file or in the log to SI."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -16,7 +16,10 @@ from shakerproc.recordings.raw import RawChannel
 UNKNOWN: Final = "?"
 """Unit of a channel whose numbers are kept as they stand in the file."""
 
-SI_UNITS: Final = ("m/s^2", "N", "m", "m/s", "V", "Pa", "1")
+SI_UNITS: Final = (
+    "m/s^2", "N", "m", "m/s", "V", "Pa", "C", "rad/s^2", "N m", "rad", "rad/s", "1"
+)  # fmt: skip
+"""Units that recordings are served in; a bare number stands last."""
 
 _QUANTITIES: Final = {
     "m/s^2": "an acceleration",
@@ -25,15 +28,28 @@ _QUANTITIES: Final = {
     "m/s": "a velocity",
     "V": "a voltage",
     "Pa": "a pressure",
+    "C": "a charge",
+    "rad/s^2": "an angular acceleration",
+    "N m": "a torque",
+    "rad": "an angle",
+    "rad/s": "an angular velocity",
     "1": "a strain",
 }
 _EXAMPLES: Final = {
     "m/s^2": "g", "N": "N", "m": "mm", "m/s": "m/s", "V": "V", "Pa": "Pa", "1": "µm/m",
+    "rad/s^2": "rad/s^2", "N m": "N m", "rad": "deg", "rad/s": "rpm",
 }  # fmt: skip
 _SENSITIVITIES: Final = {
     "m/s^2": "100 mV/g", "N": "10 mV/N", "m": "1 V/mm", "m/s": "1 V/(m/s)", "V": "10 V/V",
-    "Pa": "50 mV/Pa", "1": "1 V/(mm/m)",
+    "Pa": "50 mV/Pa", "1": "1 V/(mm/m)", "rad/s^2": "1 mV/(rad/s^2)", "N m": "10 mV/(N m)",
+    "rad": "1 V/rad", "rad/s": "1 mV/(rad/s)",
 }  # fmt: skip
+
+_USUAL: Final = (
+    "g", "mg", "m/s^2", "mm/s^2", "m/s", "mm/s", "mm", "µm", "um", "m", "kN", "N", "mV", "V",
+    "kPa", "Pa",
+)  # fmt: skip
+"""Units that measuring programs write in capital letters too."""
 
 _NO_UNIT: Final = frozenset({
     "-", "--", "?", "a.u.", "amplitude", "arb", "au", "eu", "n/a", "na", "none", "unit",
@@ -51,6 +67,12 @@ _NAMES: Mapping[str, str] = MappingProxyType({
     "voltage": "V",
     "pressure": "Pa",
     "strain": "1",
+    "torque": "N m",
+    "moment": "N m",
+    "angle": "rad",
+    "rotation": "rad",
+    "angular velocity": "rad/s",
+    "angular acceleration": "rad/s^2",
 })
 """Quantities that stand where a unit should, and the SI unit of each."""
 
@@ -86,7 +108,7 @@ def parse_unit(text: str) -> tuple[str, float] | None:
         return "m/s^2", STANDARD_GRAVITY
     if plain in SI_UNITS[:-1]:
         return plain, 1.0
-    if not plain:
+    if not plain or not units.is_linear(plain):
         return None
     for unit in SI_UNITS:
         try:
@@ -94,6 +116,20 @@ def parse_unit(text: str) -> tuple[str, float] | None:
         except ValueError:
             continue
     return None
+
+
+def likely_unit(text: str) -> str:
+    """Return the unit that one in other letters stands for; empty where it may be none.
+
+    Examples
+    --------
+    >>> likely_unit("G"), likely_unit("KN"), likely_unit("Deg C"), likely_unit("kN")
+    ('g', 'kN', '', '')
+    """
+    plain = text.strip()
+    if not plain or parse_unit(plain) is not None:
+        return ""
+    return next((u for u in _USUAL if u.casefold() == plain.casefold()), "")
 
 
 def quantity_of(text: str) -> str:
@@ -123,7 +159,10 @@ def contradicts(file: str, unit: str) -> bool:
     (False, False, False)
     >>> contradicts("g", "m/s^2"), contradicts("Pa", "g"), contradicts("Deg C", "g")
     (True, True, True)
+    >>> contradicts("G", "g"), contradicts("G", "m/s^2")
+    (False, True)
     """
+    file = likely_unit(file) or file
     own, other, quantity = parse_unit(file), parse_unit(unit), quantity_of(file)
     if not quantity or other is None:
         return False
@@ -143,7 +182,7 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
         return (
             Scale(UNKNOWN, 1.0, channel.unit) if known is None else Scale(*known, channel.unit)
         )
-    wanted = ROLE_UNITS[use.role]
+    wanted = _wanted(channel, use)
     if use.sensitivity is None and use.unit is None:
         known = parse_unit(channel.unit)
         if known is None or known[0] != wanted:
@@ -156,9 +195,21 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
     return replace(scale, note=_followed(channel, use, scale.said))
 
 
-def _is_volts(unit: str) -> bool:
+def _wanted(channel: RawChannel, use: ChannelUse) -> str:
+    """Return which of the SI units of its role a channel measures, by log and file.
+
+    The first, of translation, where neither says one of them.
+    """
+    fit = ROLE_UNITS[use.role]
+    if use.sensitivity is not None:
+        return next((u for u in fit if units.fits_sensitivity(use.sensitivity, u)), fit[0])
+    known = parse_unit(use.unit or channel.unit)
+    return known[0] if known is not None and known[0] in fit else fit[0]
+
+
+def _is_electrical(unit: str) -> bool:
     known = parse_unit(unit)
-    return known is not None and known[0] == "V"
+    return known is not None and known[0] in {"V", "C"}
 
 
 def _entry(use: ChannelUse, *what: str) -> str:
@@ -187,12 +238,12 @@ def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
     known, given = parse_unit(channel.unit), [text.partition(":")[0] for text in _given(use)]
     if known is not None and known[0] == wanted:
         return f"take {' and '.join(given)} out"
-    if known is not None and known[0] == "V" and use.sensitivity is not None:
+    if _is_electrical(channel.unit) and use.sensitivity is not None:
         return "take unit out"
     if known is not None and known[0] == "V":
         entry = _entry(use, f"sensitivity: {_SENSITIVITIES[wanted]}")
         return f"say what a volt stands for, such as {entry}"
-    fitting = [r for r, u in ROLE_UNITS.items() if known is not None and u == known[0]]
+    fitting = [r for r, fit in ROLE_UNITS.items() if known is not None and known[0] in fit]
     return "give it " + " or ".join(f"role: {role}" for role in [*fitting, "ignore"])
 
 
@@ -211,6 +262,8 @@ def _followed(channel: RawChannel, use: ChannelUse, said: str) -> str:
 
 def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> str:
     said = f"is in {shown(channel.unit, 30)}" if channel.unit else "has no unit"
+    doubt = channel.unit_doubt or _offered(channel.unit)
+    said += f" ({doubt})" if doubt else ""
     unit = f"unit: {_EXAMPLES[wanted]}"
     if contradicts(channel.unit, _EXAMPLES[wanted]):
         entry = _entry(use, unit, "override: true")
@@ -223,10 +276,38 @@ def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> st
             f"Put what its numbers are in the log, such as {_entry(use, unit)}, or "
             f"unit: V, sensitivity: {_SENSITIVITIES[wanted]} for volts"
         )
+    if channel.unit.strip().casefold().startswith("db"):
+        said += ", which no time samples are,"
     return (
         f"{run}: channel {shown(channel.name)} {said} but is used as {use.role}, which takes "
         f"{_QUANTITIES[wanted]}. {advice}."
     )
+
+
+def doubtful_units(chosen: Sequence[tuple[RawChannel, ChannelUse | None]]) -> list[str]:
+    """Return a note for each way in which channels that nobody gives a unit may have one."""
+    by_doubt: dict[str, list[str]] = {}
+    for channel, use in chosen:
+        doubt = channel.unit_doubt or _offered(channel.unit)
+        if doubt and (use is None or use.role == "ignore"):
+            by_doubt.setdefault(doubt, []).append(shown(channel.name))
+    return [
+        f"No known unit: {', '.join(names[:8])}"
+        f"{f' and {len(names) - 8} more' if len(names) > 8 else ''} ({doubt}). Say the unit in "
+        "the log, or with --unit."
+        for doubt, names in by_doubt.items()
+    ]
+
+
+def _offered(unit: str) -> str:
+    """Return what a unit that is not known may be; empty where nothing is near."""
+    likely = likely_unit(unit)
+    if likely:
+        return f"{shown(unit, 30)} may be {likely}"
+    first = unit.split(maxsplit=1)[0] if " " in unit.strip() else ""
+    if parse_unit(unit) is None and parse_unit(first) is not None:
+        return f"{shown(unit, 30)} may be {first}"
+    return ""
 
 
 def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
@@ -245,16 +326,8 @@ def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Sca
 
 def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
     text = use.sensitivity or ""
-    said = use.unit or (channel.unit if _is_volts(channel.unit) else "V")
-    volts = parse_unit(said)
-    if volts is None or volts[0] != "V":
-        raise RecordingError(
-            f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
-            f"{said} and sensitivity: {text}. Take the sensitivity out if the numbers are in "
-            f"{said}; write unit: V beside it if they are volts."
-        )
     try:
-        sensitivity = units.to_si(text, f"V/({wanted})" if "/" in wanted else f"V/{wanted}")
+        electrical, sensitivity = units.sensitivity(text, wanted)
     except ValueError as error:
         raise RecordingError(
             f"{run}: channel {shown(channel.name)}: sensitivity: {error}. "
@@ -262,7 +335,16 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
         ) from error
     if not sensitivity:
         raise RecordingError(f"{run}: channel {shown(channel.name)}: a sensitivity of 0.")
-    return Scale(wanted, volts[1] / sensitivity, said)
+    said = use.unit or (channel.unit if _is_electrical(channel.unit) else electrical)
+    output = parse_unit(said)
+    if output is None or output[0] != electrical:
+        raise RecordingError(
+            f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
+            f"{said} and sensitivity: {text}. Take the sensitivity out if the numbers are in "
+            f"{said}; write unit: {electrical} beside it if they are "
+            f"{'volts' if electrical == 'V' else 'a charge'}."
+        )
+    return Scale(wanted, output[1] / sensitivity, said)
 
 
 _IN_BRACKETS: Final = re.compile(
@@ -286,6 +368,7 @@ _SUFFIXES: Mapping[str, str] = MappingProxyType({
 })
 
 
+@lru_cache(maxsize=1 << 16)
 def split_header(header: str) -> tuple[str, str]:
     """Return name and unit of a header such as ``ch3 [g]`` or ``ch3_g``; unit may be empty.
 

@@ -61,7 +61,7 @@ def _seconds(row: Sequence[str], decimal: str) -> float | None:
     for cell in row[1:]:
         match = _QUANTITY.fullmatch(cell)
         if match is not None:
-            factor = SECONDS.get((match["unit"] or unit).casefold(), 0.0)
+            factor = SECONDS.get((match["unit"] or unit or "s").casefold(), 0.0)
             try:
                 return float(match["number"].replace(decimal, ".")) * factor or None
             except ValueError:

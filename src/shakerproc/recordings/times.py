@@ -3,61 +3,117 @@
 import math
 import re
 from collections.abc import Sequence
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import parse_unit, split_header
+from shakerproc.recordings.time_axis import TimeAxis, Times
 
+_UNIT_IN_NAME: Final = (
+    r"s|secs?|seconds?|ms|msecs?|millis|milliseconds?|us|\u00b5s|usecs?|micros|microseconds?|ns|"
+    r"min|minutes?|h|hours?|days?"
+)
 _TIME: Final = re.compile(
-    r"(?:x[_ ]?values?|time ?stamp|times?|t|zeit|seconds?|elapsed(?: time)?)"
-    r"(?:[_ ]?(?P<unit>s|sec|ms|msec|us|\u00b5s|ns|min|h))?(?:[._ ]?\d{1,3})?",
+    r"(?:x[_ ]?values?|(?:(?:elapsed|absolute|abs|relative|rel|unix|epoch|utc|local|log|sample)"
+    r"[_ ]?)?(?:time[_ ]?stamps?|times?)|t|zeit(?:stempel)?|uhrzeit|elapsed|epoch|utc|"
+    r"date[_ /]?(?:and[_ ])?times?)"
+    rf"(?:[_ ]?(?P<unit>{_UNIT_IN_NAME}))?(?:[._ ]?\d{{1,3}})?",
     re.IGNORECASE,
 )
+_COUNT: Final = re.compile(
+    r"(?P<unit>secs?|seconds?|msecs?|millis|milliseconds?|usecs?|micros|microseconds?)",
+    re.IGNORECASE,
+)
+"""Units that stand for the name of a time."""
 
 FEWEST: Final = 8
 """Samples from which on an even advance is no accident."""
 
 SECONDS: Final = {
-    "": 1.0,
-    "s": 1.0,
-    "sec": 1.0,
-    "secs": 1.0,
-    "seconds": 1.0,
-    "second": 1.0,
-    "ms": 1e-3,
-    "msec": 1e-3,
-    "us": 1e-6,
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "usec", "usecs", "micros", "microsecond", "microseconds"), 1e-6),
     "\u00b5s": 1e-6,  # the micro sign
     "\u03bcs": 1e-6,  # the Greek letter
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": 3600.0,
+    **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), 1e-9),
+    **dict.fromkeys(("min", "mins", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hr", "hour", "hours"), 3600.0),
+    **dict.fromkeys(("d", "day", "days"), 86400.0),
 }
-"""Seconds in the units of a time column."""
+"""Seconds in the units of a time."""
+
+SKEW: Final = 1.0 / 180.0
+"""Part of a sample that is none between two: one degree of phase at half the sample rate."""
+
+LEAST_DOUBT: Final = 1e-9
+"""How far a rate from times may be off at least, relative: what doubles hold for sure."""
+
+JUDGED: Final = 1 << 20
+"""Times that are judged at once."""
 
 
-def is_time(header: str, unit: str = "") -> float:
-    """Return the seconds in a unit of a time column, or 0 if the header names no time."""
+def unit_in_name(name: str) -> str:
+    """Return the unit in what a time is called, such as ``time_ms``; empty without one."""
+    match = _TIME.fullmatch(name.strip()) or _COUNT.fullmatch(name.strip())
+    return (match["unit"] or "") if match else ""
+
+
+def time_name(header: str, unit: str = "") -> tuple[str, str] | None:
+    """Return name and unit of a time, or None if a header names none, or in another unit.
+
+    The unit is empty where nothing states it: `time_base` finds out.
+    """
     name, in_header = split_header(header)
-    match = _TIME.fullmatch(name.strip())
-    if match is None:
-        return 0.0
-    said = unit.strip() or in_header or match["unit"] or ""
-    return SECONDS.get(said.strip().casefold(), 0.0)
+    if not (_TIME.fullmatch(name.strip()) or _COUNT.fullmatch(name.strip())):
+        return None
+    said = unit.strip() or in_header.strip() or unit_in_name(name)
+    return None if said and said.casefold() not in SECONDS else (name.strip(), said)
 
 
-def time_columns(headers: Sequence[str], units: Sequence[str] = ()) -> list[tuple[int, float]]:
-    """Return which columns are times, each with the seconds in its unit."""
+def is_time(header: str, unit: str = "") -> bool:
+    """Return whether a header names a time in a unit of time, or in one that is not said."""
+    return time_name(header, unit) is not None
+
+
+def time_columns(headers: Sequence[str], units: Sequence[str] = ()) -> list[int]:
+    """Return which columns are times."""
     said = units or [""] * len(headers)
-    every = [(row, is_time(h, u)) for row, (h, u) in enumerate(zip(headers, said, strict=True))]
-    return [(row, seconds) for row, seconds in every if seconds]
+    return [row for row, (h, u) in enumerate(zip(headers, said, strict=True)) if is_time(h, u)]
 
 
-def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
-    """Return the sample rate [Hz] of a time axis, or what is wrong with it.
+def axis_of_column(header: str, unit: str, times: Times, kind: str = "time column") -> TimeAxis:
+    """Return what a column of times states; they are in `unit`, or that of the header."""
+    _, said = time_name(header, unit) or ("", unit)
+    name = split_header(header)[0]
+    return TimeAxis(f"{kind} {shown(name)}", times=times, unit=said, name=name)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """How times advance.
+
+    Attributes
+    ----------
+    step : float
+        From sample to sample, the mean [unit of the times]; 0 where there is none.
+    doubt : float
+        How far that may be off, relative [-].
+    problem : str
+        Why the step is none of an even axis; empty where it is one.
+    """
+
+    step: float = 0.0
+    doubt: float = 0.0
+    problem: str = ""
+
+
+def steps_of(times: Times, where: str, unit: str) -> Steps:
+    """Return how times advance, and what is wrong with them.
 
     Every time lies within half a step of its place, and no step is longer or shorter by more
     than a half unless rounding makes it so: a row that was lost or doubled is seen.
@@ -65,34 +121,123 @@ def rate_of_times(times: FloatArray) -> tuple[float | None, str]:
     Parameters
     ----------
     times : (n,) array
-        Times of the samples, rounded as they may be [s].
+        Times of the samples, rounded as they may be [unit].
+    where : str
+        Where they stand, for messages.
+    unit : str
+        Of the times, for messages; empty where it is not known.
     """
+    if times.size <= JUDGED:
+        return _steps_at_once(np.asarray(times[:], dtype=np.float64), where, unit)
+    ends = [float(times[at : at + 1][0]) for at in (0, times.size - 1)]
+    whole = _steps_at_once(np.array(ends), where, unit)
+    if not whole.step:
+        return whole
+    step = whole.step / (times.size - 1)
+    for first in range(0, times.size - 1, JUDGED):  # pieces that overlap by a sample
+        last = min(first + JUDGED, times.size - 1)
+        piece = _steps_at_once(np.asarray(times[first : last + 1]), where, unit)
+        problem = f"{piece.problem} (counted from sample {first})" if piece.problem else ""
+        if not problem and abs(piece.step / step - 1.0) * (last - first) > 1.0:
+            problem = (
+                f"{where} does not advance evenly: by {_length(piece.step, unit)} from sample "
+                f"{first} to {last}, by {_length(step, unit)} on the whole"
+            )
+        if problem:
+            return Steps(step if _advances(times) else 0.0, 0.0, problem)
+    return Steps(step, max(0.5 / times.size, LEAST_DOUBT))
+
+
+def _steps_at_once(times: FloatArray, where: str, unit: str) -> Steps:
     if times.size < 2 or not np.all(np.isfinite(times)):
-        return None, "the time column has gaps"
+        return Steps(problem=f"{where} has gaps")
     span = float(times[-1]) - float(times[0])
     if span <= 0.0:
-        return None, "the time column does not advance"
+        return Steps(problem=f"{where} does not advance")
     step = span / (times.size - 1)
-    rate = 1.0 / step if step > 0.0 else math.inf
-    if not (math.isfinite(step) and math.isfinite(rate)):
-        return None, f"the time column advances by {step:.3g} s a sample, which is no interval"
+    if not (math.isfinite(step) and math.isfinite(1.0 / step if step else math.inf)):
+        return Steps(problem=f"{where} advances by {step:.3g} a sample, which is no interval")
+    mean = step if np.all(np.diff(times) > 0.0) else 0.0
+    uneven = _unevenness(times, step, unit)
+    if uneven:
+        return Steps(mean, 0.0, f"{where} does not advance evenly: {uneven}")
+    return Steps(step, rate_doubt(times))
+
+
+def _unevenness(times: FloatArray, step: float, unit: str) -> str:
+    """Return why times are none of even steps [unit]; empty where they are."""
     odd = _odd_step(times, step)
     if odd is not None:
-        return None, (
-            f"the time column does not advance evenly: from sample {odd} to {odd + 1} it "
-            f"takes {times[odd + 1] - times[odd]:.3g} s, most often "
-            f"{np.median(np.diff(times)):.3g} s"
+        return (
+            f"from sample {odd} to {odd + 1} it takes "
+            f"{_length(times[odd + 1] - times[odd], unit)}, most often "
+            f"{_length(float(np.median(np.diff(times))), unit)}"
         )
+    jitter = jitter_of(times)
+    if jitter > SKEW:
+        return f"its times stray by {100.0 * jitter:.3g} % rms of {_length(step, unit)}"
     off = np.abs(times - times[0] - step * np.arange(times.size))
     worst = int(np.argmax(off))
     if off[worst] > 0.5 * step:
-        return None, (
-            f"the time column does not advance evenly: sample {worst} is {off[worst]:.3g} s "
-            f"off a step of {step:.3g} s"
-        )
-    whole = round(rate)
-    doubt = rate_doubt(times)
-    return (float(whole) if whole and abs(rate / whole - 1.0) <= doubt else rate), ""
+        far = _length(off[worst], unit)
+        return f"sample {worst} is {far} off a step of {_length(step, unit)}"
+    return ""
+
+
+def jitter_of(times: FloatArray) -> float:
+    """Return how far times stray from even ones, rms over their step [-].
+
+    0 where rounding to the digits that they are written with explains it.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times of the samples, rounded as they may be [any unit].
+    """
+    steps = np.diff(times)
+    jitter = float(np.std(steps) / np.mean(steps)) / math.sqrt(2.0)
+    strays = np.abs(steps - float(np.median(steps)))
+    if jitter > SKEW and np.all(strays <= _resolution(times)[1:] * (1.0 + 1e-6)):
+        return 0.0
+    return jitter
+
+
+def _resolution(times: FloatArray) -> FloatArray:
+    """Return the last digit that each time is written with [unit of the times].
+
+    All have so many decimals, or so many digits, or are floats of 32 bits; else it is what a
+    double resolves.
+    """
+    size = np.abs(times)
+    finest = 4.0 * np.spacing(size.max())
+    found = np.full(times.size, finest)
+    if np.all(times == times.astype(np.float32)):
+        found = np.maximum(found, np.spacing(size.astype(np.float32)).astype(np.float64))
+    for decimals in range(13):
+        digit = 10.0**-decimals
+        if digit <= finest:
+            break
+        if np.all(np.abs(times - digit * np.rint(times / digit)) <= finest):
+            found = np.maximum(found, digit)
+            break
+    power = np.floor(np.log10(size, where=size > 0.0, out=np.zeros(times.size)))
+    for digits in range(1, 14):
+        digit = 10.0 ** (power + 1 - digits)
+        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * np.spacing(size)):
+            return np.maximum(found, digit)
+    return found
+
+
+def _advances(times: Times) -> bool:
+    """Return whether every time is later than the one before."""
+    return all(
+        bool(np.all(np.diff(times[first : first + JUDGED + 1]) > 0.0))
+        for first in range(0, times.size - 1, JUDGED)
+    )
+
+
+def _length(value: float, unit: str) -> str:
+    return f"{value:.3g} {unit}".strip()
 
 
 def _odd_step(times: FloatArray, step: float) -> int | None:
@@ -135,7 +280,7 @@ def like_time(header: str, unit: str, values: FloatArray) -> str:
     name, in_header = split_header(header)
     said = (unit or in_header).strip()
     if _TIME.fullmatch(name.strip()) and len(name.strip()) > 1 and not is_time(header, unit):
-        return f"it is a time in {shown(said, 20)}, not in s, ms, us, ns, min or h"
+        return f"it is a time in {shown(said, 20)}, not in s, ms, us, ns, min, h or d"
     if values.size < FEWEST or parse_unit(said) is not None:
         return ""
     step = (float(values[-1]) - float(values[0])) / (values.size - 1)
@@ -152,15 +297,14 @@ def _is_even(steps: FloatArray) -> bool:
 
     Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
     """
-    return bool(np.unique(np.round(steps, 3)).size <= 4 and np.all(steps >= 0.0))
+    return bool(np.all(steps >= 0.0) and np.unique(np.round(steps, 3)).size <= 4)
 
 
 def rate_doubt(times: FloatArray) -> float:
     """Return how far the rate of an even time axis may be off, relative [-].
 
     Times that are printed to so many digits lie off their line by up to the last one, and the
-    rate is wrong by twice that over the whole length; a double holds no more than nine digits
-    of a rate for sure.
+    rate is wrong by twice that over the whole length.
 
     Parameters
     ----------
@@ -169,4 +313,4 @@ def rate_doubt(times: FloatArray) -> float:
     """
     span = float(times[-1]) - float(times[0])
     line = times[0] + span / (times.size - 1) * np.arange(times.size)
-    return max(2.0 * float(np.abs(times - line).max()) / span, 1e-9)
+    return max(2.0 * float(np.abs(times - line).max()) / span, LEAST_DOUBT)

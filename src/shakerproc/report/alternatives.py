@@ -9,6 +9,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.models.motion import shown_in
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.evidence_models import Models, loudest
@@ -66,6 +67,8 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
             name = tried.kind.replace("_", " ")
             curves.append(svg.Curve(name, z * 1e3, force, style, wide=style == 0))
     limit = 1.05 * max(float(np.max(np.abs(c.y))) for c in curves) or 1.0
+    model = models.before.model
+    unit, _ = shown_in("m", model.motion)
     edge, end = reach * 1e3, BEYOND * reach * 1e3
     return Drawing(
         "Laws that explain these tests alike.",
@@ -75,8 +78,8 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
         svg.plot(
             svg.Plot(
                 curves,
-                svg.Axis("displacement [mm]", -end, end),
-                svg.Axis("force [N]", -limit, limit),
+                svg.Axis(f"displacement [{unit}]", -end, end),
+                svg.Axis(f"force [{model.unit_of('N')}]", -limit, limit),
                 spans=[svg.Span(-end, -edge), svg.Span(edge, end)],
             ),
             title="Laws of effects that explain the tests alike",

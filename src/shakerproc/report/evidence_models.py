@@ -1,13 +1,12 @@
 """The models whose evidence is drawn, beside each other, and which tests are shown."""
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
-from shakerproc.comparison.sensors import UNIT_OF
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 """Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""
@@ -68,8 +67,13 @@ def same_joint(test: TestComparison, between: tuple[str, str]) -> JointMotion | 
         if joint.between == between:
             return joint
         if joint.between == between[::-1]:
-            return JointMotion(
-                between, -joint.displacement, -joint.velocity, -joint.force, -joint.force_model
+            return replace(
+                joint,
+                between=between,
+                displacement=-joint.displacement,
+                velocity=-joint.velocity,
+                force=-joint.force,
+                force_model=-joint.force_model,
             )
     return None
 
@@ -103,8 +107,8 @@ def spread_out(comparison: Comparison) -> list[int]:
 
 def unit_of_sensor(comparison: Comparison, sensor: str) -> str:
     """Return the unit of a response function of a sensor, over that of the drive."""
-    unit = UNIT_OF[comparison.model.sensors[sensor].measures]
-    drive = comparison.model.excitation.unit
+    unit = comparison.model.sensor_unit(comparison.model.sensors[sensor])
+    drive = comparison.model.drive_unit
     return "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
 
 

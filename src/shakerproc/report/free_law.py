@@ -7,6 +7,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.models.effects import Table
+from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 
@@ -17,11 +18,12 @@ _LINES: Final = 3  # of a law of displacement and velocity: the slowest, the mid
 def free_law(outside: Outside) -> Drawing:
     """Return the missing force over displacement, or over velocity where it has that alone."""
     along_velocity = len(outside.displacement) == 1
-    name, unit, factor, nodes = (
-        ("velocity", "m/s", 1.0, outside.velocity)
+    name, si, nodes = (
+        ("velocity", "m/s", outside.velocity)
         if along_velocity
-        else ("displacement", "mm", 1e3, outside.displacement)
+        else ("displacement", "m", outside.displacement)
     )
+    unit, factor = shown_in(si, outside.motion)
     x = np.linspace(nodes[0], nodes[-1], _POINTS)
     curves = [
         svg.Curve(text, x * factor, force, style, wide=style == 0)
@@ -39,7 +41,7 @@ def free_law(outside: Outside) -> Drawing:
             svg.Plot(
                 curves,
                 svg.Axis(f"{name} [{unit}]", float(x[0]) * factor, float(x[-1]) * factor),
-                svg.Axis("force [N]", -limit, limit),
+                svg.Axis(f"force [{unit_in('N', outside.motion)}]", -limit, limit),
             ),
             title=f"Missing force over {name}",
         ),
@@ -61,7 +63,8 @@ def forces_along(
         return _with_band(force, np.interp(x, outside.displacement, band))
     chosen = np.linspace(0, len(outside.velocity) - 1, _LINES).round().astype(int)
     speeds = [outside.velocity[i] for i in chosen]
-    return [(f"at {v:.3g} m/s", known.force_at(x, np.full_like(x, v))) for v in speeds]
+    unit = unit_in("m/s", outside.motion)
+    return [(f"at {v:.3g} {unit}", known.force_at(x, np.full_like(x, v))) for v in speeds]
 
 
 def _with_band(force: FloatArray, band: FloatArray) -> list[tuple[str, FloatArray]]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from shakerproc.data import FloatArray
+from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.models import Sensor
 from shakerproc.report import style
 from shakerproc.simulation.harmonic_balance import (
@@ -31,12 +31,12 @@ SIGNS: Final = {
     "quasi-periodic": ("D", "quasi-periodic"),
 }
 SHOWN: Final = {
-    "acceleration": ("acceleration", "m/s²"),
-    "displacement": ("displacement", "m"),
-    "velocity": ("velocity", "m/s"),
-    "relative displacement": ("displacement against the base", "m"),
-    "relative velocity": ("velocity against the base", "m/s"),
-    "force": ("force", "N"),
+    "acceleration": "acceleration",
+    "displacement": "displacement",
+    "velocity": "velocity",
+    "relative displacement": "displacement against the base",
+    "relative velocity": "velocity against the base",
+    "force": "force",
 }
 HARMONICS: Final = 5
 """How many harmonics the lower panel shows."""
@@ -74,7 +74,8 @@ def response_figure(
         _draw_backbone(upper, response, free, sensor)
     _draw_signs(upper, response, (*response.branches, *others), sensor)
     _draw_harmonics(lower, response, main, sensor)
-    quantity, unit = SHOWN[sensor.measures]
+    quantity = SHOWN[sensor.measures]
+    unit = response.model.sensor_unit(sensor).replace("^2", "²")
     upper.set_title(f"{response.model.title}: {chosen}, {_level(response)}")
     upper.set_ylabel(f"peak {quantity} [{unit}]")
     lower.set_ylabel(f"harmonics [{unit}]")
@@ -86,9 +87,10 @@ def response_figure(
 
 
 def _level(response: Response) -> str:
-    if response.model.excitation.on is None:
-        return f"base {response.level:.4g} m/s² ({response.level / 9.80665:.3g} g)"
-    return f"force {response.level:.4g} N"
+    unit = response.model.drive_unit
+    what = "base" if response.model.excitation.on is None else "force"
+    in_g = f" ({response.level / STANDARD_GRAVITY:.3g} g)" if unit == "m/s^2" else ""
+    return f"{what} {response.level:.4g} {unit.replace('^2', '²')}{in_g}"
 
 
 def _values(response: Response, branch: Branch, sensor: Sensor) -> FloatArray:

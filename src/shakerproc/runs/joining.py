@@ -12,19 +12,15 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
 from shakerproc.errors import RecordingError, SpectrumError
+from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
 from shakerproc.recordings.hashing import Seen
+from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.runs.roles import row_named
-from shakerproc.spectra.clocks import TAPS, Clock, clock_against, interpolated
-
-SAME_RATE: Final = 1e-7
-"""How far the rates of parts may differ, relative [-]."""
+from shakerproc.spectra.clocks import Clock, clock_against
 
 CLOSE: Final = 2e-3
 """How far the clock that stamps files may be off at the start of a part [s]."""
-
-CLOCK: Final = 1e-4
-"""How far the clock of a recorder may be off against it, relative [-]."""
 
 
 def combined(digests: Sequence[str]) -> str:
@@ -145,7 +141,7 @@ def _check_next(
             f"{run}: {_name(part)} has the channels {there[1]}, {_name(first)} {there[0]}. "
             "Parts of one test need the same: name them under channels, or make two tests."
         )
-    if abs(part.sample_rate / first.sample_rate - 1.0) > SAME_RATE:
+    if abs(part.sample_rate / first.sample_rate - 1.0) > CLOCKS:
         raise RecordingError(
             f"{run}: {_name(part)} has {part.sample_rate:.9g} samples per second, "
             f"{_name(first)} {first.sample_rate:.9g}. Parts of one test need one rate."
@@ -160,7 +156,7 @@ def _check_next(
         return
     elapsed = done / first.sample_rate
     late = (part.start_time - first.start_time).total_seconds() - elapsed
-    if abs(late) > CLOSE + CLOCK * elapsed:
+    if abs(late) > CLOSE + CLOCKS * elapsed:
         how = f"{late:.4g} s after" if late > 0.0 else f"{-late:.4g} s before"
         what = "a gap" if late > 0.0 else "an overlap"
         raise RecordingError(

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
@@ -12,20 +12,10 @@ from shakerproc.data import STANDARD_GRAVITY, Channel
 from shakerproc.runs.control import beside
 from shakerproc.spectra import CrossSpectra
 from shakerproc.testlog import PULSES, Test
-
-Kind: TypeAlias = Literal["amplitude", "density", "rms"]
+from shakerproc.testlog.excitation import FORCES, LEVELS, LevelKind
 
 AMPLITUDE_TOLERANCE: Final = 0.15
 """How far a sine may miss its amplitude [-] (IEC 60068-2-6); an rms value likewise."""
-
-_KINDS: Final[dict[str, Kind]] = {
-    "m/s^2": "amplitude",
-    "N": "amplitude",
-    "(m/s^2)^2/Hz": "density",
-    "N^2/Hz": "density",
-    "m/s^2 rms": "rms",
-    "N rms": "rms",
-}
 
 
 @final
@@ -35,15 +25,15 @@ class Level:
 
     Attributes
     ----------
-    kind : Kind
+    kind : LevelKind
         Amplitude of a sine, mean density or rms within the excited band.
     value : float
         In SI.
     unit : str
-        SI unit of the signal: ``m/s^2`` or ``N``.
+        SI unit of the signal, such as ``m/s^2`` or ``N``.
     """
 
-    kind: Kind
+    kind: LevelKind
     value: float
     unit: str
 
@@ -54,7 +44,8 @@ class Level:
             ("g", 1.0 / STANDARD_GRAVITY) if self.unit == "m/s^2" else (self.unit, 1.0)
         )
         if self.kind == "density":
-            return self.value * factor**2, f"{name}²/Hz"
+            squared = f"({name})²" if "/" in name or " " in name else f"{name}²"
+            return self.value * factor**2, f"{squared}/Hz"
         return self.value * factor, f"{name} rms" if self.kind == "rms" else name
 
     def __str__(self) -> str:
@@ -66,8 +57,8 @@ def demanded(test: Test) -> Level | None:
     """Return the level that the log demands."""
     if test.level is None or test.level_unit is None:
         return None
-    unit = "N" if test.level_unit.startswith("N") else "m/s^2"
-    return Level(_KINDS[test.level_unit], test.level, unit)
+    kind, unit = LEVELS[test.level_unit]
+    return Level(kind, test.level, unit)
 
 
 def watched(test: Test, channels: Sequence[Channel]) -> tuple[int, ...]:
@@ -85,10 +76,10 @@ def watched(test: Test, channels: Sequence[Channel]) -> tuple[int, ...]:
 def watched_in(channels: Sequence[Channel], unit: str) -> tuple[int, ...]:
     """Return the rows of the channels that tell a level: forces of one in N, else controls.
 
-    `unit` is that of the signal or of the level, such as ``N^2/Hz``.
+    `unit` is that of the signal, such as ``N``.
     """
-    role, wanted = ("force", "N") if unit.startswith("N") else ("control", "m/s^2")
-    return tuple(i for i, c in enumerate(channels) if c.role == role and c.unit == wanted)
+    role = "force" if unit in FORCES else "control"
+    return tuple(i for i, c in enumerate(channels) if c.role == role and c.unit == unit)
 
 
 def unseen(test: Test, channels: Sequence[Channel]) -> str:
@@ -96,7 +87,7 @@ def unseen(test: Test, channels: Sequence[Channel]) -> str:
     wanted = demanded(test)
     if wanted is None or watched(test, channels):
         return ""
-    role = "force" if wanted.unit == "N" else "control"
+    role = "force" if wanted.unit in FORCES else "control"
     return (
         f"The level is not checked: the log demands {wanted}, and no channel has the role "
         f"{role}, which would measure it."
@@ -128,7 +119,7 @@ def measured(
         None where no channel measures it, where no kind of level is known, or of a pulse.
     """
     wanted = demanded(test)
-    by_excitation: dict[str | None, Kind] = {
+    by_excitation: dict[str | None, LevelKind] = {
         "random": "density", "sine sweep": "amplitude", "measured": "rms"
     }  # fmt: skip
     kind = wanted.kind if wanted else by_excitation.get(test.excitation)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
-from shakerproc.recordings import FilePart, open_recording
+from shakerproc.recordings import FilePart, Sampling, open_recording
 from shakerproc.recordings.hashing import Seen
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.runs.calibrations import by_sheet, told_calibrations
@@ -84,7 +84,7 @@ def open_path(
             file,
             uses=test.channels or None,
             decide=decide,
-            sample_rate=test.processing.sample_rate,
+            sample_rate=sampling_of(test),
             bad_rows=test.processing.bad_rows,
             part=FilePart(test.processing.group, test.processing.measurement),
             run=named,
@@ -99,6 +99,12 @@ def open_path(
         raise
     notes = (*recording.notes, *told_calibrations(test))
     return replace(recording, driven=test.excitation is not None, notes=notes)
+
+
+def sampling_of(test: Test) -> Sampling:
+    """Return what the log says of the times of a test."""
+    said = test.processing
+    return Sampling(said.sample_rate, said.override_rate, said.time_unit, said.resample)
 
 
 def _with_others(
@@ -121,7 +127,10 @@ def _with_others(
             there.append(
                 open_recording(
                     path, uses=one.channels, decide=_by_sheet_alone,
-                    sample_rate=one.sample_rate, part=FilePart(one.group),
+                    sample_rate=replace(
+                        sampling_of(test), rate=one.sample_rate, override=one.override_rate
+                    ),
+                    part=FilePart(one.group),
                     bad_rows=test.processing.bad_rows, run=f"test {test.id} ({path.name})",
                     hashed=seen,
                 )

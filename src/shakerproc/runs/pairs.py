@@ -27,6 +27,10 @@ NAMES: Final[Mapping[tuple[str, str], str]] = {
     ("N", "m/s^2"): "apparent mass",
     ("N", "m/s"): "impedance",
     ("N", "m"): "dynamic stiffness",
+    ("rad/s^2", "N m"): "rotational accelerance",
+    ("rad/s", "N m"): "rotational mobility",
+    ("rad", "N m"): "rotational receptance",
+    ("N m", "rad"): "rotational dynamic stiffness",
 }
 """What a function of these units, output and input, is called (ISO 7626-1)."""
 

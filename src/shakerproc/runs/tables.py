@@ -13,7 +13,10 @@ from shakerproc.spectra import cumulative_rms
 Columns: TypeAlias = dict[str, Any]
 """Columns of equal length by header: arrays and sequences."""
 
-_SPELLED: Final = {"g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s", "µm/m": "um_per_m"}
+_SPELLED: Final = {
+    "g": "g", "1": "", "m/s^2": "m_per_s2", "m/s": "m_per_s", "µm/m": "um_per_m",
+    "rad/s^2": "rad_per_s2", "rad/s": "rad_per_s", "N m": "Nm",
+}  # fmt: skip
 
 
 def spelled(unit: str, *, power: int = 1) -> str:

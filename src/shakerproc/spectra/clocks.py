@@ -1,6 +1,5 @@
-"""The clock of one recorder against that of another, and its samples at the other's times."""
+"""The clock of one recorder against that of another."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -10,12 +9,7 @@ import scipy  # its parts load when they are first used
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-
-TAPS: Final = 32
-"""Samples on either side of a time that make its value, at the slower of both rates [-]."""
-
-KAISER: Final = 10.0
-"""Shape of the window over them: what it leaves beside the band is below 1e-5 [-]."""
+from shakerproc.interpolation import interpolated
 
 SEGMENTS: Final = 24
 """Parts of a recording whose delays are found one by one [-]."""
@@ -35,8 +29,6 @@ periodic excitation repeats, and the recorders are taken to have begun within a 
 
 FINER: Final = 8
 """Lags of a correlation between two samples, before its peak is fitted by a parabola [-]."""
-
-_BLOCK: Final = 1 << 14
 
 
 @final
@@ -167,62 +159,3 @@ def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     if near.sum() >= 3:
         slope, start = np.polyfit(x[near], y[near], 1)
     return float(slope), float(start)
-
-
-def interpolated(
-    read: Callable[[int, int], FloatArray],
-    n_samples: int,
-    sample_rate: float,
-    times: FloatArray,
-    wanted_rate: float,
-) -> FloatArray:
-    """Return a signal at other times, without what the wanted rate cannot hold.
-
-    The sum of its samples with a sinc in a Kaiser window; 0 beyond its ends.
-
-    Parameters
-    ----------
-    read : callable
-        From first and last but one sample to them, (..., n) array [any unit].
-    n_samples : int
-        How many there are.
-    sample_rate : float
-        Of the samples [Hz].
-    times : (n,) array
-        Rising, from the first sample [s].
-    wanted_rate : float
-        Of the times [Hz].
-
-    Returns
-    -------
-    (..., n) array
-        Values at the times.
-    """
-    cutoff = min(1.0, wanted_rate / sample_rate)
-    half = int(np.ceil(TAPS / cutoff))
-    parts = [_piece(read, n_samples, times[a : a + _BLOCK] * sample_rate, half, cutoff)
-             for a in range(0, times.size, _BLOCK)]  # fmt: skip
-    return np.concatenate(parts, axis=-1) if parts else read(0, 0)
-
-
-def _piece(
-    read: Callable[[int, int], FloatArray],
-    n_samples: int,
-    places: FloatArray,
-    half: int,
-    cutoff: float,
-) -> FloatArray:
-    """Return the values at places between samples [samples]."""
-    whole = np.floor(places).astype(int)
-    first, last = int(whole[0]) - half + 1, int(whole[-1]) + half + 1
-    low, high = min(max(first, 0), n_samples), max(min(last, n_samples), 0)
-    samples = read(low, max(low, high))
-    out = np.zeros((*samples.shape[:-1], places.size))
-    padded = np.zeros((*samples.shape[:-1], last - first))
-    padded[..., low - first : low - first + samples.shape[-1]] = samples
-    beta = np.i0(KAISER)
-    for tap in range(-half + 1, half + 1):
-        away = whole + tap - places
-        window = np.i0(KAISER * np.sqrt(np.maximum(1.0 - (away / half) ** 2, 0.0))) / beta
-        out += padded[..., whole + tap - first] * (cutoff * np.sinc(cutoff * away) * window)
-    return out

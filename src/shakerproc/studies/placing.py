@@ -44,16 +44,16 @@ def unit_of_place(model: Model, place: str, warmth: Warmth | None = None) -> str
     head, *rest = place.split(".")
     if head == "masses" and len(rest) == 1:
         _one_of("mass", rest[0], list(model.masses))
-        return "kg"
+        return model.unit_of("kg")
     if head == "run" and len(rest) == 1:
         if rest[0] == "level":
-            return model.excitation.unit
+            return model.drive_unit
         _one_of("key of the run", rest[0], [*RUN_UNITS, "level"])
         return RUN_UNITS[rest[0]]
     if head == "elements" and len(rest) == 2:
         effect = model.elements[_index(model, rest[0])].effect
         _one_of(f"parameter of {effect.kind}", rest[1], list(effect.parameters))
-        return effect.parameters[rest[1]].unit
+        return model.unit_of(effect.parameters[rest[1]].unit)
     raise ValueError(
         f"expected a place such as elements.gap.clearance, masses.{next(iter(model.masses))} "
         f"run.level or {TEMPERATURE}, got {place!r}"

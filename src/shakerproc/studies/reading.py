@@ -107,7 +107,7 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
         return None
     level = 0.0
     if section.level is not None:
-        unit = "m/s^2" if model is None else model.excitation.unit
+        unit = "m/s^2" if model is None else model.drive_unit
         try:
             level = to_si(section.level, unit)
         except ValueError as error:

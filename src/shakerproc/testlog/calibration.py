@@ -10,8 +10,9 @@ from typing import Final
 from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
 from shakerproc.errors import LogError
 from shakerproc.testlog.csv_cells import csv_cells
+from shakerproc.testlog.fields import CHANNEL_UNITS
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.units import near_miss, quoted, to_si
+from shakerproc.units import fits_sensitivity, near_miss, quoted
 
 MOST_BYTES: Final = 10_000_000
 """Largest sheet that is read [byte]."""
@@ -126,7 +127,7 @@ def _calibration(
     sensitivity = " ".join(part for part in (cell["sensitivity"], unit) if part)
     if not cell["serial"]:
         raise LogError(f"{place}: no serial number")
-    if not any(_fits(sensitivity, si) for si in set(ROLE_UNITS.values())):
+    if not any(fits_sensitivity(sensitivity, unit) for unit in CHANNEL_UNITS):
         raise LogError(
             f"{place}: sensor {quoted(cell['serial'])}: expected volts per unit, such as "
             f"100 mV/g, got {quoted(sensitivity)}"
@@ -138,13 +139,6 @@ def _calibration(
             f"got {dates[1]} and {dates[0]}"
         )
     return Calibration(cell["serial"], sensitivity, *dates)
-
-
-def _fits(sensitivity: str, unit: str) -> bool:
-    try:
-        return to_si(sensitivity, f"V/({unit})") != 0.0
-    except ValueError:
-        return False
 
 
 def _date(place: str, text: str) -> str:
@@ -188,10 +182,11 @@ def _with_sheet(use: ChannelUse, sheet: Mapping[str, Calibration]) -> ChannelUse
             use.key,
             "sensor",
         )
-    if use.role != "ignore" and not _fits(found.sensitivity, ROLE_UNITS[use.role]):
+    wanted = () if use.role == "ignore" else ROLE_UNITS[use.role]
+    if wanted and not any(fits_sensitivity(found.sensitivity, unit) for unit in wanted):
         raise MisfitError(
             f"sensor {quoted(found.serial)} has {found.sensitivity} in the calibration sheet, "
-            f"but role {use.role} is in {ROLE_UNITS[use.role]}; correct sensor, role or sheet",
+            f"but role {use.role} is in {' or '.join(wanted)}; correct sensor, role or sheet",
             use.key,
             "sensor",
         )

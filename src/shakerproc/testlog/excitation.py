@@ -1,6 +1,8 @@
 """What a test is driven by: kinds of excitation, units of levels, profiles."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, final
 
 Excitation: TypeAlias = Literal[
@@ -14,7 +16,37 @@ PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 BROADBAND: Final[tuple[Excitation, ...]] = ("random", "multisine")
 """Kinds of excitation whose level is a density or an rms value."""
 
-LevelUnit: TypeAlias = Literal["m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms"]
+LevelUnit: TypeAlias = Literal[
+    "m/s^2", "(m/s^2)^2/Hz", "m/s^2 rms", "N", "N^2/Hz", "N rms",
+    "rad/s^2", "(rad/s^2)^2/Hz", "rad/s^2 rms", "N m", "(N m)^2/Hz", "N m rms",
+]  # fmt: skip
+
+LevelKind: TypeAlias = Literal["amplitude", "density", "rms"]
+
+LEVELS: Final[Mapping[LevelUnit, tuple[LevelKind, str]]] = MappingProxyType({
+    "m/s^2": ("amplitude", "m/s^2"),
+    "N": ("amplitude", "N"),
+    "rad/s^2": ("amplitude", "rad/s^2"),
+    "N m": ("amplitude", "N m"),
+    "(m/s^2)^2/Hz": ("density", "m/s^2"),
+    "N^2/Hz": ("density", "N"),
+    "(rad/s^2)^2/Hz": ("density", "rad/s^2"),
+    "(N m)^2/Hz": ("density", "N m"),
+    "m/s^2 rms": ("rms", "m/s^2"),
+    "N rms": ("rms", "N"),
+    "rad/s^2 rms": ("rms", "rad/s^2"),
+    "N m rms": ("rms", "N m"),
+})
+"""Kind of level that a unit stands for, and the SI unit of the signal it is the level of."""
+
+FORCES: Final = frozenset({"N", "N m"})
+"""SI units of the signals that drive a specimen as a force or a torque."""
+
+
+def amplitude_unit(unit: LevelUnit) -> LevelUnit:
+    """Return the unit of the amplitude of the signal that a level is of."""
+    signal = LEVELS[unit][1]
+    return next(one for one, level in LEVELS.items() if level == ("amplitude", signal))
 
 
 @final
@@ -61,3 +93,8 @@ class Profile:
     alarm_db: tuple[float, ...]
     abort_db: tuple[float, ...]
     notches: tuple[ProfileNotch, ...] = ()
+
+    @property
+    def signal_unit(self) -> str:
+        """SI unit of the signal that it is the level of."""
+        return LEVELS[self.unit][1]

@@ -13,6 +13,12 @@ _LEVELS: Final[tuple[tuple[LevelUnit, str, float], ...]] = (
     ("N", "level_n", 1.0),
     ("N^2/Hz", "level_n2_per_hz", 1.0),
     ("N rms", "level_n_rms", 1.0),
+    ("rad/s^2", "level_rad_per_s2", 1.0),
+    ("(rad/s^2)^2/Hz", "level_rad2_per_s4_per_hz", 1.0),
+    ("rad/s^2 rms", "level_rad_per_s2_rms", 1.0),
+    ("N m", "level_nm", 1.0),
+    ("(N m)^2/Hz", "level_nm2_per_hz", 1.0),
+    ("N m rms", "level_nm_rms", 1.0),
 )
 _OTHERS: Final = ("test", "id", "recording", "channel", "status", "sha256", "error")
 """Further columns that tables have, from elsewhere."""
@@ -22,7 +28,7 @@ def facts_of(test: Test) -> dict[str, Fact]:
     """Return the columns of a test: units in the names, tags last, None where nothing is said.
 
     Levels stand in the column of their kind: ``level_g`` (amplitude), ``level_g2_per_hz``,
-    ``level_g_rms``, ``level_n``, ``level_n2_per_hz`` or ``level_n_rms``; ``level`` is as
+    ``level_g_rms``, ``level_n``, ``level_rad_per_s2``, ``level_nm`` and so on; ``level`` is as
     written.
     """
     return {

@@ -10,9 +10,16 @@ from typing import Annotated, TypeAlias
 from pydantic import AfterValidator, BeforeValidator
 
 from shakerproc.data import ROLE_UNITS
-from shakerproc.units import in_unit, is_unit_of, problem_of_unit, quoted, spelled, to_si
+from shakerproc.units import (
+    fits_sensitivity,
+    in_unit,
+    is_unit_of,
+    problem_of_unit,
+    quoted,
+    spelled,
+)
 
-CHANNEL_UNITS = tuple(dict.fromkeys(ROLE_UNITS.values()))
+CHANNEL_UNITS = tuple(dict.fromkeys(unit for units in ROLE_UNITS.values() for unit in units))
 """SI unit of each quantity that a channel may measure."""
 
 Hertz: TypeAlias = Annotated[float | None, in_unit("Hz", positive=True)]
@@ -46,12 +53,8 @@ def _checked_unit(text: str) -> str:
 
 
 def _checked_sensitivity(text: str) -> str:
-    for unit in CHANNEL_UNITS if "/" in text else ():
-        try:
-            if to_si(text, f"V/({unit})") != 0.0:
-                return text
-        except ValueError:
-            continue
+    if any(fits_sensitivity(text, unit) for unit in CHANNEL_UNITS):
+        return text
     raise ValueError(f"expected volts per unit, such as 100 mV/g, got {quoted(text)}")
 
 

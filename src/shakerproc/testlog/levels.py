@@ -3,12 +3,12 @@
 import re
 from typing import Final
 
-from shakerproc.testlog.excitation import BROADBAND, Excitation, LevelUnit
+from shakerproc.testlog.excitation import BROADBAND, LEVELS, Excitation, LevelUnit
 from shakerproc.units import is_unit_of, quoted, to_si
 
-_AMPLITUDES: Final[tuple[LevelUnit, ...]] = ("m/s^2", "N")
-_DENSITIES: Final[tuple[LevelUnit, ...]] = ("(m/s^2)^2/Hz", "N^2/Hz")
-_RMS: Final[tuple[LevelUnit, ...]] = ("m/s^2 rms", "N rms")
+_AMPLITUDES: Final = tuple(unit for unit, (kind, _) in LEVELS.items() if kind == "amplitude")
+_DENSITIES: Final = tuple(unit for unit, (kind, _) in LEVELS.items() if kind == "density")
+_RMS: Final = tuple(unit for unit, (kind, _) in LEVELS.items() if kind == "rms")
 
 _UNIT: Final = re.compile(r"^\s*[+-]?[0-9.,]*(?:[eE][+-]?[0-9]+)?\s*")
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
@@ -61,8 +61,9 @@ def threshold_of(written: object) -> float:
     ValueError
         If it is no positive acceleration or force.
     """
-    is_force = isinstance(written, str) and is_unit_of(written.lstrip("+-0123456789.eE "), "N")
-    value = to_si(written, "N" if is_force else "m/s^2")
+    unit = written.lstrip("+-0123456789.eE ") if isinstance(written, str) else ""
+    wanted = next((one for one in _AMPLITUDES if unit and is_unit_of(unit, one)), "m/s^2")
+    value = to_si(written, wanted)
     if value <= 0.0:
         raise ValueError(f"expected more than 0, such as 0.45 g, got {quoted(written)}")
     return value

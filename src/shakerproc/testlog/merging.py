@@ -33,6 +33,7 @@ from shakerproc.testlog.processing import (
 )
 from shakerproc.testlog.processing_sections import (
     ProcessingSection,
+    SampleRateSection,
     ThresholdSection,
     TimeSection,
     WelchSection,
@@ -112,9 +113,15 @@ def merged_processing(
         key = "alarm" if section.tolerance.alarm is not None else "abort"
         raise MisfitError("expected alarm at most abort", "tolerance", key)
     notch = _overridden(base.notch, section.notch)
+    rate, override = sample_rate_of(section.sample_rate)
+    if "sample_rate" not in given:
+        rate, override = base.sample_rate, base.override_rate
     return Processing(
         crop=_crop(base.crop, section, channels),
-        sample_rate=given.get("sample_rate", base.sample_rate),
+        sample_rate=rate,
+        override_rate=override,
+        time_unit=given.get("time_unit", base.time_unit),
+        resample=given.get("resample", base.resample),
         bad_rows=given.get("bad_rows", base.bad_rows),
         group=given.get("group", base.group),
         measurement=given.get("measurement", base.measurement),
@@ -141,6 +148,13 @@ def merged_processing(
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
         hammer=_overridden(base.hammer, section.hammer),
     )
+
+
+def sample_rate_of(said: float | SampleRateSection | None) -> tuple[float | None, bool]:
+    """Return a sample rate [Hz], and whether it counts although the file states another."""
+    if isinstance(said, SampleRateSection):
+        return said.value, said.override
+    return said, False
 
 
 def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFunction, ...]:

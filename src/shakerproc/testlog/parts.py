@@ -18,7 +18,9 @@ class Beside:
     group : str, optional
         Group of that file.
     sample_rate : float, optional
-        Only where the file does not say it [Hz].
+        Only where the file does not say it, or `override_rate` [Hz].
+    override_rate : bool
+        Whether that counts although the file states another.
     common : (str or int, str or int), optional
         A channel of the test's recording and the channel beside that measured the same motion;
         without it both have one clock.
@@ -30,6 +32,7 @@ class Beside:
     channels: tuple[ChannelUse, ...]
     group: str | None = None
     sample_rate: float | None = None
+    override_rate: bool = False
     common: tuple[str | int, str | int] | None = None
 
 

@@ -152,7 +152,13 @@ class Processing:
     crop : ThresholdCrop, TimeCrop or None
         Where the run begins and ends; None takes the whole recording.
     sample_rate : float, optional
-        Only where the recording does not say it [Hz].
+        Only where the recording does not say it, or `override_rate` [Hz].
+    override_rate : bool
+        Whether `sample_rate` counts although the recording states another.
+    time_unit : str
+        Unit of times in the recording that state none; empty where they do.
+    resample : float, optional
+        Rate of the even times that every channel is interpolated to [Hz].
     bad_rows : str
         ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
     group : str, optional
@@ -199,6 +205,9 @@ class Processing:
 
     crop: Crop | None = ThresholdCrop()
     sample_rate: float | None = None
+    override_rate: bool = False
+    time_unit: str = ""
+    resample: float | None = None
     bad_rows: BadRows = "refuse"
     group: str | None = None
     measurement: Measurement | None = None

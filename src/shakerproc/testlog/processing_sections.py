@@ -113,11 +113,30 @@ class ToleranceSection(Section):
     abort: Decibels = None
 
 
+class SampleRateSection(Section):
+    """A sample rate that may count although the file states another."""
+
+    value: Annotated[float, in_unit("Hz", positive=True)]
+    override: bool = False
+
+
+def _kind_of_rate(rate: object) -> str:
+    return "<corrected>" if isinstance(rate, dict) else "<stated>"
+
+
+SampleRate: TypeAlias = Annotated[
+    Annotated[Hertz, Tag("<stated>")] | Annotated[SampleRateSection, Tag("<corrected>")],
+    Discriminator(_kind_of_rate),
+]
+
+
 class ProcessingSection(Section):
     """How recordings are processed."""
 
     crop: CropSection | None = None
-    sample_rate: Hertz = None
+    sample_rate: SampleRate | None = None
+    time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None = None
+    resample: Hertz = None
     bad_rows: BadRows | None = None
     group: Text | None = None
     measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None

@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final, final
 
-from shakerproc.testlog.excitation import LevelUnit, Profile, ProfileNotch
+from shakerproc.testlog.excitation import LEVELS, LevelUnit, Profile, ProfileNotch
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.processing import Tolerance
 from shakerproc.testlog.profile_csv import SLOPE, Raise, Written, read_breakpoints
@@ -18,12 +18,9 @@ from shakerproc.units import is_unit_of, near_miss, quoted, to_si
 MOST_DECADES: Final = 12
 """Over how many powers of ten one slope of a profile may lead."""
 
-_UNITS: Final[tuple[LevelUnit, ...]] = ("(m/s^2)^2/Hz", "m/s^2", "N^2/Hz", "N")
+_UNITS: Final = tuple(unit for unit, (kind, _) in LEVELS.items() if kind != "rms")
 
-
-_SHOWN: Final[Mapping[str, str]] = {
-    "(m/s^2)^2/Hz": "g^2/Hz", "m/s^2": "g", "N^2/Hz": "N^2/Hz", "N": "N",
-}  # fmt: skip
+_SHOWN: Final[Mapping[str, str]] = {"(m/s^2)^2/Hz": "g^2/Hz", "m/s^2": "g"}
 
 
 @final
@@ -278,7 +275,8 @@ def fitting_profile(
     kind = "random" if profile.unit.endswith("/Hz") else "sine sweep"
     if section.excitation != kind:
         raise MisfitError(
-            f"expected excitation: {kind} for a profile in {_SHOWN[profile.unit]}, got "
+            f"expected excitation: {kind} for a profile in "
+            f"{_SHOWN.get(profile.unit, profile.unit)}, got "
             f"{section.excitation or 'none'}",
             "profile",
         )

@@ -20,6 +20,7 @@ from shakerproc.testlog.merging import (
     merged_expectation,
     merged_processing,
     modal_of,
+    sample_rate_of,
 )
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Expectation, Tag, Test
@@ -252,7 +253,7 @@ class _Reader:
                 None if name is None else relative_path(name),
                 channels,
                 section.group,
-                section.sample_rate,
+                *sample_rate_of(section.sample_rate),
                 None if common is None else next(iter(common.items())),
             )
 

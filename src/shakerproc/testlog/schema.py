@@ -27,7 +27,7 @@ from shakerproc.testlog.fields import (
     Written,
 )
 from shakerproc.testlog.header_section import HeaderSection
-from shakerproc.testlog.processing_sections import BandSection, ProcessingSection
+from shakerproc.testlog.processing_sections import BandSection, ProcessingSection, SampleRate
 from shakerproc.units import in_unit
 
 
@@ -114,7 +114,7 @@ class BesideSection(Section):
 
     recording: str | None = None
     group: Text | None = None
-    sample_rate: Hertz = None
+    sample_rate: SampleRate | None = None
     common: (
         Annotated[dict[Text | int, Text | int], Field(min_length=1, max_length=1)] | None
     ) = None

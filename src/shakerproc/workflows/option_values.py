@@ -6,6 +6,7 @@ from typing import Any, Final, TypedDict
 
 from shakerproc.errors import ArgumentError
 from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.time_axis import Sampling
 from shakerproc.runs import UnitOption
 from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.units import near_miss
@@ -42,6 +43,12 @@ class Options(TypedDict, total=False):
         How long the threshold must hold, and time at the start that is not looked at [s].
     sample_rate_hz : float
         Sample rate, where the recording does not state it [Hz].
+    override_rate : bool
+        Whether `sample_rate_hz` counts although the recording states another.
+    time_unit : str
+        Unit of times in the recording that state none: ``s``, ``ms``, ``us``, ...
+    resample_hz : float
+        Rate of the even times that every channel is interpolated to [Hz].
     bad_rows : str
         ``refuse`` or ``skip`` lines of a text file that are no rows of numbers.
     group : str
@@ -68,6 +75,9 @@ class Options(TypedDict, total=False):
     crop_hold_s: float | None
     skip_s: float | None
     sample_rate_hz: float | None
+    override_rate: bool
+    time_unit: str | None
+    resample_hz: float | None
     bad_rows: str | None
     group: str | None
     measurement: int | str | None
@@ -81,16 +91,18 @@ class Options(TypedDict, total=False):
 LONGEST_SEGMENT: Final = 2**24
 """Samples of the longest segment: three channels of it take 400 MB."""
 
+TIME_UNITS: Final = ("s", "ms", "us", "ns", "min", "h", "d")
+
 _TEXT: Final = (
     "excitation", "level", "crop_channel", "crop_threshold", "bad_rows", "group", "window",
-    "detrend",
+    "detrend", "time_unit",
 )  # fmt: skip
 
-_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch")
+_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch", "override_rate")
 
 _COUNTS: Final[Mapping[str, int]] = MappingProxyType({"segment": 8, "overlap": 0})
 
-_POSITIVE: Final = ("from_hz", "to_hz", "notch_hz", "sample_rate_hz")
+_POSITIVE: Final = ("from_hz", "to_hz", "notch_hz", "sample_rate_hz", "resample_hz")
 
 _NOT_NEGATIVE: Final = ("crop_hold_s", "skip_s")
 
@@ -119,6 +131,41 @@ def check_options(given: Mapping[str, Any]) -> None:
             positive_of(name, value)
         elif name in _NOT_NEGATIVE:
             number_of(name, value)
+
+
+def sampling_of(
+    sample_rate_hz: float | None,
+    *,
+    override_rate: bool,
+    time_unit: str | None,
+    resample_hz: float | None,
+) -> Sampling:
+    """Return what is said of the times of a recording.
+
+    Parameters
+    ----------
+    sample_rate_hz : float, optional
+        Where the recording does not state it, or `override_rate` [Hz].
+    override_rate : bool
+        Whether it counts although the recording states another.
+    time_unit : str, optional
+        Unit of times in the recording that state none.
+    resample_hz : float, optional
+        Rate of the even times that every channel is interpolated to [Hz].
+
+    Raises
+    ------
+    ArgumentError
+        If one is none, or there is no rate to override with.
+    """
+    for name, value in (("sample_rate_hz", sample_rate_hz), ("resample_hz", resample_hz)):
+        if value is not None:
+            positive_of(name, value)
+    if override_rate and sample_rate_hz is None:
+        raise ArgumentError("override_rate", "goes with --sample-rate-hz")
+    if time_unit is not None and time_unit not in TIME_UNITS:
+        raise ArgumentError("time_unit", f"{time_unit!r} is not one of {', '.join(TIME_UNITS)}")
+    return Sampling(sample_rate_hz, override_rate, time_unit or "", resample_hz)
 
 
 def bad_rows_of(text: str | None) -> str:

@@ -15,6 +15,7 @@ from shakerproc.workflows.option_values import (
     detrend_of,
     measurement_of,
     option,
+    sampling_of,
     window_of,
 )
 
@@ -109,8 +110,15 @@ def _with_level(test: Test, said: str | None, level: str | None) -> Test:
 def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:
     """Return a test with what is said of how its file is read."""
     given: dict[str, Any] = {}
-    if "sample_rate_hz" in said:
-        given["sample_rate"] = said["sample_rate_hz"]
+    times = {name: said.get(name) for name in ("sample_rate_hz", "time_unit", "resample_hz")}
+    override = bool(said.get("override_rate"))
+    found = sampling_of(override_rate=override, **times)
+    if found.rate is not None:
+        given |= {"sample_rate": found.rate, "override_rate": override}
+    if found.unit:
+        given["time_unit"] = found.unit
+    if found.resample is not None:
+        given["resample"] = found.resample
     if "group" in said:
         given["group"] = said["group"]
     if "measurement" in said:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, final
 from shakerproc import recordings
 from shakerproc.data import Channel
 from shakerproc.errors import ArgumentError
+from shakerproc.recordings.time_axis import AS_STATED
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.workflows.arguments import AnyPath, file_of, number_of, positive_of, text_of
+from shakerproc.workflows.arguments import AnyPath, file_of, number_of, switch_of, text_of
+from shakerproc.workflows.option_values import sampling_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -38,8 +40,8 @@ class OpenedRecording(Shown):
         What the reader had to decide, a sentence each.
     group : str, optional
         Group of a file of several.
-    rate_said : float, optional
-        Sample rate that was said, where the file does not say it [Hz].
+    said : Sampling
+        What was said of its times.
     """
 
     path: Path
@@ -48,7 +50,7 @@ class OpenedRecording(Shown):
     n_samples: int
     notes: tuple[str, ...] = ()
     group: str | None = None
-    rate_said: float | None = None
+    said: recordings.Sampling = AS_STATED
 
     @property
     def duration(self) -> float:
@@ -101,7 +103,7 @@ class OpenedRecording(Shown):
 
     def _opened(self) -> "Recording":
         return recordings.open_recording(
-            self.path, part=recordings.FilePart(self.group), sample_rate=self.rate_said
+            self.path, part=recordings.FilePart(self.group), sample_rate=self.said
         )
 
     def _repr_html_(self) -> str:
@@ -112,7 +114,13 @@ class OpenedRecording(Shown):
 
 
 def open_recording(
-    path: AnyPath, *, group: str | None = None, sample_rate_hz: float | None = None
+    path: AnyPath,
+    *,
+    group: str | None = None,
+    sample_rate_hz: float | None = None,
+    override_rate: bool = False,
+    time_unit: str | None = None,
+    resample_hz: float | None = None,
 ) -> OpenedRecording:
     """Return what a recording holds: channels, units, sample rate, length.
 
@@ -124,7 +132,13 @@ def open_recording(
     group : str, optional
         Group of a file of several.
     sample_rate_hz : float, optional
-        Where the file does not say it [Hz].
+        Where the file does not say it, or `override_rate` [Hz].
+    override_rate : bool
+        Whether `sample_rate_hz` counts although the file states another.
+    time_unit : str, optional
+        Unit of times in the file that state none, such as ``ms``.
+    resample_hz : float, optional
+        Rate of the even times that every channel is interpolated to [Hz].
 
     Raises
     ------
@@ -135,9 +149,14 @@ def open_recording(
     """
     given = file_of("path", path, "a recording")
     group = None if group is None else text_of("group", group, "the name of a group")
-    rate = None if sample_rate_hz is None else positive_of("sample_rate_hz", sample_rate_hz)
+    said = sampling_of(
+        sample_rate_hz,
+        override_rate=switch_of("override_rate", override_rate),
+        time_unit=None if time_unit is None else text_of("time_unit", time_unit, "a unit"),
+        resample_hz=resample_hz,
+    )
     with recordings.open_recording(
-        given, part=recordings.FilePart(group), sample_rate=rate
+        given, part=recordings.FilePart(group), sample_rate=said
     ) as opened:
         return OpenedRecording(
             given,
@@ -146,5 +165,5 @@ def open_recording(
             opened.n_samples,
             opened.notes,
             group,
-            rate,
+            said,
         )

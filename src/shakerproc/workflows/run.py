@@ -201,7 +201,11 @@ def _what(given: object) -> tuple[Path, Test]:
     if isinstance(given, Test):
         return given.require_recording(), given
     if isinstance(given, OpenedRecording):
-        processing = Processing(group=given.group, sample_rate=given.rate_said)
+        said = given.said
+        processing = Processing(
+            group=given.group, sample_rate=said.rate, override_rate=said.override,
+            time_unit=said.unit, resample=said.resample,
+        )  # fmt: skip
         return given.path, Test(id=given.path.stem, processing=processing)
     if isinstance(given, Recording):
         raise ArgumentError(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from shakerproc.comparison.sensors import UNIT_OF
 from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
@@ -59,9 +58,9 @@ class Simulation(Shown):
 
     def _signals(self) -> dict[str, tuple[str, FloatArray]]:
         """Return the SI unit and the samples of the input and of every sensor."""
-        signals = {"input": (self.model.excitation.unit, self.found.excitation)}
+        signals = {"input": (self.model.drive_unit, self.found.excitation)}
         for name, sensor in self.model.sensors.items():
-            signals[name] = (UNIT_OF[sensor.measures], self.found.outputs[name])
+            signals[name] = (self.model.sensor_unit(sensor), self.found.outputs[name])
         return signals
 
     def _repr_html_(self) -> str:

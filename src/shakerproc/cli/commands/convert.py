@@ -20,13 +20,10 @@ def convert(
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
     measurement: options.MeasurementOption = None,
-    sample_rate_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Sample rate, where the recording does not state it [Hz].",
-            callback=options.positive,
-        ),
-    ] = None,
+    sample_rate_hz: options.SampleRateOption = None,
+    override_rate: options.OverrideRateOption = False,
+    time_unit: options.TimeUnitOption = None,
+    resample_hz: options.ResampleOption = None,
     bad_rows: options.BadRowsOption = None,
 ) -> None:
     """Write a recording in another format, in the units that it has."""
@@ -43,7 +40,7 @@ def convert(
     with open_recording(
         recording,
         part=FilePart(group, options.measurement_of(measurement)),
-        sample_rate=sample_rate_hz,
+        sample_rate=options.sampling_of(sample_rate_hz, override_rate, time_unit, resample_hz),
         bad_rows=options.bad_rows_of(bad_rows),
     ) as opened:
         write(out, opened)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -32,13 +32,10 @@ def inspect(
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
     ] = None,
     measurement: options.MeasurementOption = None,
-    sample_rate_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Sample rate, where the recording does not state it [Hz].",
-            callback=options.positive,
-        ),
-    ] = None,
+    sample_rate_hz: options.SampleRateOption = None,
+    override_rate: options.OverrideRateOption = False,
+    time_unit: options.TimeUnitOption = None,
+    resample_hz: options.ResampleOption = None,
     bad_rows: options.BadRowsOption = None,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
     json: output.JsonOption = None,
@@ -51,20 +48,21 @@ def inspect(
     from shakerproc.recordings import FilePart, contents, open_recording
 
     skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
+    said = options.sampling_of(sample_rate_hz, override_rate, time_unit, resample_hz)
     groups, notes = contents(recording)
     try:
         with open_recording(
             recording,
             part=FilePart(group, chosen),
-            sample_rate=sample_rate_hz,
+            sample_rate=said,
             bad_rows=skip,
             hashed=True,
         ) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:
         output.write_json(
-            {"schema": SCHEMA, "file": recording, "groups": groups, "notes": notes}
-            | {"error": str(error)},
+            {"schema": SCHEMA, "file": recording, "groups": list(map(_listed, groups))}
+            | {"notes": notes, "error": str(error)},
             json,
         )
         for found in groups:
@@ -97,7 +95,7 @@ def _show(
             "channels": recording.channels,
             "unused": recording.unused,
             "levels": levels,
-            "groups": groups,
+            "groups": list(map(_listed, groups)),
             "flags": flags if health else None,
             "notes": recording.notes,
             "error": None,
@@ -187,6 +185,32 @@ def _described(group: "RawGroup") -> str:
         f"{group.name or 'of all channels'}: {_count(group.channels)}, "
         f"{' or '.join(map(str, lengths))} samples{at}{copies}"
     )
+
+
+def _listed(group: "RawGroup") -> dict[str, Any]:
+    """Return a group as JSON has it: what is in it, without the times themselves."""
+    return {
+        "name": group.name,
+        "channels": [
+            {
+                "name": one.name,
+                "alias": one.alias,
+                "n_samples": one.n_samples,
+                "promised": one.promised,
+                "unit": one.unit,
+                "sample_rate": one.sample_rate,
+                "rate_doubt": one.time.doubt,
+                "rate_problem": one.time.problem,
+                "start_time": one.start_time,
+                "problem": one.problem,
+            }
+            for one in group.channels
+        ],
+        "reduced": group.reduced,
+        "measurements": list(map(_listed, group.measurements)),
+        "differs": group.differs,
+        "more": group.more,
+    }
 
 
 def _measurements(group: "RawGroup", json: str | None) -> None:

@@ -100,13 +100,10 @@ def process(
     no_crop: Annotated[
         bool, typer.Option("--no-crop", help="Use the whole recording.")
     ] = False,
-    sample_rate_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Sample rate, where the recording does not state it [Hz].",
-            callback=options.positive,
-        ),
-    ] = None,
+    sample_rate_hz: options.SampleRateOption = None,
+    override_rate: options.OverrideRateOption = False,
+    time_unit: options.TimeUnitOption = None,
+    resample_hz: options.ResampleOption = None,
     bad_rows: options.BadRowsOption = None,
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
@@ -158,6 +155,9 @@ def process(
                 "crop_hold_s": crop_hold_s,
                 "skip_s": skip_s,
                 "sample_rate_hz": sample_rate_hz,
+                "override_rate": override_rate,
+                "time_unit": time_unit,
+                "resample_hz": resample_hz,
                 "bad_rows": bad_rows,
                 "group": group,
                 "measurement": measurement,

@@ -122,7 +122,7 @@ def _level(model: "Model", text: str) -> float:
     """
     from shakerproc.units import to_si
 
-    unit = "m/s^2" if model.excitation.on is None else "N"
+    unit = model.drive_unit
     try:
         amplitude = to_si(text, unit)
     except ValueError as error:
@@ -302,7 +302,7 @@ def _print(
 
     sensors = hb.sensors_of_model(found.model)
     name = sensor or next(iter(sensors))
-    unit = hb.UNITS[sensors[name].measures].replace("_per_", "/")
+    unit = found.model.sensor_unit(sensors[name])
     output.data(
         f"{found.model.title}: {level}, {found.band[0]:.4g} to {found.band[1]:.4g} Hz",
         json_target=json,

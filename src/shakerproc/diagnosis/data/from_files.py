@@ -8,7 +8,7 @@ from shakerproc.diagnosis.data.tests import TestArrays
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.recordings import MOST_CLIPPED
-from shakerproc.recordings.common import SAME_RATE
+from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.testlog import TestLog, TimeCrop
 
 
@@ -36,7 +36,7 @@ def tests_of(log: TestLog, model: Model) -> Usable:
 def at_one_rate(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, ...]:
     """Return the tests at the rate that is known best, where they have one.
 
-    Rates are one where they differ by no more than the files resolve.
+    Rates are one where they differ by no more than clocks do, or the files resolve.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def at_one_rate(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, ...]
     """
     best = min(tests, key=lambda test: test.rate_doubt)
     for test in tests:
-        allowed = max(SAME_RATE, best.rate_doubt + test.rate_doubt)
+        allowed = max(CLOCKS, best.rate_doubt + test.rate_doubt)
         if abs(test.sample_rate / best.sample_rate - 1.0) > allowed:
             raise DiagnosisError(
                 f"{log.path.name}: test {best.name} has {best.sample_rate:.9g} samples per "

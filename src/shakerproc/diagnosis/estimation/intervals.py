@@ -22,7 +22,8 @@ DIFFERENCE: Final = 1e-5
 def numbers(fit: Fit, index: int) -> dict[str, Estimate]:
     """Return the numbers of an added effect without intervals."""
     one, (_own, *added) = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)
-    units = {name: p.unit for name, p in one.effect.estimated().items()}
+    unit_of = fit.hypothesis.model.unit_of
+    units = {name: unit_of(p.unit) for name, p in one.effect.estimated().items()}
     return {
         name: Estimate(value, None, None, "" if isinstance(value, str) else units[name])
         for name, value in one.parameters(added[index]).items()

@@ -93,7 +93,7 @@ class Laboratory:
     @property
     def unit(self) -> str:
         """Unit of the input."""
-        return self.model.excitation.unit
+        return self.model.drive_unit
 
     def most(self, trial: Trial) -> float:
         """Return by how much an excitation may be louder, by the shaker [-]."""
@@ -158,9 +158,10 @@ def slipping(
     if not levels or not locked:
         return ()
     times, most = max(levels), max(joint.holds for joint in locked)
+    unit = locked[0].unit
     reason = (
-        f"the joint would have to hold {times * most:.3g} N without slipping; it was seen to "
-        f"hold {most:.3g} N"
+        f"the joint would have to hold {times * most:.3g} {unit} without slipping; it was "
+        f"seen to hold {most:.3g} {unit}"
     )
     return (_proposed(trial, times, tuple(kinds), reason),)
 

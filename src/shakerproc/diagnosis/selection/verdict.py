@@ -191,7 +191,10 @@ def _curve(found: Found) -> Outside | None:
     if not isinstance(table, Table):
         return None
     band = table.band or tuple(tuple(0.0 for _ in row) for row in table.force)
-    return Outside(element.between, table.displacement, table.velocity, table.force, band)
+    motion = found.data.model.motion
+    return Outside(
+        element.between, table.displacement, table.velocity, table.force, band, motion
+    )
 
 
 def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked, ...]:
@@ -200,14 +203,15 @@ def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked,
     A force that is above what the joint carries has no upper bound in the tests.
     """
     model, tests = fit.hypothesis.model, found.data.tests
-    out = [Locked(joint, carried_force(model, tests, joint)) for joint in found.rigid]
+    unit = model.unit_of("N")
+    out = [Locked(joint, carried_force(model, tests, joint), unit) for joint in found.rigid]
     _own, *parts = fit.hypothesis.parts(fit.x)
     for one, part, effect in zip(fit.hypothesis.added, parts, effects, strict=True):
         numbers = effect.parameters.values()
-        forces = [n for n in numbers if n.unit == "N" and isinstance(n.value, float)]
+        forces = [n for n in numbers if n.unit == unit and isinstance(n.value, float)]
         unbounded = forces and all(n.high is None for n in forces)
         if unbounded and _is_dry(one.element(part).effect):
-            out.append(Locked(one.between, carried_force(model, tests, one.between)))
+            out.append(Locked(one.between, carried_force(model, tests, one.between), unit))
     return tuple(out)
 
 

@@ -2,13 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar, Literal, TypeAlias, final
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.models.identification import Identification, JointScales
 from shakerproc.models.laws import Row
+from shakerproc.models.motion import Motion, unit_in
 
 Sign: TypeAlias = Literal["positive", "not negative", "any"]
 Holds: TypeAlias = Literal["number", "numbers", "rows", "effects"]
@@ -55,6 +56,11 @@ class Parameter:
     def positive(self) -> bool:
         """Whether only values above 0 are physical."""
         return self.sign == "positive"
+
+
+def parameter_in(parameter: Parameter, motion: Motion) -> Parameter:
+    """Return a parameter with the unit that it has in a motion."""
+    return replace(parameter, unit=unit_in(parameter.unit, motion))
 
 
 @final

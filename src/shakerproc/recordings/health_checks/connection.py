@@ -38,7 +38,7 @@ LONGEST: Final = 16384
 REFERENCES: Final = 8
 """Channels that the others are compared with: the controls first."""
 
-JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N"})
+JUDGED: Final = frozenset({"m/s^2", "m/s", "m", "N", "rad/s^2", "rad/s", "rad", "N m"})
 """Units of what moves with the specimen; a temperature need not."""
 
 SEEN: Final = 0.1

@@ -6,7 +6,7 @@ from typing import Final, final
 
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.tdms.objects import Index, Listed, Scaler
-from shakerproc.recordings.tdms.types import NUMBERS, SIZES, StructureError
+from shakerproc.recordings.tdms.types import NUMBERS, SIZES, TIMESTAMP, StructureError
 
 LARGEST: Final = 1 << 50
 """Values and bytes of a channel in a chunk."""
@@ -132,6 +132,10 @@ def _check_width(width: int, place: int) -> None:
 
 
 def _column(index: Index, endian: str, byte: int = 0) -> tuple[Column, ...]:
+    if index.code == TIMESTAMP:  # a fraction of a second, and whole seconds
+        fraction, seconds = (0, 8) if endian == "<" else (8, 0)
+        whole = Column(1, f"{endian}i8", byte + seconds)
+        return (Column(0, f"{endian}u8", byte + fraction), whole)
     name = NUMBERS.get(index.code)
     return () if name is None else (Column(None, endian + name, byte),)
 

@@ -1,9 +1,8 @@
 """Open a TDMS file."""
 
-import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, BinaryIO, Final, final
@@ -12,10 +11,11 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
+    Scaling,
     read_properties,
     read_scaling,
     unused_scales,
@@ -24,8 +24,11 @@ from shakerproc.recordings.tdms.objects import Listed, split_path
 from shakerproc.recordings.tdms.said import is_tracked
 from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, clocks
 from shakerproc.recordings.tdms.structure import Extent, Structure, present
+from shakerproc.recordings.tdms.times import StampScaling, with_times
 from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
 from shakerproc.recordings.tdms.walk import walk
+from shakerproc.recordings.time_axis import SILENT, TimeAxis
+from shakerproc.recordings.time_base import time_base
 
 _REDUCED: Final = re.compile(r" - Decimated Data_Level\d+\Z")
 _EMPTY: Properties = {}
@@ -64,6 +67,11 @@ def _open(file: BinaryIO, run: str) -> RawFile:
             by_group.setdefault(group or "", []).append(path)
     found = tuple(_group(name, paths, table, properties) for name, paths in by_group.items())
     source = TdmsSource(run, file, structure.size, tuple(table.served), tuple(table.clocks))
+    stamped = {
+        row: one.scaling for row, one in enumerate(table.served)
+        if isinstance(one.scaling, StampScaling)
+    }  # fmt: skip
+    found = tuple(with_times(group, source, stamped) for group in found)
     loose = [
         path
         for paths in by_group.values()
@@ -134,11 +142,16 @@ class _Table:
 
     def add(self, part: _Part, paths: Sequence[str]) -> tuple[RawChannel, ...]:
         """Return the channels of a part; those that can be served get a row each."""
-        numbers = [path for path in paths if not _problem(self.structure.known[path])]
+        numbers = [path for path in paths if _is_served(self.structure.known[path])]
         rows = {path: len(self.served) + i for i, path in enumerate(numbers)}
         clock_of = clocks(numbers, part.extents)
         self.served += [
-            ServedChannel(path, read_scaling(self.run, path, _levels(path, part.properties)))
+            ServedChannel(
+                path,
+                StampScaling()
+                if _is_stamped(self.structure.known[path])
+                else read_scaling(self.run, path, _levels(path, part.properties)),
+            )
             for path in numbers
         ]
         self.clocks += [clock_of[path] for path in numbers]
@@ -164,6 +177,15 @@ def _levels(
     )
 
 
+def _is_stamped(entry: Listed) -> bool:
+    return entry.index is not None and entry.index.code == TIMESTAMP
+
+
+def _is_served(entry: Listed) -> bool:
+    """Return whether a channel holds numbers, or times that become numbers."""
+    return _is_stamped(entry) or not _problem(entry)
+
+
 def _problem(entry: Listed) -> str:
     """Return why a channel holds nothing that can be served, or an empty text."""
     if entry.index is None:
@@ -176,19 +198,20 @@ def _problem(entry: Listed) -> str:
 
 def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
     levels = _levels(path, part.properties)
-    rate, rate_problem = _sample_rate(levels[0])
+    axis = _axis(levels[0])
     start = structure.waveforms.starts.get((path, part.number))
     if start is None and part.number == 0:
         start = start_of(levels[0])
-    promised = max(_promised(path, structure, there), _logged(levels, rate))
+    promised = max(
+        _promised(path, structure, there), _logged(levels, time_base((axis,)).sample_rate)
+    )
     return RawChannel(
         name=split_path(path)[1] or "",
         row=row,
         n_samples=there,
         promised=promised if part.last else there,
         unit=unit_of(levels[0]),
-        sample_rate=rate,
-        rate_problem=rate_problem,
+        axes=(axis,),
         start_time=_time(start),
         problem=_problem(structure.known[path]),
     )
@@ -213,17 +236,21 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
     return round(length) if 0.0 < length < 2.0**50 else 0
 
 
-def _sample_rate(properties: Properties) -> tuple[float | None, str]:
+def _axis(properties: Properties) -> TimeAxis:
+    """Return what a channel states of its times."""
+    quantity, unit = properties.get("wf_xname"), properties.get("wf_xunit_string")
+    axis = TimeAxis(
+        "wf_increment",
+        quantity=quantity if isinstance(quantity, str) else "",
+        unit=unit if isinstance(unit, str) else "",
+    )
     if "wf_increment" not in properties:
-        return None, f"{SILENT} (no wf_increment)"
+        return replace(axis, problem=f"{SILENT} (no wf_increment)")
     step = properties["wf_increment"]
-    if not isinstance(step, int | float | np.number) or not math.isfinite(step) or step <= 0:
-        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
-    rate = 1.0 / float(step)
-    if not math.isfinite(rate):
-        return None, f"wf_increment is {shown(step, 30)} s, which is no sample interval"
-    whole = round(rate)
-    return (float(whole) if abs(rate - whole) <= 1e-12 * rate else rate), ""
+    if isinstance(step, int | float | np.number):
+        default = f"{axis.where}, 1 as LabVIEW writes it where none is given,"
+        return replace(axis, step=float(step), where=default if step == 1 else axis.where)
+    return replace(axis, problem=f"wf_increment is {shown(step, 30)}, which is no interval")
 
 
 def _time(value: Any) -> datetime | None:
@@ -258,6 +285,7 @@ def _notes(
         channel.path
         for channel in served
         if structure.known[channel.path].index.code in {0x04, 0x08}  # type: ignore[union-attr]
+        and isinstance(channel.scaling, Scaling)
         and channel.scaling.steps is None
     ]
     if wide:

@@ -10,7 +10,17 @@ from shakerproc.recordings.tdms.types import NUMBERS, STRING, TIMESTAMP
 _TO_1970: Final = 2_082_844_800
 """Seconds from 1904, where TDMS begins to count, to 1970."""
 
-_TRACKED: Final = ("wf_start_time", "wf_start_offset", "wf_increment", "unit_string")
+MOST_SECONDS: Final = 1 << 36
+"""Seconds since 1904 that a time may be at most."""
+
+_TRACKED: Final = (
+    "wf_start_time",
+    "wf_start_offset",
+    "wf_increment",
+    "wf_xname",
+    "wf_xunit_string",
+    "unit_string",
+)
 
 
 def is_tracked(name: str) -> bool:
@@ -24,7 +34,7 @@ def value_of(code: int, raw: bytes, endian: str) -> Any:
         return raw.decode("utf-8", errors="replace")
     if code == TIMESTAMP:
         fraction, seconds = struct.unpack("<Qq", raw if endian == "<" else raw[::-1])
-        if not 0 < seconds < 1 << 36:  # 1904 is LabVIEW's word for no time
+        if not 0 < seconds < MOST_SECONDS:  # 1904 is LabVIEW's word for no time
             return None
         return np.datetime64((seconds - _TO_1970) * 10**6 + (fraction * 10**6 >> 64), "us")
     name = NUMBERS.get(code)

@@ -15,6 +15,7 @@ from shakerproc.recordings.guard import AGAIN
 from shakerproc.recordings.tdms.layout import Place
 from shakerproc.recordings.tdms.metadata import Scaling
 from shakerproc.recordings.tdms.structure import Extent
+from shakerproc.recordings.tdms.times import StampScaling
 
 BATCH: Final = 1 << 20
 """Bytes read at a time."""
@@ -49,12 +50,12 @@ class ServedChannel:
     ----------
     path : str
         Such as ``/'group'/'channel'``.
-    scaling : Scaling
+    scaling : Scaling or StampScaling
         How its raw numbers become values.
     """
 
     path: str
-    scaling: Scaling
+    scaling: Scaling | StampScaling
 
 
 def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, Clock]:

@@ -14,7 +14,13 @@ from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.roles import is_called, row_asked_for
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import Crop
-from shakerproc.spectra.tones.orders import Rotation, order_amplitudes, rotation
+from shakerproc.spectra.tones.orders import (
+    Rotation,
+    order_amplitudes,
+    rotation,
+    rotation_at_angle,
+    rotation_at_speed,
+)
 from shakerproc.testlog.analyses import Orders
 
 MOST_ROWS: Final = 2000
@@ -149,7 +155,7 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
     row = row_asked_for(recording.channels, wanted.tachometer, "orders", todo=todo)
     samples = recording.select([row]).samples(crop.start, crop.stop)[0]
     try:
-        found = rotation(samples, recording.sample_rate, wanted.pulses_per_revolution)
+        found = _rotation(samples, recording, row, wanted)
     except SpectrumError as error:
         raise SpectrumError(
             f"orders: tachometer {wanted.tachometer}: {error}; check its cable and its range, "
@@ -161,6 +167,22 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
             f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
         )
     return found
+
+
+def _rotation(samples: FloatArray, recording: Recording, row: int, wanted: Orders) -> Rotation:
+    """Return the rotation that a speed, an angle or pulses tell, by the unit of the channel.
+
+    Raises
+    ------
+    SpectrumError
+        If they tell none.
+    """
+    rate = recording.sample_rate
+    direct = {"rad/s": rotation_at_speed, "rad": rotation_at_angle}
+    told = direct.get(recording.channels[row].unit)
+    if told is None:
+        return rotation(samples, rate, wanted.pulses_per_revolution)
+    return told(samples, rate)
 
 
 def _tracked(

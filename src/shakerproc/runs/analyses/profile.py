@@ -16,6 +16,7 @@ from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.profiles import profile_at, profile_rms
 from shakerproc.testlog import Profile
+from shakerproc.testlog.excitation import FORCES
 
 LINES: Final[Mapping[str, tuple[Look, int]]] = {
     "alarm high": ("alarm", 1),
@@ -61,9 +62,9 @@ class ProfileJudgement(AbstractAnalysis):
         profile = result.test.profile
         if profile is None:
             return None
-        rows = levels.watched_in(result.channels, profile.unit)
+        rows = levels.watched_in(result.channels, profile.signal_unit)
         if not rows:
-            role = "force" if profile.unit.startswith("N") else "control"
+            role = "force" if profile.signal_unit in FORCES else "control"
             told = f"The profile {profile.name} is not judged: no channel has the role {role}."
             return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
         judged = _judged(result, profile, rows)
@@ -94,7 +95,7 @@ def _points(profile: Profile) -> tuple[FloatArray, FloatArray]:
 
 def _factor(profile: Profile) -> float:
     """Return how many units of a figure are one SI unit of a profile."""
-    factor = shown_unit("N" if profile.unit.startswith("N") else "m/s^2")[1]
+    factor = shown_unit(profile.signal_unit)[1]
     return factor**2 if _is_density(profile) else factor
 
 
@@ -276,7 +277,7 @@ def _columns(
 
 
 def _ending(profile: Profile) -> str:
-    unit = shown_unit("N" if profile.unit.startswith("N") else "m/s^2")[0]
+    unit = shown_unit(profile.signal_unit)[0]
     return spelled(unit, power=2 if _is_density(profile) else 1)
 
 
@@ -305,7 +306,7 @@ def _panel(judged: Judged, profile: Profile, result: RunResult) -> Panel:
     ]
     control = result.channels[result.controls[0]].name if result.controls else ""
     drawn.append(Line("control", f, judged.control[order] * factor, channel=control))
-    unit = shown_unit("N" if profile.unit.startswith("N") else "m/s^2")[0]
+    unit = shown_unit(profile.signal_unit)[0]
     density = _is_density(profile)
     return Panel(
         name="profile",

@@ -9,7 +9,6 @@ from shakerproc.simulation.harmonic_balance.branch import (
     sharpened,
 )
 from shakerproc.simulation.harmonic_balance.outputs import (
-    UNITS,
     Notable,
     couplings,
     gap_severity,
@@ -28,7 +27,6 @@ from shakerproc.simulation.harmonic_balance.subharmonic import subharmonic_branc
 from shakerproc.simulation.harmonic_balance.switching import branch_off, branches_off
 
 __all__ = [
-    "UNITS",
     "Backbone",
     "Branch",
     "Mark",

@@ -17,15 +17,6 @@ from shakerproc.simulation.harmonic_balance.response import Response
 
 Columns: TypeAlias = Mapping[str, NDArray[np.generic]]
 
-UNITS: Final[Mapping[str, str]] = {
-    "acceleration": "m_per_s2",
-    "displacement": "m",
-    "velocity": "m_per_s",
-    "relative displacement": "m",
-    "relative velocity": "m_per_s",
-}
-"""Unit of each quantity as table headers write it."""
-
 _RATES: Final = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -212,6 +203,10 @@ def response_columns(response: Response, others: tuple[Branch, ...] = ()) -> Col
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
+def _in_header(unit: str) -> str:
+    return unit.replace("/s^2", "_per_s2").replace("/s", "_per_s").replace(" ", "")
+
+
 def _columns(response: Response, number: int, branch: Branch) -> Columns:
     size = branch.frequency.size
     marks = np.full(size, "", dtype=object)
@@ -227,7 +222,7 @@ def _columns(response: Response, number: int, branch: Branch) -> Columns:
     }
     for name, sensor in sensors_of_model(response.model).items():
         harmonics = sensor_harmonics(response.model, response.level, branch, sensor)
-        column, unit = name.replace(" ", "_"), UNITS[sensor.measures]
+        column, unit = name.replace(" ", "_"), _in_header(response.model.sensor_unit(sensor))
         main = harmonics[:, branch.balance.harmonics == branch.balance.order][:, 0]
         table[f"{column}_peak_{unit}"] = peaks(branch, harmonics)
         table[f"{column}_harmonic_{unit}"] = np.abs(main)

@@ -7,7 +7,7 @@ import numpy as np
 from shakerproc.spectra.responses.masks import excited
 from shakerproc.spectra.welch.cross import CrossSpectra
 
-INTEGRATIONS: Final = {"m/s^2": 1, "m/s": 0, "m": -1}
+INTEGRATIONS: Final = {"m/s^2": 1, "m/s": 0, "m": -1, "rad/s^2": 1, "rad/s": 0, "rad": -1}
 """How often a motion of a unit is integrated to a velocity."""
 
 

@@ -1,4 +1,4 @@
-"""Orders of a rotating machine: speed from tachometer pulses, amplitudes by least squares."""
+"""Orders of a rotating machine: speed from a tachometer, amplitudes by least squares."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ class Rotation:
     Attributes
     ----------
     pulses : Pulses
-        Those of the tachometer.
+        Those of the tachometer; none of one that measures speed or angle.
     revolutions : float
-        From the first pulse to the last [-].
+        From the first pulse or sample to the last [-].
     angle, time : callable
-        Revolutions since the first pulse at some times, and the inverse.
+        Revolutions since the first pulse or sample at some times, and the inverse.
     """
 
     pulses: Pulses
@@ -84,6 +84,60 @@ def _smoothed(pulses: Pulses, sample_rate: float, pulses_per_revolution: int) ->
         revolutions=float(turned[-1]),
         angle=spline(times, turned, w=weight / speed),
         time=spline(turned, times, w=weight),
+    )
+
+
+def rotation_at_speed(speed: FloatArray, sample_rate: float) -> Rotation:
+    r"""Return the angle of a shaft whose speed is measured.
+
+    .. math:: \theta(t) = \int_0^t \omega \, dt
+
+    by the trapezoidal rule.
+
+    Parameters
+    ----------
+    speed : (n_samples,) array
+        Speed of the shaft [rad/s].
+    sample_rate : float
+        Samples per second [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If the shaft stands still or turns back.
+    """
+    checks.positive("sample_rate", sample_rate, "Hz")
+    steps = 0.5 * (speed[1:] + speed[:-1]) / sample_rate
+    return rotation_at_angle(np.concatenate([[0.0], np.cumsum(steps)]), sample_rate)
+
+
+def rotation_at_angle(angle: FloatArray, sample_rate: float) -> Rotation:
+    """Return the rotation of a shaft whose angle is measured, turning either way.
+
+    Parameters
+    ----------
+    angle : (n_samples,) array
+        Angle of the shaft, not wrapped to one revolution [rad].
+    sample_rate : float
+        Samples per second [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If the shaft stands still or turns back.
+    """
+    turned = np.abs(angle - angle[0]) / (2.0 * np.pi)
+    still = np.flatnonzero(np.diff(turned) <= 0.0)
+    if still.size:
+        raise SpectrumError(
+            f"the shaft stands still or turns back at {still[0] / sample_rate:.6g} s of the run"
+        )
+    time, none = np.arange(angle.size) / sample_rate, np.empty(0)
+    return Rotation(
+        pulses=Pulses(none, none, none, none),
+        revolutions=float(turned[-1]),
+        angle=lambda at: np.interp(at, time, turned),
+        time=lambda at: np.interp(at, turned, time),
     )
 
 

@@ -1,0 +1,307 @@
+"""The one place that decides when samples were taken, by what a file states of its times.
+
+Every statement is read in each unit that it may be in: the one it says, the one in the name of
+the times, or those in which the rate is one of vibration. What all statements agree on counts.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Final, final
+
+from shakerproc.recordings.guard import shown
+from shakerproc.recordings.time_axis import (
+    AS_STATED,
+    UNKNOWN,
+    Reading,
+    Sampling,
+    TimeAxis,
+    TimeBase,
+    Times,
+)
+from shakerproc.recordings.times import SECONDS, steps_of, unit_in_name
+
+CONTRADICTION: Final = 1e-3
+"""How far two statements of a rate may part before they contradict each other, relative."""
+
+SAME_RATE: Final = 1e-7
+"""How far the rates of channels may part, relative: 2 samples in 20 million."""
+
+CLOCKS: Final = 1e-4
+"""How far two recorders' rates may part that are one, relative: quartz is right to 50 ppm."""
+
+SAME_AS_LOG: Final = 1e-4
+"""How far the log may round the sample rate, relative."""
+
+SLOWEST: Final = 20.0
+"""Rate from which on a recording is one of vibration [Hz]: a step of 0.05 s without a unit may
+be one of milliseconds, or a count."""
+
+FASTEST: Final = 1e6
+"""Rate of the fastest recorders of shocks [Hz]."""
+
+ROUNDING: Final = 1e-12
+"""How far rounding in the last binary digits takes a step that was a whole rate, relative."""
+
+UNITS: Final = ("s", "ms", "us", "min", "h")
+"""What times without a unit may be in, the most usual first."""
+
+_SPECTRAL: Final = frozenset({
+    "hz", "khz", "1/s", "rad/s", "rpm", "1/min", "cpm", "order", "orders", "1/m",
+})  # fmt: skip
+_FREQUENCY: Final = ("freq", "fr\u00e9q", "frec", "spectr", "order", "wavenumber")
+"""How the names of quantities begin that are no times."""
+
+_CALENDAR: Final[tuple[tuple[float, float, datetime], ...]] = (
+    (946_684_800.0, 3_029_529_600.0, datetime(1970, 1, 1, tzinfo=UTC)),
+    (3_029_529_600.0, 5_112_374_400.0, datetime(1904, 1, 1, tzinfo=UTC)),
+)
+"""Seconds that are a date between 2000 and 2066, counted from 1970 or, in LabVIEW, 1904."""
+
+_DAYS: Final[tuple[tuple[float, float, datetime], ...]] = (
+    (36_526.0, 60_632.0, datetime(1899, 12, 30, tzinfo=UTC)),
+)
+"""Days of a spreadsheet that are such a date."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Statement:
+    """What one place says: how it may be read, or what is wrong with it."""
+
+    axis: TimeAxis
+    readings: tuple[Reading, ...] = ()
+    doubt: float = 0.0
+    problem: str = ""
+    spectrum: bool = False
+
+    def alike(self, rate: float, doubt: float = 0.0) -> Reading | None:
+        """Return the reading with a rate [Hz], which may be off by a relative doubt [-]."""
+        most = max(CONTRADICTION, self.doubt + doubt)
+        return next((r for r in self.readings if abs(r.rate / rate - 1.0) <= most), None)
+
+
+def time_base(
+    axes: Sequence[TimeAxis],
+    start_time: datetime | None = None,
+    said: Sampling = AS_STATED,
+) -> TimeBase:
+    """Return when samples were taken, or what is not told of it.
+
+    Parameters
+    ----------
+    axes : sequence of TimeAxis
+        What the file states, one for each place.
+    start_time : datetime, optional
+        When time 0 of the axes is.
+    said : Sampling
+        What the log says, by which two readings are told apart.
+    """
+    every = [_statement(axis, said.unit) for axis in axes]
+    telling = [s for s in every if s.readings or s.problem]
+    if not telling:
+        return replace(UNKNOWN, start_time=start_time)
+    wrong = next((s for s in telling if s.problem), None)
+    if wrong is not None:
+        base = TimeBase(problem=wrong.problem, start_time=start_time, spectrum=wrong.spectrum)
+        return _uneven(wrong, base) if wrong.readings else base
+    best = min(telling, key=lambda s: s.doubt)
+    ways = [r for r in best.readings if all(s.alike(r.rate, best.doubt) for s in telling)]
+    if said.rate is not None and len(ways) > 1:
+        most = max(SAME_AS_LOG, best.doubt)
+        ways = [r for r in ways if abs(r.rate / said.rate - 1.0) <= most] or ways
+    if len(ways) == 1:
+        return _settled(telling, best, ways[0], start_time)
+    if ways:
+        problem = _undecided(best, ways)
+    else:
+        problem, ways = _contradiction(telling)
+    return TimeBase(
+        doubt=best.doubt, problem=problem, readings=tuple(ways), start_time=start_time
+    )
+
+
+def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
+    """Return the time base of times that advance, but not evenly."""
+    if len(wrong.readings) > 1:
+        problem = f"{base.problem}, and {_undecided(wrong, wrong.readings, mean=True)}"
+        return replace(base, problem=problem, readings=wrong.readings)
+    way, times = wrong.readings[0], wrong.axis.times
+    return replace(
+        base,
+        readings=(way,),
+        times=times,
+        start=float(times[:1][0]) * way.seconds if times is not None else 0.0,
+        start_time=way.start_time or base.start_time,
+        note=_taken_for(wrong, way),
+    )
+
+
+def _settled(
+    every: Sequence[_Statement],
+    best: _Statement,
+    way: Reading,
+    start_time: datetime | None,
+) -> TimeBase:
+    """Return the time base of statements that agree on one reading."""
+    timed = next((s for s in every if s.axis.times is not None), None)
+    placed = timed or next((s for s in every if s.axis.start), None)
+    seconds = way.seconds
+    if placed is not None:
+        seconds = (placed.alike(way.rate, best.doubt) or way).seconds
+    first = timed.axis.times[:1] if timed is not None and timed.axis.times is not None else None
+    start = float(first[0]) if first is not None else placed.axis.start if placed else 0.0
+    notes = [_taken_for(best, way), _rounded(best, way)]
+    return TimeBase(
+        sample_rate=way.rate,
+        doubt=best.doubt,
+        problem="",
+        readings=(way,),
+        start=start * seconds,
+        start_doubt=(placed.axis.start_digit if placed else 0.0) * seconds,
+        start_time=way.start_time or start_time,
+        note=" ".join(note for note in notes if note),
+    )
+
+
+def _statement(axis: TimeAxis, unit: str) -> _Statement:
+    """Return what one place says; `unit` is that of times that state none."""
+    strange = _no_time(axis)
+    if strange or axis.problem:
+        return _Statement(axis, problem=strange or axis.problem, spectrum=bool(strange))
+    if axis.rate is not None:
+        return _of_rate(axis, axis.rate)
+    said = axis.unit.strip() or unit_in_name(axis.name) or unit
+    if said and said.casefold() not in SECONDS:
+        known = f"{axis.where} is in {shown(said, 20)}, not in s, ms, us, ns, min, h or d"
+        return _Statement(axis, problem=known)
+    if axis.times is not None:
+        return _of_times(axis, axis.times, said)
+    return _Statement(axis) if axis.step is None else _of_step(axis, axis.step, said)
+
+
+def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
+    """Return what a stated rate says [Hz]."""
+    if math.isfinite(rate) and rate > 0.0:
+        return _Statement(axis, (Reading("", rate),))
+    return _Statement(axis, problem=f"{axis.where} gives a rate of {rate:g} Hz, which is none")
+
+
+def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
+    """Return what times say that are in a unit, or in none that is told."""
+    found = steps_of(times, axis.where, unit)
+    first = float(times[:1][0]) if times.size else 0.0
+    ways = _ways(unit, found.step, first) if found.step else ()
+    ways = tuple(replace(way, rate=_whole(way.rate, found.doubt)) for way in ways)
+    return _Statement(axis, ways, found.doubt, found.problem)
+
+
+def _of_step(axis: TimeAxis, step: float, unit: str) -> _Statement:
+    """Return what a step says that is in a unit, or in none that is told.
+
+    A recorder's clock is divided by whole numbers: one within what is printed is meant.
+    """
+    rate = 1.0 / step if step else math.inf
+    if not (math.isfinite(step) and step > 0.0 and math.isfinite(rate)):
+        problem = f"{axis.where} is {step:g} {unit or 's'}, which is no sample interval"
+        return _Statement(axis, problem=problem)
+    doubt = axis.digit / step + ROUNDING
+    close = doubt if doubt <= SAME_AS_LOG else ROUNDING
+    ways = tuple(replace(w, rate=_whole(w.rate, close)) for w in _ways(unit, step, None))
+    exact = ways[0].rate == round(ways[0].rate)
+    return _Statement(axis, ways, 0.0 if exact else doubt)
+
+
+def _no_time(axis: TimeAxis) -> str:
+    """Return why an axis is none of time; empty where it is one."""
+    quantity, unit = axis.quantity.strip(), axis.unit.strip()
+    if unit.casefold() in _SPECTRAL or quantity.casefold().startswith(_FREQUENCY):
+        said = " in ".join(shown(text, 30) for text in (quantity, unit) if text)
+        return f"it is a spectrum, not samples over time: its abscissa is {said}"
+    return ""
+
+
+def _ways(unit: str, step: float, first: float | None) -> tuple[Reading, ...]:
+    """Return how a step may be read, of times that begin with `first` where they are known.
+
+    `step` and `first` are in `unit`, or in one that is not told.
+    """
+    if unit:
+        return (_dated(_reading(unit, step), first),)
+    if first is not None:
+        dated = [_dated(_reading(u, step), first) for u in ("s", "ms", "us", "ns", "d")]
+        for way in dated:
+            if way.start_time is not None and SLOWEST <= way.rate <= FASTEST:
+                return (way,)
+    usual = _reading(UNITS[0], step)
+    if SLOWEST < usual.rate <= FASTEST:
+        return (usual,)
+    others = [_reading(other, step) for other in UNITS[1:]]
+    return (usual, *(way for way in others if SLOWEST < way.rate <= FASTEST))
+
+
+def _reading(unit: str, step: float) -> Reading:
+    seconds = SECONDS[unit.casefold()]
+    return Reading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
+
+
+def _dated(way: Reading, first: float | None) -> Reading:
+    """Return a reading with the date that its times count from, where they are dates."""
+    if first is None:
+        return way
+    table = _DAYS if way.unit == "d" else _CALENDAR
+    value = first if way.unit == "d" else first * way.seconds
+    zero = next((zero for low, high, zero in table if low <= value < high), None)
+    return way if zero is None else replace(way, start_time=zero)
+
+
+def _whole(rate: float, doubt: float) -> float:
+    """Return the whole rate within a relative doubt [-] of one [Hz], or that itself."""
+    whole = float(round(rate)) if math.isfinite(rate) else 0.0
+    return whole if whole and abs(rate / whole - 1.0) <= doubt else rate
+
+
+def _undecided(best: _Statement, ways: Sequence[Reading], *, mean: bool = False) -> str:
+    """Return between which readings the file does not decide."""
+    told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
+    listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
+    return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
+
+
+def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:
+    """Return which rates the places state, and these, that of most places first."""
+    places: dict[str, list[str]] = {}
+    for one in every:
+        places.setdefault(f"{one.readings[0].rate:.6g} Hz", []).append(one.axis.where)
+    listed = ", ".join(f"{rate} ({', '.join(there)})" for rate, there in places.items())
+    often = max(places, key=lambda rate: len(places[rate]))
+    first = next(one for one in every if one.axis.where == places[often][0])
+    return f"the file contradicts itself: {listed}", [Reading("", first.readings[0].rate)]
+
+
+def _taken_for(best: _Statement, way: Reading) -> str:
+    """Return what is to be known of a reading that another could stand beside."""
+    if best.axis.unit.strip() or unit_in_name(best.axis.name) or not way.unit:
+        return ""
+    if way.start_time is not None:
+        return (
+            f"The times of {best.axis.where} are read as {way.unit} since "
+            f"{way.start_time:%Y-%m-%d}, by their size."
+        )
+    return ""
+
+
+def _rounded(best: _Statement, way: Reading) -> str:
+    """Return the rates that a step may stand for that is rounded in print."""
+    if best.axis.step is None or best.doubt <= SAME_AS_LOG:
+        return ""
+    low, high = way.rate / (1.0 + best.doubt), way.rate * (1.0 + best.doubt)
+    whole = range(math.ceil(low), min(math.floor(high), math.ceil(low) + 1000) + 1)
+    likely = max(whole, key=lambda rate: math.gcd(rate, 10**9 << 20), default=None)
+    such = "" if likely is None else f", perhaps {likely} Hz"
+    return (
+        f"{best.axis.where} is rounded in print to {best.axis.step:g} {way.unit}: the rate is "
+        f"{low:.6g} to {high:.6g} Hz{such}; {way.rate:.6g} Hz is used. Put the exact one in "
+        "the log: sample_rate."
+    )
