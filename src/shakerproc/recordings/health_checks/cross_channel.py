@@ -188,7 +188,7 @@ class CrossChannel(AbstractHealthCheck):
         )
 
     def _following(self, row: int) -> float | None:
-        """Return the gain in the lowest octave, of a dozen bins at least; None if it varies [-]."""
+        """Return the gain in the lowest octave, over a dozen bins at least [-]; else None."""
         reference, good = self._power[self._controls[0]], self._good(row)
         if good is None:
             return None
