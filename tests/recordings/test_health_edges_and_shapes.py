@@ -130,7 +130,8 @@ def test_an_offset_above_the_threshold_does_not_decide_the_crop(offset, tmp_path
         tmp_path / "a.csv", (moving + offset)[:, np.newaxis], header="control [g]", comments=""
     )
     (tmp_path / "log.yaml").write_text(
-        "testlog: 1\nrecordings: .\nprocessing: {sample_rate: 1000 Hz, crop: {threshold: 0.45 g}}\n"
+        "testlog: 1\nrecordings: .\n"
+        "processing: {sample_rate: 1000 Hz, crop: {threshold: 0.45 g}}\n"
         "channels: {control: {role: control}}\n"
         "tests: [{id: 1, recording: a.csv, excitation: random, from: 5 Hz, to: 400 Hz}]\n"
     )
