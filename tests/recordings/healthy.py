@@ -156,7 +156,11 @@ def clipped_and_coupled(samples, rng):
 TOLD = {
     "spike at an end": ("spike", spiked, 0.95),
     "wrong by ten": ("gain", lambda x, rng: x * 10.0 ** rng.choice([-1, 1]), 0.95),
-    "clipped and coupled": ("short tails", clipped_and_coupled, 0.5),
+    "clipped and coupled": (
+        "short tails",
+        clipped_and_coupled,
+        0.35,
+    ),  # half: a lightly damped mass tells little in 10 s
 }
 """What is told of one response of a driven run: kind, fault, share that must be found."""
 
