@@ -221,23 +221,65 @@ def labview_text(folder: Path) -> Seed:
     return text("seed.lvm", head, 9, "\t")
 
 
+def csv_below_statements(folder: Path) -> Seed:
+    head = ["! bench 3", "Sample Rate (Hz),1000", "start,0.5", "t,ch1,ch2", "s,g,g"]
+    return text("statements.csv", head, 16, ",")
+
+
+def labview_segments(folder: Path) -> Seed:
+    """Two segments, each with its header, of which the second follows on."""
+    values, lines = numbers(17), []
+    for number, half in enumerate(np.split(values, 2, axis=1)):
+        lines += [
+            "", "Channels\t2\t\t", f"Samples\t{N_ROWS // 2}\t{N_ROWS // 2}\t",
+            "Date\t2024/03/05\t2024/03/05\t",
+            *(f"Time\t10:11:12.{40 * number:03d}\t10:11:12.{40 * number:03d}\t",),
+            "Y_Unit_Label\tg\tg\t", "X_Dimension\tTime\tTime\t", "X0\t0\t0\t",
+            "Delta_X\t0.001\t0.001\t", "***End_of_Header***\t\t",
+            "X_Value\tch1\tch2\tComment",
+            *("\t" + "\t".join(f"{value:.6f}" for value in row) for row in half.T),
+        ]  # fmt: skip
+    head = [
+        "LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t.",
+        "Multi_Headings\tYes", "X_Columns\tNo", "***End_of_Header***\t",
+    ]  # fmt: skip
+    content = ("\n".join([*head, *lines]) + "\n").encode()
+    return Seed("segments.lvm", content, CHANNELS, values * STANDARD_GRAVITY, (), counted=False)
+
+
 def universal_text(folder: Path) -> Seed:
     """Two records of data set 58 in the text form, 4E20.12."""
-    values, lines = numbers(12), []
-    for name, row in zip(CHANNELS, values, strict=True):
+    return universal("text.uff", 12, even=True)
+
+
+def universal_uneven(folder: Path) -> Seed:
+    """Two records with their abscissa, 2(E13.5, E20.12), the last line filled with zeros."""
+    return universal("uneven.uff", 18, even=False)
+
+
+def universal(name: str, seed: int, *, even: bool) -> Seed:
+    values, lines = numbers(seed)[:, : N_ROWS if even else N_ROWS - 1], []
+    count = values.shape[1]
+    for channel, row in zip(CHANNELS, values, strict=True):
         axis = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} "
         lines += [
-            "    -1", "    58", name.ljust(80), "seed".ljust(80), "NONE".ljust(80),
+            "    -1", "    58", channel.ljust(80), "seed".ljust(80), "NONE".ljust(80),
             "NONE".ljust(80), "NONE".ljust(80),
             f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':10}{1:10d}{0:4d} {'NONE':10}{0:10d}{0:4d}",
-            f"{4:10d}{N_ROWS:10d}{1:10d}{0.0:13.5e}{1.0 / RATE:13.5e}{0.0:13.5e}",
-            f"{axis}{'s':20}", f"{axis}{'g':20}", f"{axis}{'NONE':20}", f"{axis}{'NONE':20}",
+            f"{4:10d}{count:10d}{even:10d}{0.0:13.5e}{even / RATE:13.5e}{0.0:13.5e}",
+            f"{axis}{'s':20}" if even else f"{17:10d}{axis[10:]}{'s':20}",
+            f"{axis}{'g':20}", f"{axis}{'NONE':20}", f"{axis}{'NONE':20}",
         ]  # fmt: skip
         pieces = [f"{value:20.12e}" for value in row]
-        lines += ["".join(pieces[at : at + 4]) for at in range(0, N_ROWS, 4)]
+        if not even:
+            times = [f"{i / RATE:13.5e}" for i in range(count)]
+            pieces = [t + value for t, value in zip(times, pieces, strict=True)]
+            pieces.append(f"{0.0:13.5e}{0.0:20.12e}")
+        step = 4 if even else 2
+        lines += ["".join(pieces[at : at + step]) for at in range(0, len(pieces), step)]
         lines.append("    -1")
     content = ("\n".join(lines) + "\n").encode()
-    return Seed("text.uff", content, CHANNELS, values * STANDARD_GRAVITY, ())
+    return Seed(name, content, CHANNELS, values * STANDARD_GRAVITY, ())
 
 
 def numpy_archive(folder: Path) -> Seed:
@@ -260,6 +302,17 @@ def matlab(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def simulink(folder: Path) -> Seed:
+    """A structure with time, with an array of signals."""
+    values, path = numbers(19), folder / "simulink.mat"
+    signals = np.zeros(2, dtype=[("values", object), ("label", object), ("units", object)])
+    for number, name in enumerate(CHANNELS):
+        signals[number] = (values[number][:, None], name, "g")
+    times = np.arange(N_ROWS)[:, None] / RATE
+    scipy_io.savemat(path, {"ScopeData": {"time": times, "signals": signals}})
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
 def matlab_7_3(folder: Path) -> Seed:
     values, path = numbers(15), folder / "hdf.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
@@ -277,6 +330,6 @@ def make_seeds(folder: Path) -> list[Seed]:
     others[1] = replace(others[1], table=range(1, 1 + N_ROWS), counted=False)
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
-        matlab_7_3,
+        matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
     )  # fmt: skip
     return [*tdms, *others, *(make(folder) for make in more)]

@@ -767,7 +767,7 @@ def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed)
     assert_array_equal(found["inner"]["x"], [[0.0, 1.0, 2.0]])
     assert found["inner"]["deep"] == {"unit": ["g"]}
     assert found["wave"] is None
-    assert found["mixed"] is None
+    assert found["mixed"] == {"{1}": oracle["mixed"][0, 0], "{2}": ["x"]}
 
 
 def test_a_matlab_file_that_would_fill_the_memory_is_refused(tmp_path):

@@ -162,7 +162,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         functions=functions,
         density=density_of(cross, cross.n_channels - len(first.sensors), band),
         unexplained=_unexplained(modes, len(first.sensors)),
-        notes=(*modes.notes, *remarks),
+        notes=(*(note for one in taken for note in one.remarks), *modes.notes, *remarks),
         recordings=tuple(
             (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
         ),

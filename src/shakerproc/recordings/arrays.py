@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, Final, Protocol, final
 
 import numpy as np
@@ -22,7 +23,11 @@ LARGEST: Final = 1 << 31
 """Bytes of arrays that are held in memory at most."""
 
 _NAMES: Final = re.compile(r"(?:channel_?)?(?:names|labels)", re.IGNORECASE)
+_TIME_OF: Final = re.compile(r"(?:(?<=[_.])|^)(?:time|t)(?:_|$)", re.IGNORECASE)
 _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
+
+
+_NOTHING: Final[Mapping[str, tuple[str, str]]] = MappingProxyType({})
 
 
 class ArrayLike(Protocol):
@@ -95,6 +100,7 @@ def file_of_arrays(
     texts: Mapping[str, Sequence[str]],
     run: str,
     *,
+    called: Mapping[str, tuple[str, str]] = _NOTHING,
     left_out: Sequence[str] = (),
     handle: Any = None,
 ) -> RawFile:
@@ -111,6 +117,8 @@ def file_of_arrays(
         Text by name; ``names`` and ``units`` are those of the columns of a matrix.
     run : str
         Name of the run, for messages.
+    called : mapping
+        Label and unit of arrays that have them, by name; either may be empty.
     left_out : sequence of str
         Names of what could not be read.
     handle : object, optional
@@ -122,10 +130,18 @@ def file_of_arrays(
         If no array holds a time series.
     """
     long = {name: array for name, array in arrays.items() if max(array.shape, default=0) > 1}
-    axes = {name: axis for name, array in long.items() if (axis := _axis(name, array))}
+    axes = {
+        name: axis
+        for name, array in long.items()
+        if (axis := _axis(name, array, texts, paired=_pair_of(name, long) is not None))
+    }
     within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
-    length = _length({n: a for n, a in long.items() if n not in axes}, axes | within, run)
+    length = _length(
+        {n: a for n, a in long.items() if n not in axes}, axes | within, run, left_out
+    )
     said = _said(arrays, axes | within, length)
+    scopes = {at: _pair_of(at, long) or _scope(at) for at in said}
+    shared: dict[tuple[str, ...], tuple[TimeAxis, ...]] = {}
     odd = [*left_out, *(n for n, axis in axes.items() if _size(axis) != length)]
     notes = [
         f"The first line of {shown(name)} is taken for its time in seconds: it advances evenly."
@@ -145,18 +161,18 @@ def file_of_arrays(
                 "of a converter they lack their scale."
             )
         found = found[1:] if name in within else found
-        headers = _headers(name, len(found), texts)
+        headers = _headers(name, len(found), texts, called.get(name, ("", "")))
         first = len(lines)
         channels += [
-            _channel(first + i, line, header, said, length)
+            _channel(first + i, line, header, _stated_of(name, said, scopes, shared), length)
             for i, (line, header) in enumerate(zip(found, headers, strict=True))
         ]
         lines += found
     problems = [f"{shown(c.name)} is no channel: {c.problem}" for c in channels if c.problem]
     notes += [f"{text}." for text in problems]
     if problems and not said:
-        said = (TimeAxis("the file", problem=f"{SILENT}; {problems[0]}"),)
-        channels = [replace(c, axes=said) for c in channels]
+        doubt = (TimeAxis("the file", problem=f"{SILENT}; {problems[0]}"),)
+        channels = [replace(c, axes=doubt) for c in channels]
     if odd:
         notes.append(f"Left out, not of the same length or kind: {_listed(odd)}.")
     return RawFile(
@@ -195,7 +211,7 @@ def _head(line: _Row, length: int) -> FloatArray:
 
 def _listed(names: Sequence[str]) -> str:
     rest = f" and {len(names) - 20} more" if len(names) > 20 else ""
-    return ", ".join(shown(name, 40) for name in names[:20]) + rest
+    return ", ".join(shown(name) for name in names[:20]) + rest
 
 
 def _flat(array: ArrayLike) -> FloatArray:
@@ -203,20 +219,50 @@ def _flat(array: ArrayLike) -> FloatArray:
     return flat
 
 
-def _axis(name: str, array: ArrayLike) -> TimeAxis | None:
+def _scope(name: str) -> str:
+    """Return the structure in which a variable stands; empty for none."""
+    return name.rpartition(".")[0]
+
+
+def _pair_of(name: str, others: Mapping[str, ArrayLike]) -> str | None:
+    """Return the variable whose times a variable holds, such as ``AI_1`` for ``time_AI_1``."""
+    other = _TIME_OF.sub("", name, count=1).strip("_")
+    return other if other != name and other in others else None
+
+
+def _stated_of(
+    name: str,
+    said: Mapping[str, TimeAxis],
+    scopes: Mapping[str, str],
+    shared: dict[tuple[str, ...], tuple[TimeAxis, ...]],
+) -> tuple[TimeAxis, ...]:
+    """Return what is stated of the times of a variable: nearest to it, or all there is."""
+    near: dict[int, list[str]] = {}
+    for at, scope in scopes.items():
+        if not scope or name == scope or name.startswith(f"{scope}."):
+            near.setdefault(len(scope) + (name == scope), []).append(at)
+    key = tuple(near[max(near)]) if near else tuple(said)
+    return shared.setdefault(key, tuple(said[at] for at in key))
+
+
+def _axis(
+    name: str, array: ArrayLike, texts: Mapping[str, Sequence[str]], *, paired: bool
+) -> TimeAxis | None:
     """Return a time vector, or None where an array is none.
 
-    One that is called such as t or time is; where the name only begins so, it has to advance
-    as a time does.
+    One that is called such as t or time is, and one that is called after another variable;
+    where the name only begins so, it has to advance as a time does.
     """
     size = max(array.shape)
     short = name.rsplit(".", 1)[-1]
-    known = is_time(short)
-    named = known or re.match(r"time|zeit", short, re.IGNORECASE)
+    known = is_time(short) or paired
+    named = known or re.match(r"time|zeit|tout", short, re.IGNORECASE)
     if not named or math.prod(array.shape) != size or size > LARGEST // 8:
         return None
     times = _flat(array)
     axis = axis_of_column(short, split_header(short)[1], times, "time vector")
+    unit = next(iter(texts.get(f"{_scope(name)}.TimeInfo.Units", ())), "")
+    axis = replace(axis, unit=unit) if unit and not axis.unit else axis
     return axis if known or not steps_of(times, "", "").problem else None
 
 
@@ -244,14 +290,20 @@ def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
     return TimeAxis(f"the first line of {shown(name)}", times=times, unit="s")
 
 
-def _length(long: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], run: str) -> int:
+def _length(
+    long: Mapping[str, ArrayLike],
+    axes: Mapping[str, TimeAxis],
+    run: str,
+    left_out: Sequence[str],
+) -> int:
     if axes:
         return max(map(_size, axes.values()))
     sizes = {max(a.shape) for a in long.values() if _is_slender(a.shape)}
     if not sizes:
+        gone = f" (left out: {_listed(left_out)})" if left_out else ""
         raise RecordingError(
-            f"{run}: no time series in it. Save the channels as vectors of one length, with a "
-            "time vector t or a rate fs beside them."
+            f"{run}: no time series in it{gone}. Save the channels as vectors of one length, "
+            "with a time vector t or a rate fs beside them."
         )
     return max(sizes)
 
@@ -263,19 +315,21 @@ def _is_slender(shape: tuple[int, ...]) -> bool:
 
 def _said(
     arrays: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], length: int
-) -> tuple[TimeAxis, ...]:
-    """Return what the arrays state of the times of all, by vectors and by single numbers."""
-    said = [axis for axis in axes.values() if _size(axis) == length]
+) -> dict[str, TimeAxis]:
+    """Return what the arrays state of times, vectors and single numbers, by their name."""
+    said = {name: axis for name, axis in axes.items() if _size(axis) == length}
     for name, array in arrays.items():
         if math.prod(array.shape) != 1:
             continue
         value = float(_flat(array)[0])
         short, unit = split_header(name.rsplit(".", 1)[-1])
+        if not math.isfinite(value):
+            continue
         if RATE_NAME.fullmatch(name.rsplit(".", 1)[-1]):
-            said.append(TimeAxis(name, rate=value))
+            said[name] = TimeAxis(name, rate=value)
         elif STEP_NAME.fullmatch(short):
-            said.append(TimeAxis(name, step=value, unit=unit))
-    return tuple(said)
+            said[name] = TimeAxis(name, step=value, unit=unit)
+    return said
 
 
 def _lines(array: ArrayLike, length: int) -> list[_Row]:
@@ -289,12 +343,13 @@ def _lines(array: ArrayLike, length: int) -> list[_Row]:
 
 
 def _headers(
-    name: str, count: int, texts: Mapping[str, Sequence[str]]
+    name: str, count: int, texts: Mapping[str, Sequence[str]], called: tuple[str, str]
 ) -> list[tuple[str, str]]:
     """Return name and unit of each line of an array."""
     units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
     names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
+    name, unit = called[0] or name, called[1]
     if count == 1 and not names:
-        return [(name, "")]
+        return [(name, unit)]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
-    return [(h, u) for h, u in zip(headers, units or [""] * count, strict=True)]
+    return [(h, u) for h, u in zip(headers, units or [unit] * count, strict=True)]

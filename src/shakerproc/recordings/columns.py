@@ -10,6 +10,7 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.headers import Heading, headings
 from shakerproc.recordings.rates import RATE_NAME
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.si import split_header
@@ -87,7 +88,8 @@ def file_of_columns(
         ))
         for row in time_columns(table.headers, units)
     }  # fmt: skip
-    reading = _Reading(table, units, lengths, timed, stated, said, start_time, bool(cut))
+    over = headings(table.headers, units if any(units) else ())
+    reading = _Reading(table, over, units, lengths, timed, stated, said, start_time, bool(cut))
     channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
     remarks = [remark for channel in channels if (remark := reading.remark(channel))]
     notes = [*notes, *([f"The file is not whole: {cut}."] if cut else []), *remarks]
@@ -105,6 +107,8 @@ class _Reading:
     ----------
     table : Columns
         The table.
+    headings : sequence of Heading
+        What stands over each column.
     units, lengths : sequence
         Unit and number of values of each column.
     timed : mapping
@@ -120,6 +124,7 @@ class _Reading:
     """
 
     table: Columns
+    headings: Sequence[Heading]
     units: Sequence[str]
     lengths: Sequence[int]
     timed: Mapping[int, tuple[TimeAxis, ...]]
@@ -130,17 +135,17 @@ class _Reading:
 
     def channel(self, row: int) -> RawChannel:
         """Return a column as a channel, with what is wrong with it."""
-        header, unit, time = self.table.headers[row], self.units[row], self.time_of(row)
-        name, in_header = split_header(header)
+        heading, time = self.headings[row], self.time_of(row)
         return RawChannel(
-            name=(header.strip() if unit else name) or f"column {row + 1}",
+            name=heading.name or f"column {row + 1}",
             row=row,
             n_samples=self.lengths[row],
             promised=self.until(row) + self.cut,
-            unit=unit.strip() or in_header,
+            unit=heading.unit,
             start_time=self.start_time,
             problem=self.problem(row),
-            alias=header,
+            alias=heading.alias,
+            unit_doubt=heading.doubt,
             axes=self.said if time is None else self.timed[time],
         )
 
@@ -161,9 +166,8 @@ class _Reading:
         length = self.lengths[row]
         if not length:
             return NO_NUMBERS
-        header, unit = self.table.headers[row], self.units[row]
-        name = (header.strip() if unit else split_header(header)[0]) or f"column {row + 1}"
-        return like_time(header or name, unit, self.table.values[row, :length])
+        header = self.table.headers[row] or f"column {row + 1}"
+        return like_time(header, self.units[row], self.table.values[row, :length])
 
     def remark(self, channel: RawChannel) -> str:
         """Return what a person should know of a channel; empty where it is as it should be."""

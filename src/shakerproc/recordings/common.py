@@ -11,26 +11,19 @@ from shakerproc.recordings.resampling import Line
 
 def common_length(
     chosen: Sequence[Chosen], begins: Sequence[int], run: str
-) -> tuple[int, int | None]:
-    """Return how many complete rows there are, and how many there should be if more.
+) -> tuple[int, int | None, str]:
+    """Return how many complete rows there are, how many there should be if more, and a note.
+
+    A row is complete where every channel holds its sample: a program that is stopped between
+    two writes leaves some channels longer than others.
 
     `begins` is the sample of each channel that is the first of them.
 
     Raises
     ------
     RecordingError
-        If the channels were not equally long to begin with, or nothing is there.
+        If there is no complete row.
     """
-    by_length: dict[int, str] = {}
-    for channel, _ in chosen:
-        by_length.setdefault(channel.promised, channel.name)
-    if len(by_length) > 1:
-        (long, first), (short, second) = sorted(by_length.items(), reverse=True)[:2]
-        raise RecordingError(
-            f"{run}: channel {shown(first)} holds {long} samples, {shown(second)} {short}. Use "
-            "only channels of one length: leave the others out of the log, or give them "
-            "role: ignore."
-        )
     each = list(zip(chosen, begins, strict=True))
     n_samples = min(channel.n_samples - begin for (channel, _), begin in each)
     if n_samples <= 0 and any(begins):
@@ -46,8 +39,16 @@ def common_length(
             f"holds none of its {none.promised}. Copy the file again, or leave the channel out "
             "of the log."
         )
-    promised = min(channel.promised - begin for (channel, _), begin in each)
-    return n_samples, promised if promised > n_samples else None
+    long = max((channel for channel, _ in chosen), key=lambda channel: channel.promised)
+    short = min((channel for channel, _ in chosen), key=lambda channel: channel.promised)
+    there = [channel.promised - begin for (channel, _), begin in each]
+    if long.promised == short.promised:  # what only starts late is not cut short
+        return n_samples, min(there) if min(there) > n_samples else None, ""
+    note = (
+        f"Channel {shown(long.name)} holds {long.n_samples} samples, {shown(short.name)} "
+        f"{short.n_samples}: the {n_samples} rows that all channels have are used."
+    )
+    return n_samples, max(there) if max(there) > n_samples else None, note
 
 
 def resampled_length(

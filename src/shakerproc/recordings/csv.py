@@ -9,7 +9,6 @@ from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import find_format, open_text
 from shakerproc.recordings.text_rows import read_table
 from shakerproc.recordings.text_stamps import StampedFile, stamps_of
-from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import time_columns
 
 
@@ -38,13 +37,11 @@ def read_csv(path: Path, run: str) -> RawFile:
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(
         Columns(found.headers, values, found.units),
-        axes=[]
-        if found.interval is None
-        else [TimeAxis("row Interval", step=found.interval, unit="s")],
+        axes=found.axes,
         start_time=None if stamps is None else stamps.start,
         cut=table.torn,
     )
-    notes = raw.notes
+    notes = (*([found.note] if found.note else []), *raw.notes)
     if table.unended:
         notes += ("The file does not end with a line end: its last number may be cut.",)
     if skipped is None:

@@ -1,27 +1,109 @@
-"""Read LVM, LabVIEW's text format: two headers, then columns that may be of unequal length."""
+"""Read LVM, LabVIEW's text format: headers, then columns that may be of unequal length.
 
-import re
-from collections.abc import Sequence
-from dataclasses import replace
-from datetime import UTC, datetime
+Each write of the measuring program is a segment. Segments whose times follow on are one
+recording; others are measurements that follow each other in the same channels.
+"""
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final, final
 
-from shakerproc.data import ArraySource, FloatArray
+import numpy as np
+
+from shakerproc.data import FloatArray, SampleSource, SkippedRows
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import length_of
+from shakerproc.recordings.continuing import follows
 from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.lvm_heads import Head, heads_of
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text
-from shakerproc.recordings.text_rows import read_table
-from shakerproc.recordings.time_axis import TimeAxis, half_digit
-from shakerproc.recordings.times import axis_of_column, is_time
+from shakerproc.recordings.text_rows import TextTable, read_table
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.time_base import SAME_RATE
+from shakerproc.recordings.times import axis_of_column
 
-_END: Final = "***End_of_Header***"
-_LINE: Final = re.compile(r"(?P<name>[A-Za-z_ ]+)[,;\t](?P<value>.*)")
-_SIGNS: Final = re.compile(r"[,;\t]")
-_SEPARATORS: Final = {"tab": "\t", "comma": ",", "semicolon": ";"}
+MOST: Final = 100
+"""Measurements that can be chosen from."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SplicedSource(SampleSource):
+    """Samples of which each row is a few arrays, one behind the other."""
+
+    lines: tuple[tuple[FloatArray, ...], ...]
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        out = np.empty((len(rows), max(0, stop - start)))
+        for number, row in enumerate(rows):
+            at = 0
+            for piece in self.lines[row]:
+                first, last = max(start - at, 0), min(stop - at, piece.size)
+                if first < last:
+                    out[number, at + first - start : at + last - start] = piece[first:last]
+                at += piece.size
+        return out
+
+    def close(self) -> None:
+        """Do nothing: there is no file."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Segment:
+    """What was written at once.
+
+    Attributes
+    ----------
+    head : Head
+        What stands above it.
+    values : (n_columns, n_rows) array
+        Its table.
+    lengths, promised : tuple of int
+        Values of each column that are there, and that there should be.
+    skipped : SkippedRows, optional
+        Lines that are no rows of numbers.
+    refusal : str
+        What is wrong with these.
+    """
+
+    head: Head
+    values: FloatArray
+    lengths: tuple[int, ...]
+    promised: tuple[int, ...]
+    skipped: SkippedRows | None = None
+    refusal: str = ""
+
+    @property
+    def whole(self) -> bool:
+        """Whether every channel has all samples that it should, and as many as the others."""
+        there = {(self.lengths[row], self.promised[row]) for row in self.head.rows}
+        return len(there) == 1 and all(n == promised for n, promised in there)
+
+    def column(self, row: int) -> FloatArray:
+        """Return the values of a column that are there."""
+        return self.values[row, : self.lengths[row]]
+
+    def start(self) -> float:
+        """Return when the first sample was taken [s], from a time that all segments share."""
+        row = self.head.rows[0]
+        moment = self.head.moment(row)
+        times = [self.column(time) for time in self.head.times if self.lengths[time]]
+        first = float(times[0][0]) if times else self.head.starts(row)[0]
+        return first + (moment.timestamp() if moment else 0.0)
+
+    def step(self) -> float:
+        """Return the time between samples [s]; 0 where nothing says it."""
+        times = [self.column(time) for time in self.head.times if self.lengths[time] > 1]
+        if times:
+            return float(times[0][-1] - times[0][0]) / (times[0].size - 1)
+        return self.head.number("Delta_X", self.head.rows[0]) or 0.0
 
 
 def read_lvm(path: Path, run: str) -> RawFile:
@@ -32,43 +114,105 @@ def read_lvm(path: Path, run: str) -> RawFile:
     RecordingError
         If its headers are not those of the format, or a channel is longer than they say.
     """
-    file, encoding, lines = open_text(path, run)
+    file, encoding, _ = open_text(path, run)
     with file:
-        head = _Head(lines, run)
-        found = TextFormat(
-            encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
-        )
-        table = read_table(file, found, run)
+        content = _content(file)
+        heads = heads_of(content, encoding, run)
+        if isinstance(content, mmap):
+            content.close()
+        segments = [
+            segment
+            for head in heads
+            for segment in _read(file, head, encoding, run, last=head is heads[-1])
+        ]
+    lines: list[tuple[FloatArray, ...]] = []
+    group = _group(segments, lines)
+    return RawFile(
+        (group,),
+        SplicedSource(tuple(lines)),
+        tuple(_notes(segments, max(len(group.measurements) + group.more, 1))),
+        _all_skipped(segments),
+        next((segment.refusal for segment in segments if segment.refusal), ""),
+    )
+
+
+def _content(file: BinaryIO) -> mmap | bytes:
+    if isinstance(file, io.BytesIO):
+        return file.getvalue()
+    return mmap(file.fileno(), 0, access=ACCESS_READ)
+
+
+def _read(
+    file: BinaryIO, head: Head, encoding: str, run: str, *, last: bool
+) -> Iterator[_Segment]:
+    """Yield the segments below a header: more than one where times begin again.
+
+    Raises
+    ------
+    RecordingError
+        If a channel is longer than its header says.
+    """
+    found = TextFormat(
+        encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
+    )
+    table = read_table(file, found, run, span=(head.start, head.stop))
     axis = next(iter(head.times), None)
     timed = axis is not None and length_of(table.values[axis]) == table.values.shape[1] > 0
     times = table.values[axis] if timed and axis is not None else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     lengths = [length_of(row) for row in values]
-    promised = [head.number("Samples", row, lengths[row]) for row in range(len(head.titles))]
-    if table.unended and any(promised[row] > lengths[row] for row in head.rows):
+    if last and table.unended and any(lengths[row] < _promised(head, row, lengths[row])
+                                      for row in head.rows):  # fmt: skip
         values = values[:, :-1]  # its last number may be cut
         lengths = [length_of(row) for row in values]
     if skipped is None:
-        _check_lengths(head, lengths, promised, run)
-    more = int(bool(table.torn))
-    wanted = [max(p, n + more) for p, n in zip(promised, lengths, strict=True)]
-    channels = _channels(head, values, lengths, wanted)
-    less = [c.name for c in channels if c.n_samples < c.promised]
-    notes = [] if skipped is None else [skipped.message]
-    if less:
-        notes.append(f"The file is not whole: {shown(less[0])} is shorter than it says.")
-    return RawFile(
-        (RawGroup("", channels),),
-        ArraySource(values),
-        tuple(notes),
-        skipped,
-        refusal(table.bad, len(head.titles)) if skipped else "",
-    )
+        _check_lengths(head, lengths, run)
+    yield from _divided(head, values, lengths, table, skipped)
 
 
-def _check_lengths(
-    head: "_Head", lengths: Sequence[int], promised: Sequence[int], run: str
-) -> None:
+def _divided(
+    head: Head,
+    values: FloatArray,
+    lengths: Sequence[int],
+    table: TextTable,
+    skipped: SkippedRows | None,
+) -> Iterator[_Segment]:
+    """Yield the writes of a table where the times of one do not follow those before."""
+    edges = [0, *(_restarts(head, values) if skipped is None else ()), values.shape[1]]
+    told = refusal(table.bad, len(head.titles)) if skipped else ""
+    for first, last in pairwise(edges):
+        there = [min(max(n - first, 0), last - first) for n in lengths]
+        more = int((bool(table.torn) or head.cut) and last == edges[-1])
+        promised = [max(_promised(head, row, n), n + more) for row, n in enumerate(there)]
+        yield _Segment(
+            head, values[:, first:last], tuple(there), tuple(promised), skipped, told
+        )
+
+
+def _restarts(head: Head, values: FloatArray) -> list[int]:
+    """Return the rows with which a further write under one header begins at another time.
+
+    There the times go back, or jump at the end of a write of as many samples as the header
+    counts.
+    """
+    if not head.many_writes or not head.times or head.own_times:
+        return []
+    times = values[head.times[0]]
+    steps, size = np.diff(times), head.samples(head.rows[0])
+    if not steps.size or not np.all(np.isfinite(steps)):
+        return []
+    usual = float(np.median(steps))
+    at = np.arange(1, times.size)
+    ends = (at % size == 0) if size else np.zeros(at.size, dtype=bool)
+    return [int(n) for n in at[(steps < 0.0) | (ends & (np.abs(steps - usual) > 0.5 * usual))]]
+
+
+def _promised(head: Head, row: int, there: int) -> int:
+    """Return how many values a column should hold, by whole writes where there are several."""
+    return head.samples(row) * head.writes(row, there) or there
+
+
+def _check_lengths(head: Head, lengths: Sequence[int], run: str) -> None:
     """Pass channels that are no longer than the headers say.
 
     Raises
@@ -77,136 +221,157 @@ def _check_lengths(
         If one is.
     """
     for row in head.rows:
-        if lengths[row] > promised[row]:
+        if lengths[row] > _promised(head, row, lengths[row]):
             raise RecordingError(
                 f"{run}: {shown(head.titles[row])} holds {lengths[row]} values but Samples "
-                f"says {promised[row]}. {AGAIN}"
+                f"says {head.samples(row)}. {AGAIN}"
             )
 
 
-def _channels(
-    head: "_Head", values: FloatArray, lengths: Sequence[int], promised: Sequence[int]
-) -> tuple[RawChannel, ...]:
-    """Return the channels, with how many samples each has and should have, by column.
-
-    The steps and times of all are stated of each: a column of times is that of the file.
-    """
-    stepped = [axis for row in head.rows if (axis := head.axis(row))]
-    timed = [
-        replace(
-            axis_of_column(head.titles[row], "", values[row, : lengths[row]]),
-            quantity=head.text("X_Dimension", head.rows[0]),
-        )
-        for row in head.times
-        if lengths[row]
-    ]
-    starts = {row: head.starts(row) for row in head.rows}
-    every = {
-        start: tuple(replace(axis, start=start[0], start_digit=start[1]) for axis in stepped)
-        + tuple(timed)
-        for start in starts.values()
-    }
-    return tuple(
-        RawChannel(
-            name=head.titles[row],
-            row=row,
-            n_samples=lengths[row],
-            promised=promised[row],
-            unit=head.text("Y_Unit_Label", row),
-            start_time=head.moment(row),
-            problem="" if lengths[row] else "it holds no numbers",
-            axes=every[starts[row]],
-        )
-        for row in head.rows
+def _group(segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]) -> RawGroup:
+    """Return segments as a group; adds what its rows hold to `lines`."""
+    parts: list[list[_Segment]] = [[segments[0]]]
+    differs: list[str] = []
+    for before, after in pairwise(segments):
+        other = _difference(before, after)
+        if other:
+            parts.append([])
+            differs.append(other)
+        parts[-1].append(after)
+    if len(parts) == 1:
+        return RawGroup("", _channels(segments, lines, timed=True))
+    measurements = [RawGroup("", _channels(part, lines, timed=True)) for part in parts[:MOST]]
+    alike = [s for s in segments if s.head.titles == segments[0].head.titles]
+    return RawGroup(
+        "",
+        _channels(alike, lines, timed=False),
+        measurements=tuple(measurements),
+        differs=tuple(differs),
+        more=len(parts) - len(measurements),
     )
 
 
-class _Head:
-    """The headers of an LVM file, a line by its first cell.
+def _difference(before: _Segment, after: _Segment) -> str:
+    """Return in what a segment does not continue the one before; empty where it does."""
+    step, other = before.step(), after.step()
+    if before.head.titles != after.head.titles:
+        return "channels"
+    if [before.head.text("Y_Unit_Label", row) for row in before.head.rows] != [
+        after.head.text("Y_Unit_Label", row) for row in after.head.rows
+    ]:
+        return "unit"
+    if step > 0.0 and other > 0.0 and abs(other / step - 1.0) > SAME_RATE:
+        return "rate"
+    if not before.whole:
+        return "length"
+    duration = before.lengths[before.head.rows[0]] * step
+    return "" if follows(after.start() - before.start(), duration, step) else "time"
 
-    Raises
-    ------
-    RecordingError
-        If they are not those of the format.
+
+def _channels(
+    segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]], *, timed: bool
+) -> tuple[RawChannel, ...]:
+    """Return the channels of segments one behind the other; adds what they hold to `lines`.
+
+    The steps and times of all are stated of each, but where each has times of its own. Times
+    are left out where they do not follow on.
     """
-
-    def __init__(self, lines: Sequence[str], run: str) -> None:
-        if not lines or not lines[0].startswith("LabVIEW Measurement"):
-            raise RecordingError(f"{run}: line 1 does not say LabVIEW Measurement. {AGAIN}")
-        named = [_SIGNS.split(line, maxsplit=1)[0].strip() for line in lines]
-        ends = [i for i, name in enumerate(named) if name == _END]
-        if len(ends) < 2 or ends[1] + 1 >= len(lines):
-            raise RecordingError(f"{run}: the second {_END} of an LVM file is missing. {AGAIN}")
-        first = dict(_pair(line) for line in lines[: ends[0]])
-        self.separator = _SEPARATORS.get(first.get("Separator", "Tab").casefold(), "\t")
-        self.decimal = first.get("Decimal_Separator", ".") or "."
-        if self.decimal not in {".", ","}:
-            raise RecordingError(f"{run}: the decimal sign {shown(self.decimal)} is unknown.")
-        self.first = ends[1] + 2
-        titles = [c.strip() for c in lines[ends[1] + 1].split(self.separator)]
-        while titles and titles[-1] in {"Comment", ""}:
-            titles.pop()
-        self.titles = tuple(titles)
-        middle = [line.split(self.separator) for line in lines[ends[0] + 1 : ends[1]]]
-        self._cells = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in middle}
-        self.times = [row for row, title in enumerate(self.titles) if is_time(title)]
-        self.rows = [
-            row for row, title in enumerate(self.titles)
-            if title not in {"X_Value", ""} and row not in self.times
-        ]  # fmt: skip
-        if not self.rows:
-            raise RecordingError(f"{run}: line {self.first} names no channels. {AGAIN}")
-
-    def moment(self, row: int) -> datetime | None:
-        """Return when time 0 of a channel is."""
-        return _moment(self.text("Date", row), self.text("Time", row))
-
-    def text(self, name: str, row: int) -> str:
-        """Return the cell of a header line above a column of the table."""
-        cells = self._cells.get(name, [])
-        return cells[row - 1] if 1 <= row <= len(cells) else ""
-
-    def number(self, name: str, row: int, otherwise: int) -> int:
-        """Return the whole number of such a cell."""
-        text = self.text(name, row)
-        return int(text) if text.isdecimal() and len(text) < 12 else otherwise
-
-    def axis(self, row: int) -> TimeAxis | None:
-        """Return what the header states of the times of a channel; None where nothing."""
-        text, quantity = self.text("Delta_X", row), self.text("X_Dimension", row)
-        step = self._real(text)
-        where = f"Delta_X of {shown(self.titles[row])}"
-        if step is None and not quantity:
-            return None
-        digit = half_digit(text, self.decimal)
-        return TimeAxis(where, step=step, quantity=quantity, digit=digit)
-
-    def starts(self, row: int) -> tuple[float, float]:
-        """Return the time of the first sample of a channel, and half of its last digit."""
-        text = self.text("X0", row)
-        return self._real(text) or 0.0, half_digit(text, self.decimal)
-
-    def _real(self, text: str) -> float | None:
-        try:
-            return float(text.replace(self.decimal, "."))
-        except ValueError:
-            return None
-
-
-def _pair(line: str) -> tuple[str, str]:
-    """Return name and value of a header line; the value may be a separator itself."""
-    match = _LINE.fullmatch(line.strip())
-    if match is None:
-        return line.strip(), ""
-    value = match["value"]
-    return match["name"].strip(), value.rstrip(",;\t ") or value[:1]
-
-
-def _moment(date: str, time: str) -> datetime | None:
-    """Return the start; LVM gives local time without saying where, taken as UTC."""
-    try:
-        return datetime.strptime(f"{date} {time[:15]}", "%Y/%m/%d %H:%M:%S.%f").replace(
-            tzinfo=UTC
+    head, last = segments[0].head, segments[-1]
+    stepped = {row: axis for row in head.rows if (axis := head.axis(row))}
+    times = {row: _times(segments, row) for row in head.times if segments[0].lengths[row]}
+    columns = {
+        row: replace(
+            axis_of_column(head.titles[row], "", values),
+            quantity=head.text("X_Dimension", head.rows[0]),
         )
-    except ValueError:
+        for row, values in times.items()
+        if timed
+    }
+    known: dict[object, tuple[TimeAxis, ...]] = {}
+
+    def axes(row: int) -> tuple[TimeAxis, ...]:
+        own = [row] if head.own_times else head.rows
+        beside = [time for time in columns if time == row - 1 or not head.own_times]
+        start, digit = head.starts(row)
+        key = (start, digit, *own, *beside)
+        if key not in known:
+            known[key] = (
+                *(
+                    replace(stepped[r], start=start, start_digit=digit)
+                    for r in own
+                    if r in stepped
+                ),
+                *(columns[time] for time in beside),
+            )
+        return known[key]
+
+    first = len(lines)
+    lines += [tuple(segment.column(row) for segment in segments) for row in head.rows]
+    counts = {row: sum(segment.lengths[row] for segment in segments) for row in head.rows}
+    return tuple(
+        RawChannel(
+            name=head.titles[row],
+            row=first + number,
+            n_samples=counts[row],
+            promised=counts[row] + last.promised[row] - last.lengths[row],
+            unit=head.text("Y_Unit_Label", row),
+            start_time=head.moment(row),
+            problem="" if counts[row] else "it holds no numbers",
+            axes=axes(row),
+        )
+        for number, row in enumerate(head.rows)
+    )
+
+
+def _times(segments: Sequence[_Segment], row: int) -> FloatArray:
+    """Return a column of times, of segments whose headers say when its zero is [s]."""
+    channel = segments[0].head.rows[0]
+    zero = segments[0].head.moment(channel)
+    shifts = [
+        (moment - zero).total_seconds() if zero and (moment := s.head.moment(channel)) else 0.0
+        for s in segments
+    ]
+    return np.concatenate([
+        s.column(row) + shift for s, shift in zip(segments, shifts, strict=True)
+    ])
+
+
+def _notes(segments: Sequence[_Segment], parts: int) -> Iterator[str]:
+    if len(segments) > parts:
+        yield f"{len(segments)} segments, of which the times follow on, are read as {parts}."
+    yield from dict.fromkeys(s.skipped.message for s in segments if s.skipped is not None)
+    for segment in segments:
+        row = segment.head.rows[0]
+        size, there = segment.head.samples(row), segment.lengths[row]
+        if size and there > size:
+            yield (
+                f"Samples says {size} of {shown(segment.head.titles[row])}, {there} are there: "
+                "several writes under one header, taken as without a gap between them."
+            )
+            break
+    less = [
+        segment.head.titles[row]
+        for segment in segments
+        for row in segment.head.rows
+        if segment.lengths[row] < segment.promised[row]
+    ]
+    if less:
+        yield f"The file is not whole: {shown(less[0])} is shorter than it says."
+
+
+def _all_skipped(segments: Sequence[_Segment]) -> SkippedRows | None:
+    """Return the lines that are left out of any segment, places counted over all of them."""
+    at, found = 0, list[tuple[int, SkippedRows]]()
+    for segment in segments:
+        if segment.skipped is not None:
+            found.append((at, segment.skipped))
+        at += segment.values.shape[1]
+    if not found:
         return None
+    return SkippedRows(
+        count=sum(one.count for _, one in found),
+        bridged=sum(one.bridged for _, one in found),
+        first=min(start + one.first for start, one in found),
+        last=max(start + one.last for start, one in found),
+        message=" ".join(one.message for _, one in found),
+    )

@@ -15,6 +15,8 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.recordings.structures import MatlabObject
+
 HEAD: Final = 128
 DEEPEST: Final = 6
 MATRIX: Final = 14
@@ -42,12 +44,17 @@ TEXTS: Final = {
     18: "utf-32",
 }
 LARGEST_SHAPE: Final = 1 << 48
-CELL, STRUCT, CHAR = 1, 2, 4
+CELL, STRUCT, CHAR, OPAQUE = 1, 2, 4, 17
+MOST_ELEMENTS: Final = 10_000
+"""Elements of a cell or structure array that are read; recordings have some hundred."""
+
+_OPAQUE_PARTS: Final = ("name", "type system", "class")
 NUMERIC: Final = range(6, 16)
 COMPLEX: Final = 0x0800
 
-Value: TypeAlias = "NDArray[Any] | list[str] | dict[str, Any] | None"
-"""Numbers, lines of text, the fields of a structure, or what cannot be used here."""
+Value: TypeAlias = "NDArray[Any] | list[str] | dict[str, Any] | MatlabObject | None"
+"""Numbers, lines of text, the fields of a structure (or the elements of an array of them, or of
+a cell array, by their index), an object, or what cannot be used here."""
 
 
 class Mat5Error(Exception):
@@ -100,7 +107,9 @@ def read_variables(content: memoryview, largest: int) -> Iterator[tuple[str, Val
             left -= len(unpacked)
             inner = next(_elements(unpacked, 0, order, aligned=False), element)
         if inner.kind == MATRIX:
-            yield _matrix(inner, order, 0)
+            name, value = _matrix(inner, order, 0)
+            if name:  # what objects refer to has none
+                yield name, value
 
 
 def _unpack(element: _Element, order: str, largest: int) -> memoryview:
@@ -178,14 +187,21 @@ def _matrix(element: _Element, order: str, depth: int) -> tuple[str, Value]:
     if first is None:
         return "", []  # an empty cell
     flags = _numbers(first, order)
+    if flags.size and int(flags[0]) & 0xFF == OPAQUE:
+        name, _, kind_of = (_ascii(_next(parts, element.place, what)) for what in _OPAQUE_PARTS)
+        return name, MatlabObject(kind_of)
     shape = [int(n) for n in _numbers(_next(parts, element.place, "dimensions"), order)]
-    name = bytes(_next(parts, element.place, "name").data).decode("latin-1").rstrip("\0")
+    name = _ascii(_next(parts, element.place, "name"))
     if flags.size != 2 or len(shape) < 2 or min(shape) < 0:
         raise Mat5Error(element.place, "flags or dimensions that cannot be")
     if math.prod(n or 1 for n in shape) >= LARGEST_SHAPE:
         raise Mat5Error(element.place, f"a variable of {' x '.join(map(str, shape))} numbers")
     kind = int(flags[0])
     return name, _value(parts, element.place, order, shape, kind, depth)
+
+
+def _ascii(element: _Element) -> str:
+    return bytes(element.data).decode("latin-1").rstrip("\0")
 
 
 def _value(  # noqa: PLR0917
@@ -203,8 +219,8 @@ def _value(  # noqa: PLR0917
         value = _text(_next(parts, place, "text"), shape, order) if count else []
     elif sort == CELL:
         value = _cells(parts, order, count, depth)
-    elif sort == STRUCT and count == 1:
-        value = _fields(parts, place, order, depth)
+    elif sort == STRUCT and count <= MOST_ELEMENTS:
+        value = _fields(parts, place, order, count, depth)
     return value
 
 
@@ -239,20 +255,23 @@ def _text(element: _Element, shape: list[int], order: str) -> list[str]:
 
 
 def _cells(parts: Iterator[_Element], order: str, count: int, depth: int) -> Value:
-    """Return the texts of a cell array, or None where it holds something else."""
-    texts: list[str] = []
+    """Return the texts of a cell array, or its cells by their index where it holds others."""
+    cells: list[Value] = []
     for number, part in enumerate(parts):
-        if number >= count or part.kind != MATRIX:
+        if number >= min(count, MOST_ELEMENTS) or part.kind != MATRIX:
             return None
-        _, value = _matrix(part, order, depth + 1)
-        if not isinstance(value, list) or len(value) > 1:
-            return None
-        texts.append(value[0] if value else "")
-    return texts if len(texts) == count else None
+        cells.append(_matrix(part, order, depth + 1)[1])
+    if len(cells) != count:
+        return None
+    if all(isinstance(cell, list) and len(cell) <= 1 for cell in cells):
+        return [cell[0] if cell else "" for cell in cells if isinstance(cell, list)]
+    return {f"{{{number}}}": cell for number, cell in enumerate(cells, 1)}
 
 
-def _fields(parts: Iterator[_Element], place: int, order: str, depth: int) -> Value:
-    """Return the fields of a structure.
+def _fields(
+    parts: Iterator[_Element], place: int, order: str, count: int, depth: int
+) -> dict[str, Any]:
+    """Return the fields of a structure; of several, those of each by its index.
 
     Raises
     ------
@@ -262,11 +281,21 @@ def _fields(parts: Iterator[_Element], place: int, order: str, depth: int) -> Va
     length = _numbers(_next(parts, place, "length of its field names"), order)
     names = bytes(_next(parts, place, "field names").data)
     width = int(length[0]) if length.size else 0
+    if not count:
+        return {}
     if not 0 < width <= 256 or len(names) % width:
         raise Mat5Error(place, "field names that cannot be")
-    found: dict[str, Any] = {}
-    for at in range(0, len(names), width):
-        name = names[at : at + width].split(b"\0")[0].decode("latin-1")
-        part = _next(parts, place, f"field {name!r}")
-        found[name] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
-    return found
+    keys = [
+        names[at : at + width].split(b"\0")[0].decode("latin-1")
+        for at in range(0, len(names), width)
+    ]
+    elements: list[dict[str, Any]] = []
+    for _ in range(count):
+        found: dict[str, Any] = {}
+        for key in keys:
+            part = _next(parts, place, f"field {key!r}")
+            found[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
+        elements.append(found)
+    if count == 1:
+        return elements[0]
+    return {f"({number})": element for number, element in enumerate(elements, 1)}

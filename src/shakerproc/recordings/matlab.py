@@ -2,19 +2,25 @@
 
 import math
 import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, final
 
 import numpy as np
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import LARGEST, ArrayLike, file_of_arrays
-from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.mat5 import Mat5Error, Value, read_variables
+from shakerproc.recordings.arrays import LARGEST, file_of_arrays
+from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.mat5 import MOST_ELEMENTS, Mat5Error, Value, read_variables
 from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.structures import MatlabObject, Tree, flattened
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
-_DEEPEST: Final = 4
+_DEEPEST: Final = 8
+_OBJECT: Final = 3
+"""How MATLAB marks variables of its classes."""
+
 _PACKED: Final = 1040
 """Times that packing makes numbers smaller at most: deflate reaches 1032."""
 
@@ -52,12 +58,20 @@ def _read_old(path: Path, start: bytes, run: str) -> RawFile:
     """
     if path.stat().st_size > LARGEST:
         raise RecordingError(f"{run}: {_TOO_MANY}")
-    arrays: dict[str, ArrayLike] = {}
-    texts: dict[str, list[str]] = {}
-    left_out: list[str] = []
-    for name, value in _version_4(path, run) if b"\0" in start[:4] else _version_5(path, run):
-        _sort_in(name, value, arrays, texts, left_out)
-    return file_of_arrays(arrays, texts, run, left_out=left_out)
+    trees = _version_4(path, run) if b"\0" in start[:4] else _version_5(path, run)
+    return _file_of(trees, run)
+
+
+def _file_of(trees: Iterable[tuple[str, Tree]], run: str, handle: Any = None) -> RawFile:
+    found = flattened(trees)
+    return file_of_arrays(
+        found.arrays,
+        found.texts,
+        run,
+        called=found.called,
+        left_out=found.left_out,
+        handle=handle,
+    )
 
 
 def _version_4(path: Path, run: str) -> list[tuple[str, Value]]:
@@ -82,75 +96,103 @@ def _version_5(path: Path, run: str) -> list[tuple[str, Value]]:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
 
 
-def _sort_in(
-    name: str,
-    value: Any,
-    arrays: dict[str, ArrayLike],
-    texts: dict[str, list[str]],
-    left_out: list[str],
-) -> None:
-    """Put a variable where it belongs; the fields of a structure one by one."""
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iufb" and value.ndim <= 2:
-        arrays[name] = value
-    elif isinstance(value, list):
-        texts[name] = [text.strip() for text in value]
-    elif isinstance(value, dict):
-        for field, inner in value.items():
-            _sort_in(f"{name}.{field}", inner, arrays, texts, left_out)
-    else:
-        left_out.append(name)
+@final
+@dataclass(frozen=True, slots=True)
+class _Stored:
+    """A variable of an open HDF5 file; what cannot be read of it is an error that names it."""
+
+    run: str
+    name: str
+    item: Any
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Length along every axis."""
+        return tuple(self.item.shape)
+
+    @property
+    def dtype(self) -> "np.dtype[Any]":
+        """Type of a number."""
+        kind: np.dtype[Any] = self.item.dtype
+        return kind
+
+    def __getitem__(self, key: Any, /) -> Any:
+        with foreign(self.run, f"reading variable {shown(self.name)}"):
+            return self.item[key]
 
 
 def _read_hdf5(path: Path, run: str) -> RawFile:
     import h5py
 
-    arrays: dict[str, ArrayLike] = {}
-    texts: dict[str, list[str]] = {}
-    left_out: list[str] = []
     with foreign(run, "opening the file"):
         file = h5py.File(path, "r")
     try:
         with foreign(run, "reading the variables"):
-            _walk_hdf5(file, "", arrays, texts, left_out, 0)
-        return file_of_arrays(arrays, texts, run, left_out=left_out, handle=file)
+            trees = [
+                (key, _tree(file, key, run, key, 0)) for key in file if not key.startswith("#")
+            ]
+        return _file_of(trees, run, file)
     except BaseException:
         file.close()
         raise
 
 
-def _walk_hdf5(  # noqa: PLR0917
-    group: Any,
-    above: str,
-    arrays: dict[str, ArrayLike],
-    texts: dict[str, list[str]],
-    left_out: list[str],
-    depth: int,
-) -> None:
-    """Collect the datasets below a group, following no link out of the file."""
+def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
+    """Return what stands below a name, following no link out of the file."""
     import h5py
 
-    for key in group:
-        if key.startswith("#"):
-            continue
-        name = f"{above}.{key}" if above else key
-        if not isinstance(group.get(key, getlink=True), h5py.HardLink):
-            left_out.append(name)
-            continue
-        item = group[key]
-        if isinstance(item, h5py.Group) and depth < _DEEPEST:
-            _walk_hdf5(item, name, arrays, texts, left_out, depth + 1)
-        elif isinstance(item, h5py.Dataset) and _is_readable(item):
-            kind = item.attrs.get("MATLAB_class", b"")
-            if kind == b"char":
-                texts[name] = [_hdf5_text(item)]
-            elif kind == b"cell" and item.size < 10_000:
-                texts[name] = [_hdf5_text(group.file[ref]) for ref in item[...].reshape(-1)]
-            elif item.dtype.kind in "iuf" and len(item.shape) <= 2:
-                arrays[name] = item
-            else:
-                left_out.append(name)
-        else:
-            left_out.append(name)
+    if depth > _DEEPEST or not isinstance(group.get(key, getlink=True), h5py.HardLink):
+        return None
+    return _of_item(group[key], run, name, depth)
+
+
+def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
+    """Return what a group, or a dataset, holds."""
+    import h5py
+
+    if isinstance(item, h5py.Group):
+        fields: dict[str, Tree] = {}
+        for key in item:
+            fields[key] = _tree(item, key, run, f"{name}.{key}", depth + 1)
+        return _elements_first(fields)
+    if not isinstance(item, h5py.Dataset) or not _is_readable(item):
+        return None
+    kind = bytes(item.attrs.get("MATLAB_class", b"")).decode("latin-1")
+    if item.attrs.get("MATLAB_object_decode", 0) == _OBJECT:
+        return MatlabObject(kind)
+    if item.dtype == h5py.ref_dtype:
+        return _referred(item, kind, run, name, depth)
+    if kind == "char":
+        return [_hdf5_text(item)]
+    return _Stored(run, name, item) if item.dtype.kind in "iuf" else None
+
+
+def _referred(item: Any, kind: str, run: str, name: str, depth: int) -> Tree:
+    """Return the cells of a cell array, or one field of an array of structures."""
+    if depth >= _DEEPEST or item.size > MOST_ELEMENTS:
+        return None
+    within = [item.file[ref] for ref in item[...].T.reshape(-1) if ref]
+    if kind == "cell" and all(i.attrs.get("MATLAB_class", b"") == b"char" for i in within):
+        return [_hdf5_text(text) for text in within]
+    opened, closed = "{}" if kind == "cell" else "()"
+    return {
+        f"{opened}{number}{closed}": _of_item(inner, run, name, depth + 1)
+        for number, inner in enumerate(within, 1)
+    }
+
+
+def _elements_first(fields: dict[str, Tree]) -> dict[str, Tree]:
+    """Return the elements of an array of structures, which HDF5 keeps field by field."""
+    inner = [value for value in fields.values() if isinstance(value, dict)]
+    if not inner or len(inner) != len(fields) or any(
+        set(value) != set(inner[0]) or not all(key.startswith("(") for key in value)
+        for value in inner
+    ):  # fmt: skip
+        return fields
+    return {
+        index: {key: value[index] for key, value in fields.items() if isinstance(value, dict)}
+        for index in inner[0]
+    }
 
 
 def _is_readable(item: Any) -> bool:

@@ -26,6 +26,7 @@ from shakerproc.recordings.choosing import (
     FilePart,
     choose_channels,
     choose_part,
+    left_out,
     unused_channels,
     with_numbers,
 )
@@ -35,7 +36,7 @@ from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
 from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.resampling import ResampledSource
-from shakerproc.recordings.si import Scale, scale_of
+from shakerproc.recordings.si import Scale, doubtful_units, scale_of
 from shakerproc.recordings.time_axis import AS_STATED, Sampling
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
@@ -165,12 +166,21 @@ def open_recording(
             found,
             in_file=len(with_numbers(among)),
             unused=unused,
-            notes=(*found.notes, *([note] if note else [])),
+            notes=(*found.notes, *([note] if note else []), *_absent(among, wanted)),
         )
     except BaseException:
         raw.source.close()
         file.close()
         raise
+
+
+def _absent(among: RawGroup, said: Sequence[ChannelUse] | None) -> list[str]:
+    """Return which channels of every test this recording goes without."""
+    absent = left_out(among, said or ())
+    if not absent:
+        return []
+    names = ", ".join(shown(use.key) for use in absent)
+    return [f"Channels of the log that this recording has not were left out: {names}."]
 
 
 def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFile:
@@ -236,8 +246,8 @@ def _recording(  # noqa: PLR0917
     said: Sampling,
 ) -> Recording:
     timing = common_timing(chosen, said, run)
-    n_samples, expected = (
-        resampled_length(chosen, timing.lines, timing.start, timing.sample_rate)
+    n_samples, expected, length_note = (
+        (*resampled_length(chosen, timing.lines, timing.start, timing.sample_rate), "")
         if timing.lines
         else common_length(chosen, timing.begins, run)
     )
@@ -250,7 +260,8 @@ def _recording(  # noqa: PLR0917
     if timing.lines:
         of_rows = dict(zip(rows, timing.lines, strict=True))
         source = ResampledSource(source, of_rows, timing.sample_rate, timing.start)
-    notes = [*raw.notes, *timing.notes, *(scale.note for scale in scales)]
+    notes = [*raw.notes, *timing.notes, length_note, *(scale.note for scale in scales)]
+    notes += doubtful_units(chosen)
     return Recording(
         run=run,
         channels=tuple(

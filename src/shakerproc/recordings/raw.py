@@ -36,6 +36,8 @@ class RawChannel:
         Why the channel cannot be served; empty where it can.
     alias : str
         Another name it answers to, such as the whole header of a column.
+    unit_doubt : str
+        What may be a unit in its header and is not taken for one; empty for nothing.
     axes : tuple of TimeAxis
         What the file states of its times, one for each place that does; one and the same
         tuple for the channels that share them.
@@ -52,6 +54,7 @@ class RawChannel:
     start_time: datetime | None = None
     problem: str = ""
     alias: str = ""
+    unit_doubt: str = ""
     axes: tuple[TimeAxis, ...] = ()
     time: TimeBase = UNKNOWN
 

@@ -1,7 +1,7 @@
 """From the unit that stands in a file or in the log to SI."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -44,6 +44,12 @@ _SENSITIVITIES: Final = {
     "Pa": "50 mV/Pa", "1": "1 V/(mm/m)", "rad/s^2": "1 mV/(rad/s^2)", "N m": "10 mV/(N m)",
     "rad": "1 V/rad", "rad/s": "1 mV/(rad/s)",
 }  # fmt: skip
+
+_USUAL: Final = (
+    "g", "mg", "m/s^2", "mm/s^2", "m/s", "mm/s", "mm", "µm", "um", "m", "kN", "N", "mV", "V",
+    "kPa", "Pa",
+)  # fmt: skip
+"""Units that measuring programs write in capital letters too."""
 
 _NO_UNIT: Final = frozenset({
     "-", "--", "?", "a.u.", "amplitude", "arb", "au", "eu", "n/a", "na", "none", "unit",
@@ -112,6 +118,20 @@ def parse_unit(text: str) -> tuple[str, float] | None:
     return None
 
 
+def likely_unit(text: str) -> str:
+    """Return the unit that one in other letters stands for; empty where it may be none.
+
+    Examples
+    --------
+    >>> likely_unit("G"), likely_unit("KN"), likely_unit("Deg C"), likely_unit("kN")
+    ('g', 'kN', '', '')
+    """
+    plain = text.strip()
+    if not plain or parse_unit(plain) is not None:
+        return ""
+    return next((u for u in _USUAL if u.casefold() == plain.casefold()), "")
+
+
 def quantity_of(text: str) -> str:
     """Return the SI unit of what stands for a unit in a file.
 
@@ -139,7 +159,10 @@ def contradicts(file: str, unit: str) -> bool:
     (False, False, False)
     >>> contradicts("g", "m/s^2"), contradicts("Pa", "g"), contradicts("Deg C", "g")
     (True, True, True)
+    >>> contradicts("G", "g"), contradicts("G", "m/s^2")
+    (False, True)
     """
+    file = likely_unit(file) or file
     own, other, quantity = parse_unit(file), parse_unit(unit), quantity_of(file)
     if not quantity or other is None:
         return False
@@ -239,6 +262,8 @@ def _followed(channel: RawChannel, use: ChannelUse, said: str) -> str:
 
 def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> str:
     said = f"is in {shown(channel.unit, 30)}" if channel.unit else "has no unit"
+    doubt = channel.unit_doubt or _offered(channel.unit)
+    said += f" ({doubt})" if doubt else ""
     unit = f"unit: {_EXAMPLES[wanted]}"
     if contradicts(channel.unit, _EXAMPLES[wanted]):
         entry = _entry(use, unit, "override: true")
@@ -257,6 +282,32 @@ def _unusable(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> st
         f"{run}: channel {shown(channel.name)} {said} but is used as {use.role}, which takes "
         f"{_QUANTITIES[wanted]}. {advice}."
     )
+
+
+def doubtful_units(chosen: Sequence[tuple[RawChannel, ChannelUse | None]]) -> list[str]:
+    """Return a note for each way in which channels that nobody gives a unit may have one."""
+    by_doubt: dict[str, list[str]] = {}
+    for channel, use in chosen:
+        doubt = channel.unit_doubt or _offered(channel.unit)
+        if doubt and (use is None or use.role == "ignore"):
+            by_doubt.setdefault(doubt, []).append(shown(channel.name))
+    return [
+        f"No known unit: {', '.join(names[:8])}"
+        f"{f' and {len(names) - 8} more' if len(names) > 8 else ''} ({doubt}). Say the unit in "
+        "the log, or with --unit."
+        for doubt, names in by_doubt.items()
+    ]
+
+
+def _offered(unit: str) -> str:
+    """Return what a unit that is not known may be; empty where nothing is near."""
+    likely = likely_unit(unit)
+    if likely:
+        return f"{shown(unit, 30)} may be {likely}"
+    first = unit.split(maxsplit=1)[0] if " " in unit.strip() else ""
+    if parse_unit(unit) is None and parse_unit(first) is not None:
+        return f"{shown(unit, 30)} may be {first}"
+    return ""
 
 
 def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:

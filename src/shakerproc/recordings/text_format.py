@@ -15,21 +15,25 @@ from shakerproc.recordings.columns import is_number
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_labels import is_stepped, unlabelled
+from shakerproc.recordings.text_meta import is_comment, is_statement, stated_axes
 from shakerproc.recordings.text_names import (
-    COMMENT,
     cells_in_use,
     column_names,
     fitted,
     numbered,
     title_rows,
 )
-from shakerproc.recordings.times import is_time
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.times import FEWEST, is_time
 
 LOOK: Final = 1 << 16
 """Bytes at the start from which the format is judged."""
 
 LARGEST: Final = 1 << 31
 """Bytes of text that are read at most; its numbers are held in memory whole."""
+
+MOST_ABOVE: Final = 4
+"""Numbers above a table without headers: a rate, a start, a count and one more."""
 
 _FORMULAS: Final = {"'=", "'+", "'-", "'@"}
 """How text begins that was kept from being run by a spreadsheet."""
@@ -57,8 +61,10 @@ class TextFormat:
         What stands over the columns; units are empty where they have no row of their own.
     remark : bool
         Whether a cell of text may follow the numbers of a row.
-    interval : float, optional
-        Between samples, where a row above the table says it [s].
+    axes : tuple of TimeAxis
+        What lines above the table state of the times of its rows.
+    note : str
+        What had to be decided; empty for nothing.
     """
 
     encoding: str
@@ -68,7 +74,8 @@ class TextFormat:
     headers: tuple[str, ...]
     units: tuple[str, ...]
     remark: bool = False
-    interval: float | None = None
+    axes: tuple[TimeAxis, ...] = ()
+    note: str = ""
 
 
 def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
@@ -190,24 +197,100 @@ def _try_format(
     if not counts:
         return None
     width = max(counts, key=lambda w: (counts[w], w))
-    first = widths.index(width)
-    if (delimiter != "," and width < 2) or 2 * counts[width] <= sum(map(bool, filled[first:])):
+    if delimiter != "," and width < 2:
+        return None
+    first, axes, note = _below_meta(rows, widths, width)
+    if 2 * counts[width] <= sum(map(bool, filled[first:])):
         return None
     used = max(len(cells_in_use(r)) for r, w in zip(rows, widths, strict=True) if w == width)
     labelled = unlabelled(rows[:first], used, decimal)
     plain, interval = labelled or (rows[:first], None)
-    rows[:first] = [fitted(row, used, width) for row in plain]
-    titles = title_rows(rows[:first], numbers, width)
+    comments = [
+        is_comment(line, delimiter) or (line.lstrip()[:1] == '"' and len(row) == 1)
+        for line, row in zip(lines[:first], rows, strict=False)
+    ]
+    rows[:first] = [
+        [] if is_statement(line) and not labelled else fitted(row, used, width)
+        for line, row in zip(lines[:first], plain, strict=True)
+    ]
+    titles = title_rows(rows[:first], numbers, width, comments)
     headers, units = column_names(rows, titles, width)
-    start = _start(rows[:first], numbers, titles, decimal)
+    start = _start(rows[:first], numbers, titles, comments, decimal)
     if labelled and not headers[0] and is_stepped(rows[first:], interval, decimal):
         headers, units = ("time", *headers[1:]), ("s", *units[1:])
-    found = TextFormat(encoding, delimiter, decimal, start, headers, units, interval=interval)
+    if not titles and (more := _printed_otherwise(rows[start:], width, decimal)):
+        told = "; ".join(", ".join(row) for row in rows[start : start + more])
+        note = (
+            f"Line {start + 1} ({shown(told, 40)}) is no sample: it is printed in another way."
+        )
+        start += more
+    axes += stated_axes(lines[:start])
+    if interval is not None and not axes:
+        axes = (TimeAxis("row Interval", step=interval, unit="s"),)
+    found = TextFormat(
+        encoding, delimiter, decimal, start, headers, units, axes=axes, note=note
+    )
     return counts[width] * width, found
 
 
+def _below_meta(
+    rows: Sequence[list[str]], widths: Sequence[int], width: int
+) -> tuple[int, tuple[TimeAxis, ...], str]:
+    """Return the first row of numbers of the table, below rows of numbers that are none of it.
+
+    Those stand above the headers, such as a start and a rate below their own names; what they
+    state of the times, and a note, come with it.
+    """
+    first = widths.index(width)
+    stop = next((i for i in range(first, len(rows)) if widths[i] != width), len(rows))
+    title = next((i for i in range(stop, len(rows)) if any(rows[i])), len(rows))
+    after = next((i for i in range(title, len(rows)) if widths[i] == width), len(rows))
+    if after == len(rows) or 2 * (stop - first) > widths.count(width):
+        return first, (), ""
+    above, below = rows[first - 1] if first else [], rows[title]
+    names = len(set(below)) == width == len(below) and all(c[:1].isalpha() for c in below)
+    if not names or below == above or (_says_units(above) and not _says_units(below)):
+        return first, (), ""
+    pairs = zip(above, rows[first], strict=False) if stop == first + 1 else ()
+    note = (
+        f"Numbers above the headers in line {title + 1} (line {first + 1}: "
+        f"{shown(', '.join(rows[first]), 40)}) are no samples."
+    )
+    return after, stated_axes([f"{name},{number}" for name, number in pairs]), note
+
+
+def _printed_otherwise(rows: Sequence[list[str]], width: int, decimal: str) -> int:
+    """Return how many rows a table without headers begins with that are none of it.
+
+    A program prints the numbers of a table alike: where all rows below have the same number of
+    decimals in each column, one that has another in every column is a rate, a start or a count.
+    """
+    printed = [
+        tuple(len(cell.partition(decimal)[2]) for cell in row) if len(row) == width else ()
+        for row in rows
+    ]
+    below = set(printed[MOST_ABOVE:])
+    if len(printed) < MOST_ABOVE + FEWEST or len(below) != 1:
+        return 0
+    usual = next(iter(below))
+    odd = [
+        len(here) == width and all(n != m for n, m in zip(here, usual, strict=True))
+        for here in printed[:MOST_ABOVE]
+    ]
+    return odd.index(False) if False in odd else MOST_ABOVE
+
+
+def _says_units(names: Sequence[str]) -> bool:
+    """Return whether a row of names says that one is a time, or a unit."""
+    return any(is_time(name) or split_header(name)[1] for name in names)
+
+
 def _start(
-    above: Sequence[list[str]], numbers: Sequence[int], titles: Sequence[int], decimal: str
+    above: Sequence[list[str]],
+    numbers: Sequence[int],
+    titles: Sequence[int],
+    comments: Sequence[bool],
+    decimal: str,
 ) -> int:
     """Return the line with which the table begins: its first row, whatever became of it.
 
@@ -217,20 +300,18 @@ def _start(
     first = len(above)
     if titles:
         below = range(titles[-1] + 1, first)
-        return next((i for i in below if not _is_aside(above[i])), first)
-    while first and _is_row(above[first - 1], numbers[first - 1], decimal):
+        return next((i for i in below if any(above[i]) and not comments[i]), first)
+    while first and not comments[first - 1] and _is_row(
+        above[first - 1], numbers[first - 1], decimal
+    ):  # fmt: skip
         first -= 1
     return first
-
-
-def _is_aside(row: Sequence[str]) -> bool:
-    return not any(row) or row[0].startswith(COMMENT)
 
 
 def _is_row(row: Sequence[str], numbers: int, decimal: str) -> bool:
     """Return whether a line without headers above it was meant as a row of numbers."""
     broken = any(is_number(cell, decimal) and not _WHOLE.fullmatch(cell) for cell in row)
-    return not _is_aside(row) and (broken or numbers > 1)
+    return any(row) and (broken or numbers > 1)
 
 
 def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
@@ -246,8 +327,11 @@ def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
     if found.headers != numbered(width) or not above:
         return
     names = cells_in_use(split(lines[above[-1]], found.delimiter))
-    are_names = any(is_time(name) or split_header(name)[1] for name in names)
-    if len(names) < 2 or not are_names or any(is_number(n, found.decimal) for n in names):
+    if (
+        len(names) < 2
+        or not _says_units(names)
+        or any(is_number(n, found.decimal) for n in names)
+    ):
         return
     advice = "Give each column a name"
     if found.delimiter == "," and width == 2 * len(names):

@@ -5,14 +5,12 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.text_meta import uncommented
 from shakerproc.recordings.times import SECONDS
 
 _WHOLE: Final = re.compile(r"\d{1,6}")
 _BRACKETS: Final = re.compile(r"^(?:\[([^][]*)\]|\(([^()]*)\))$")
 """A cell that is one pair of brackets, as around a unit."""
-
-COMMENT: Final = ("#", "%", "//")
-"""How a line begins that is no row."""
 
 
 def cells_in_use(row: Sequence[str]) -> Sequence[str]:
@@ -27,13 +25,23 @@ def fitted(row: list[str], used: int, width: int) -> list[str]:
     return [*filled, *[""] * (width - used)] if len(filled) == used else row
 
 
-def title_rows(above: Sequence[list[str]], numbers: Sequence[int], width: int) -> list[int]:
-    """Return which lines are headers: the last that fits, and one before it."""
-    titles = [
+def title_rows(
+    above: Sequence[list[str]], numbers: Sequence[int], width: int, comments: Sequence[bool]
+) -> list[int]:
+    """Return which lines are headers: the last that fits, and one before it.
+
+    A comment is one only where no other line is, or where it holds the units of such a line.
+    """
+    fitting = [
         i
         for i, row in enumerate(above)
-        if len(row) == width and any(row) and _may_be_title(row, numbers[i])
+        if len(row) == width and any(row) and _may_be_title(row, numbers[i], comments[i])
     ]
+    plain = [i for i in fitting if not comments[i]]
+    below = plain[-1] + 1 if plain else 0
+    if below in fitting and _are_units(["" if comments[below] else "?", *above[below][1:]]):
+        plain.append(below)
+    titles = plain or fitting
     if not titles:
         return []
     last = titles[-1]
@@ -42,10 +50,10 @@ def title_rows(above: Sequence[list[str]], numbers: Sequence[int], width: int) -
     return [last - 1, last] if last - 1 in titles else [last]
 
 
-def _may_be_title(row: Sequence[str], numbers: int) -> bool:
+def _may_be_title(row: Sequence[str], numbers: int, comment: bool) -> bool:  # noqa: FBT001
     """Return whether a row may hold names: numbers among them are short and whole."""
     whole = sum(_WHOLE.fullmatch(cell) is not None for cell in row)
-    if numbers and row[0].startswith(COMMENT):
+    if numbers and comment:
         return False
     return numbers == whole and numbers < sum(map(bool, row))
 
@@ -56,7 +64,7 @@ def column_names(
     """Return names and units from the lines above the numbers."""
     if not titles:
         return numbered(width), ()
-    units = tuple(_BRACKETS.sub(r"\1\2", cell) for cell in rows[titles[-1]])
+    units = tuple(_BRACKETS.sub(r"\1\2", cell) for cell in _names(rows[titles[-1]]))
     if len(titles) == 2 and _are_units(units):
         return _names(rows[titles[0]]), units
     return _names(rows[titles[-1]]), ()
@@ -69,7 +77,7 @@ def numbered(width: int) -> tuple[str, ...]:
 
 def _names(row: Sequence[str]) -> tuple[str, ...]:
     """Return the names in a row, which may be written as a comment."""
-    return (row[0].lstrip("#%/ "), *row[1:])
+    return (uncommented(row[0]), *row[1:])
 
 
 def _are_units(cells: Sequence[str]) -> bool:

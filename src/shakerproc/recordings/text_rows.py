@@ -14,7 +14,8 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.text_format import TextFormat, split
+from shakerproc.recordings.text_format import LARGEST, TextFormat, split
+from shakerproc.recordings.text_meta import is_comment
 
 BLOCK: Final = 1 << 22
 """Bytes that are read at a time."""
@@ -96,7 +97,9 @@ class Readable(Protocol):
         """Go to a place."""
 
 
-def read_table(file: Readable, found: TextFormat, run: str) -> TextTable:
+def read_table(
+    file: Readable, found: TextFormat, run: str, *, span: tuple[int, int] | None = None
+) -> TextTable:
     """Return the numbers of a text file from its first row on.
 
     Parameters
@@ -107,6 +110,8 @@ def read_table(file: Readable, found: TextFormat, run: str) -> TextTable:
         How it holds its table.
     run : str
         Name of the run, for messages.
+    span : tuple of int, optional
+        Bytes of the first row and behind the last, where there are several tables.
 
     Raises
     ------
@@ -114,18 +119,21 @@ def read_table(file: Readable, found: TextFormat, run: str) -> TextTable:
         If it cannot be read.
     """
     rows = _Rows(found, run)
-    file.seek(0)
-    for block in _blocks(file, found.first):
+    start, stop = span or (0, LARGEST)
+    file.seek(start)
+    for block in _blocks(file, 0 if span else found.first, stop - start):
         rows.add(block)
     return rows.table()
 
 
-def _blocks(file: Readable, skip: int) -> Iterator[bytes]:
+def _blocks(file: Readable, skip: int, size: int) -> Iterator[bytes]:
     """Yield whole lines, many at a time, without the first few; the last may be unended."""
-    rest = file.read(BLOCK)
+    rest = file.read(min(BLOCK, size))
+    size -= len(rest)
     lines = rest.splitlines(keepends=True)
     rest = rest[sum(map(len, lines[:skip])) :]
-    while more := file.read(BLOCK):
+    while more := file.read(min(BLOCK, size)):
+        size -= len(more)
         end = max(rest.rfind(b"\n"), rest.rfind(b"\r") if b"\n" not in rest else -1) + 1
         if end:
             yield rest[:end]
@@ -242,7 +250,7 @@ class _Rows:
                 good.append(",".join(cells))
                 self._blank_end = 0
                 continue
-            blank = not any(cells)
+            blank = not any(cells) or is_comment(line.decode("latin-1"), self._found.delimiter)
             sample = not blank and tuple(cells) not in {self._found.headers, self._found.units}
             self._bad.add(self._line, self._count + len(good), problem, sample=sample)
             self._blank_end = self._blank_end + 1 if blank else 0

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -14,11 +15,29 @@ from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.time_base import ROUNDING
-from shakerproc.recordings.uff_records import Record, UffError, data_sets, record_of
+from shakerproc.recordings.uff_records import (
+    GENERAL,
+    DataSet,
+    Record,
+    UffError,
+    data_sets,
+    record_of,
+)
 
 LARGEST: Final = 1 << 30
 KIND: Final = 58
-TIME_RESPONSE: Final = 1
+FUNCTIONS: Final = (
+    "functions of no stated type", "time responses", "auto spectra", "cross spectra",
+    "frequency response functions", "transmissibilities", "coherences", "autocorrelations",
+    "cross-correlations", "power spectral densities", "energy spectral densities",
+    "probability densities", "spectra", "cumulative frequency distributions",
+    "peaks and valleys", "stress cycles", "strain cycles", "orbits", "mode indicators",
+    "force patterns", "partial powers", "partial coherences", "eigenvalues", "eigenvectors",
+    "shock response spectra", "impulse responses of filters", "multiple coherences",
+    "order functions", "phase compensations",
+)  # fmt: skip
+"""What the records of kind 58 hold, by the number of their type."""
+
 _EXACT: Final = re.compile(r"sample rate ([0-9.eE+-]{1,30}) Hz")
 
 
@@ -40,13 +59,16 @@ def read_uff(path: Path, run: str) -> RawFile:
     except OSError as error:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
     try:
-        records, others = _records(content)
+        found = list(data_sets(content))
+        every = [record_of(content, one) for one in found if one.kind == KIND]
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
+    records = [record for record in every if record.is_recording]
+    others = _told([r for r in every if not r.is_recording], found)
     if not records:
         raise RecordingError(
-            f"{run}: no time record (dataset 58, function type 1) among {others} datasets. "
-            "Export the time histories, not the spectra."
+            f"{run}: no time record (dataset 58 with function type 1, or 0 over a time); the "
+            f"file holds {others or 'no datasets'}. Export the time histories, not the spectra."
         )
     longest = max(record.promised for record in records)
     channels = tuple(
@@ -63,17 +85,31 @@ def read_uff(path: Path, run: str) -> RawFile:
         for c, record in zip(channels, records, strict=True)
         if record.cut
     ]
+    general = sum(record.function == GENERAL for record in records)
+    if general:
+        notes.append(f"{general} records of no stated type are over a time: they are channels.")
+    filled = sum(record.filled > 0 for record in records)
+    if filled:
+        notes.append(
+            f"Zeros that only fill the last line of {filled} records, beyond the values that "
+            "they promise, are left out."
+        )
     if others:
-        notes.append(f"{others} datasets that are no time records are left out.")
+        notes.append(f"Left out, no time records: {others}.")
     return RawFile((RawGroup("", channels),), ArraySource(values), tuple(notes))
 
 
-def _records(content: bytes) -> tuple[list[Record], int]:
-    """Return the time records and how many other datasets there are."""
-    found = list(data_sets(content))
-    every = [record_of(content, one) for one in found if one.kind == KIND]
-    times = [r for r in every if r.function == TIME_RESPONSE and not r.is_complex]
-    return times, len(found) - len(times)
+def _told(records: Sequence[Record], found: Sequence[DataSet]) -> str:
+    """Return how many records of what, and which other datasets, a file holds besides."""
+    functions = Counter(
+        ("complex " if r.is_complex and r.function <= 1 else "")
+        + (FUNCTIONS[r.function] if r.function < len(FUNCTIONS) else f"type {r.function}")
+        for r in records
+    )
+    kinds = Counter(one.kind for one in found if one.kind != KIND)
+    parts = [f"{what} ({count})" for what, count in functions.items()]
+    parts += [f"dataset {kind} ({count})" for kind, count in sorted(kinds.items())]
+    return ", ".join(parts)
 
 
 def _channel(record: Record, name: str, row: int, longest: int) -> RawChannel:

@@ -6,26 +6,39 @@ file that was cut short lacks is known.
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import cycle
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.times import is_time
 
 _MARK: Final = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
 _MARK_HERE: Final = re.compile(rb" {4}-1[ \t]*\r?(?=\n|\Z)")
 _HEAD: Final = 11
 """Lines between the kind of a record and its numbers."""
 
+GENERAL, TIME_RESPONSE = 0, 1
+"""Types of function that may be a recording."""
+
 _QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
 """Types of an abscissa: time, frequency, and revolutions per minute."""
 
 _TYPES: Final = {2: "f4", 4: "f8", 5: "f4", 6: "f8"}
 _COMPLEX: Final = {5, 6}
-_COLUMNS: Final = {2: 13, 4: 20}
-"""Letters of a number in the text form (6E13.5 and 4E20.12)."""
+_SINGLE, _DOUBLE = 2, 4
+_COLUMNS: Final = {
+    (_SINGLE, True): (13,), (_DOUBLE, True): (20,),
+    (_SINGLE, False): (13,), (_DOUBLE, False): (13, 20),
+}  # fmt: skip
+"""Letters of the numbers in the text form, by their type and whether they are evenly spaced:
+6E13.5 and 4E20.12; 3(E13.5, E13.5) and 2(E13.5, E20.12) with the abscissa before each."""
+
+_IN_LINE: Final = {_SINGLE: 6, _DOUBLE: 4}
+"""Numbers of a line in the text form, an abscissa counted as one."""
 
 
 class UffError(Exception):
@@ -94,7 +107,9 @@ class Record:
     promised : int
         Values that it says it holds; -1 where the file ends before it says so.
     values : (n,) array
-        Those that are there.
+        Those that are there; none where they are no samples.
+    filled : int
+        Zeros behind them that only fill the last line.
     is_complex : bool
         Whether they are complex, so that none are given.
     cut : bool
@@ -116,6 +131,15 @@ class Record:
     abscissa: str = ""
     abscissa_unit: str = ""
     times: FloatArray | None = None
+    filled: int = 0
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether the values are samples: a time response, or what is general but over time."""
+        over_time = self.function == TIME_RESPONSE or (
+            self.function == GENERAL and is_time(self.abscissa or "?", self.abscissa_unit)
+        )
+        return over_time and not self.is_complex
 
 
 def data_sets(content: bytes) -> Iterator[DataSet]:
@@ -179,25 +203,14 @@ def record_of(content: bytes, found: DataSet) -> Record:
     spacing = _integer(lines[6][20:30], place)
     if kind not in _TYPES:
         raise UffError(place, f"a record holds numbers of type {kind}, unknown here")
-    values, times = np.empty(0), None
-    if kind not in _COMPLEX and function == 1:
-        values = _values(content, found, body, kind)
-        if not spacing:  # a time stands before each value
-            times, values = values[0 : 2 * (values.size // 2) : 2], values[1::2]
-        if values.size > promised or (values.size < promised and not found.cut):
-            raise UffError(
-                place,
-                f"the record {shown(head[0].strip(), 30)} holds {values.size} values but says "
-                f"{promised}",
-            )
-    return Record(
+    record = Record(
         texts=tuple(text.strip() for text in head[:5]),
         function=function,
         place=head[5][31:41].strip(),
         unit=head[8][46:67].strip(),
         step=_real(lines[6][43:56], place) if spacing else 0.0,
         promised=promised,
-        values=values,
+        values=np.empty(0),
         is_complex=kind in _COMPLEX,
         cut=found.cut,
         start=_real(lines[6][30:43], place) if spacing else 0.0,
@@ -205,22 +218,10 @@ def record_of(content: bytes, found: DataSet) -> Record:
         start_text=head[6][30:43],
         abscissa=_QUANTITIES.get(head[7][:10].strip(), "") or _said(head[7][25:46]),
         abscissa_unit=_said(head[7][46:67]),
-        times=times,
     )
-
-
-def _values(content: bytes, found: DataSet, body: int, kind: int) -> FloatArray:
-    if found.binary:
-        order = "<" if _integer(found.binary[7:13], body) == 1 else ">"
-        dtype = np.dtype(order + _TYPES[kind])
-        data = content[body : found.stop]
-        if len(data) % dtype.itemsize and not found.cut:
-            raise UffError(body, "a record holds no whole number of numbers")
-        whole = len(data) // dtype.itemsize
-        values = np.frombuffer(data, dtype, whole).astype(np.float64)
-    else:
-        values = _text_values(content[body : found.stop], kind, body, cut=found.cut)
-    return values
+    if not record.is_recording:
+        return record
+    return _with_values(record, _Numbers(content, found, body, kind, even=bool(spacing)))
 
 
 def _said(text: str) -> str:
@@ -228,32 +229,100 @@ def _said(text: str) -> str:
     return "" if text.strip().casefold() == "none" else text.strip()
 
 
-def _text_values(text: bytes, kind: int, place: int, *, cut: bool) -> FloatArray:
-    """Return numbers as text, in columns of one width; the last of a cut file is left out.
+@final
+@dataclass(frozen=True, slots=True)
+class _Numbers:
+    """Where the numbers of a record stand, and how."""
+
+    content: bytes
+    found: DataSet
+    body: int
+    kind: int
+    even: bool
+
+
+def _with_values(record: Record, there: _Numbers) -> Record:
+    """Return a record with its values, and with their abscissa where it is stored.
+
+    Raises
+    ------
+    UffError
+        If it holds more or less than it says.
+    """
+    binary = bool(there.found.binary)
+    numbers = _binary_values(there, record.promised) if binary else _text_values(there)
+    per_value = 1 if there.even else 2
+    count = numbers.size // per_value
+    filling = numbers[per_value * record.promised :]
+    if not binary and 0 < filling.size < _IN_LINE[there.kind] and not np.any(filling):
+        count = record.promised
+    elif filling.size or (count < record.promised and not record.cut):
+        raise UffError(
+            there.found.start,
+            f"the record {shown(record.texts[0], 30)} holds {-(-numbers.size // per_value)} "
+            f"values but says "
+            f"{record.promised}",
+        )
+    pairs = numbers[: per_value * count].reshape(count, per_value)
+    times = None if there.even else pairs[:, 0]
+    filled = filling.size if count == record.promised else 0
+    return replace(record, values=pairs[:, -1], times=times, filled=filled)
+
+
+def _binary_values(there: _Numbers, promised: int) -> FloatArray:
+    """Return numbers as bytes; a stored abscissa may be single before a double, as in text.
+
+    Raises
+    ------
+    UffError
+        If they are no whole number of numbers.
+    """
+    order = "<" if _integer(there.found.binary[7:13], there.body) == 1 else ">"
+    dtype = np.dtype(order + _TYPES[there.kind])
+    data = there.content[there.body : there.found.stop]
+    mixed = np.dtype([("x", order + "f4"), ("y", dtype)])
+    if not there.even and there.kind == _DOUBLE and len(data) == promised * mixed.itemsize:
+        both = np.frombuffer(data, mixed)
+        return np.column_stack([both["x"], both["y"]]).astype(np.float64).reshape(-1)
+    if len(data) % dtype.itemsize and not there.found.cut:
+        raise UffError(there.body, "a record holds no whole number of numbers")
+    return np.frombuffer(data, dtype, len(data) // dtype.itemsize).astype(np.float64)
+
+
+def _text_values(there: _Numbers) -> FloatArray:
+    """Return numbers as text, in columns; the last of a cut file is left out.
 
     Raises
     ------
     UffError
         If one is none.
     """
-    text = text.replace(b"D", b"E")
+    text = there.content[there.body : there.found.stop].replace(b"D", b"E")
     cells = text.split()
-    if cut:
+    if there.found.cut:
         cells = cells[:-1]
     try:
         return np.array(cells, dtype="S32").astype(np.float64)
     except ValueError:
-        width = _COLUMNS[kind]  # numbers that touch each other
-    cells = [
-        line[at : at + width].strip()
-        for line in text.splitlines()
-        for at in range(0, len(line), width)
-    ]
+        widths = _COLUMNS[there.kind, there.even]  # numbers that touch each other
+    cells = [cell for line in text.splitlines() for cell in _in_columns(line, widths)]
     filled = [cell for cell in cells if cell]
     try:
-        return np.array(filled[:-1] if cut else filled, dtype="S32").astype(np.float64)
+        return np.array(filled[:-1] if there.found.cut else filled, dtype="S32").astype(
+            np.float64
+        )
     except ValueError as error:
-        raise UffError(place, f"a record holds what is no number: {error}") from error
+        raise UffError(there.body, f"a record holds what is no number: {error}") from error
+
+
+def _in_columns(line: bytes, widths: tuple[int, ...]) -> Iterator[bytes]:
+    """Yield the cells of a line, whose widths repeat."""
+    at = 0
+    for width in cycle(widths):
+        if at >= len(line):
+            return
+        yield line[at : at + width].strip()
+        at += width
 
 
 def _after_line(content: bytes, at: int) -> int:
@@ -277,18 +346,18 @@ def _after_blank(content: bytes, at: int) -> int:
     return at
 
 
-def _integer(field: bytes, place: int) -> int:
+def _integer(cell: bytes, place: int) -> int:
     try:
-        number = int(field)
+        number = int(cell)
     except ValueError as error:
-        raise UffError(place, f"{field[:12]!r} should be a whole number") from error
-    if number < 0 or len(field) > 20:
+        raise UffError(place, f"{cell[:12]!r} should be a whole number") from error
+    if number < 0 or len(cell) > 20:
         raise UffError(place, f"{number} should not be below 0")
     return number
 
 
-def _real(field: bytes, place: int) -> float:
+def _real(cell: bytes, place: int) -> float:
     try:
-        return float(field.replace(b"D", b"E"))
+        return float(cell.replace(b"D", b"E"))
     except ValueError as error:
-        raise UffError(place, f"{field[:13]!r} should be a number") from error
+        raise UffError(place, f"{cell[:13]!r} should be a number") from error

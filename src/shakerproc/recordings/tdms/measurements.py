@@ -13,13 +13,11 @@ from typing import Any, Final, TypeVar, final
 
 import numpy as np
 
+from shakerproc.recordings.continuing import follows
 from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.tdms.layout import Layout
 from shakerproc.recordings.tdms.objects import split_path
-from shakerproc.recordings.time_base import CLOCKS, SAME_RATE
-
-LATE: Final = 1e-3
-"""Gap between segments that is none [s]: programs write times of day to the millisecond."""
+from shakerproc.recordings.time_base import SAME_RATE
 
 MOST: Final = 100
 """Measurements of a group that can be chosen from."""
@@ -196,7 +194,7 @@ def continues(start: Any, next_start: Any, duration: float, step: float) -> bool
     if start is None or next_start is None or start == next_start:
         return True
     elapsed = float((next_start - start).astype(np.int64)) * 1e-6
-    return step > 0.0 and abs(elapsed - duration) <= max(step, LATE) + CLOCKS * duration
+    return follows(elapsed, duration, step)
 
 
 def unit_of(state: State) -> str:

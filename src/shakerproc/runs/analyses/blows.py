@@ -122,8 +122,7 @@ def _problems(found: Blows) -> list[str]:
     problems += _silent(found)
     if len(found.kept) == 1:
         problems.append(
-            "one blow is averaged: its coherence is 1 whatever the noise and tells nothing; "
-            "strike three times or more"
+            "one blow is averaged, and one average has no coherence; strike three times or more"
         )
     if cut.quiet < LEAST_QUIET:
         problems.append(_unknown_noise(found))

@@ -1,0 +1,126 @@
+"""Variables within variables: fields, elements and cells as arrays with a label and a unit.
+
+Simulink saves a structure with ``time`` and ``signals(k).values``, each signal with its label;
+a timeseries that was turned into a structure has ``Time``, ``Data`` and ``Name``; measuring
+programs put the unit beside the values.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias, final
+
+import numpy as np
+
+from shakerproc.recordings.arrays import ArrayLike
+
+Tree: TypeAlias = "ArrayLike | list[str] | Mapping[str, Any] | MatlabObject | None"
+"""Numbers, lines of text, fields (or elements, by their index), an object, or the unknown."""
+
+_VALUES: Final = re.compile(r"values?|data|samples|signal|y|y_?values?", re.IGNORECASE)
+"""Fields that hold the numbers of what is described beside them."""
+
+_LABEL: Final = re.compile(r"label|name|(?:channel|signal|short)_?name", re.IGNORECASE)
+_UNIT: Final = re.compile(r"units?|y?_?units?(?:_?string)?", re.IGNORECASE)
+_ABOUT: Final = ("DataInfo", "Info", "Properties")
+"""Structures beside values that describe them."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class MatlabObject:
+    """A variable of a class, which only its own program can open."""
+
+    kind: str
+
+
+@final
+@dataclass(slots=True, eq=False)
+class Variables:
+    """What the variables of a file come down to.
+
+    Attributes
+    ----------
+    arrays : dict
+        Real numbers with at most two axes, by where they stand.
+    texts : dict
+        Lines of text, by where they stand.
+    called : dict
+        Label and unit of an array, where they stand beside it; either may be empty.
+    left_out : list of str
+        What could not be read, with what it is.
+    """
+
+    arrays: dict[str, ArrayLike] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+    called: dict[str, tuple[str, str]] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+
+def flattened(trees: Iterable[tuple[str, Tree]]) -> Variables:
+    """Return the arrays and texts of variables, however deep they stand."""
+    found = Variables()
+    for name, tree in trees:
+        _sort_in(name, tree, ("", ""), found)
+    _keep_distinct(found.called)
+    return found
+
+
+def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -> None:
+    """Put a variable where it belongs; `called` is what stands beside it or above."""
+    if isinstance(tree, list):
+        found.texts[name] = [text.strip() for text in tree]
+    elif isinstance(tree, MatlabObject):
+        found.left_out.append(
+            f"{name}, an object of class {tree.kind}: save its times and data as vectors"
+        )
+    elif isinstance(tree, Mapping):
+        own = _described(tree)
+        called = (own[0] or called[0], own[1] or called[1])
+        for key, inner in tree.items():
+            holds = isinstance(inner, Mapping) or bool(_VALUES.fullmatch(key))
+            path = f"{name}{key}" if key[:1] in {"(", "{"} else f"{name}.{key}"
+            _sort_in(path, inner, called if holds else ("", ""), found)
+    elif tree is not None and (plain := _two_axes(tree)) is not None:
+        found.arrays[name] = plain
+        if any(called):
+            found.called[name] = called
+    else:
+        found.left_out.append(name)
+
+
+def _described(fields: Mapping[str, Any]) -> tuple[str, str]:
+    """Return label and unit among fields, or in a structure about them."""
+    about = [fields[key] for key in _ABOUT if isinstance(fields.get(key), Mapping)]
+    said = [
+        next((t for part in (fields, *about) if (t := _text(part, kind))), "")
+        for kind in (_LABEL, _UNIT)
+    ]
+    return said[0], said[1]
+
+
+def _text(fields: Mapping[str, Any], kind: re.Pattern[str]) -> str:
+    """Return the single line of text in the first field of a kind."""
+    lines = [v for k, v in fields.items() if kind.fullmatch(k) and isinstance(v, list)]
+    return next((line[0].strip() for line in lines if len(line) == 1 and line[0].strip()), "")
+
+
+def _two_axes(array: ArrayLike) -> ArrayLike | None:
+    """Return real numbers with at most two axes, those of length one left out of more."""
+    if array.dtype.kind not in "iufb":
+        return None
+    shape = tuple(n for n in array.shape if n != 1)
+    if len(array.shape) <= 2:
+        return array
+    if len(shape) > 2 or math.prod(shape) > 1 << 28:
+        return None
+    return np.asarray(array[...]).reshape(shape)
+
+
+def _keep_distinct(called: dict[str, tuple[str, str]]) -> None:
+    """Put where it stands before a label that several arrays have."""
+    labels = [label for label, _ in called.values()]
+    for name, (label, unit) in called.items():
+        if label and labels.count(label) > 1:
+            called[name] = (f"{name}: {label}", unit)

@@ -1,0 +1,112 @@
+"""Lines above a table of text: comments, a rate, a start, units; none of them is a sample.
+
+Oracle: the numbers that were written, and the rate that the line says.
+"""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.errors import RecordingError
+from shakerproc.recordings import open_recording
+
+VALUES = np.random.default_rng(7).standard_normal((2, 60)).round(4)
+TIMES = np.arange(60) / 2000.0
+ROWS = "".join(f"{a:.4f},{b:.4f}\n" for a, b in VALUES.T)
+TIMED = "".join(f"{t:.4f},{a:.4f},{b:.4f}\n" for t, (a, b) in zip(TIMES, VALUES.T, strict=True))
+SIGNS = ["#", "%", ";", "!", "//", "'", "REM ", "rem ", "*", "**", "--"]
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text, **options):
+        path = tmp_path / "run.csv"
+        path.write_text(text)
+        with open_recording(path, **options) as recording:
+            return recording, recording.samples()
+
+    return read
+
+
+@pytest.mark.parametrize("sign", [*SIGNS, '"'])
+def test_comments_of_every_sign_are_neither_names_nor_rows(read, sign):
+    end = '"' if sign == '"' else ""
+    note = f"{sign}bench 3, of 5 parts{end}\n"
+    below = f"{sign}s, g and g are the units{end}\n"
+    for text in (note * 2 + "time,a (g),b (g)\n" + TIMED, f"time,a (g),b (g)\n{below}{TIMED}"):
+        recording, samples = read(text)
+        assert [c.name for c in recording.channels] == ["a", "b"]
+        assert recording.sample_rate == 2000.0
+        assert_allclose(samples, VALUES * STANDARD_GRAVITY, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+def test_names_in_a_comment_are_names_where_no_other_line_is(read, sign):
+    recording, samples = read(f"{sign}time,a (g),b (g)\n{TIMED}{sign}end of file\n")
+    assert [c.name for c in recording.channels] == ["a", "b"]
+    assert_allclose(samples, VALUES * STANDARD_GRAVITY, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Sample Rate (Hz),2000\nstart,0.5\na (g),b (g)\n",
+        '"Sample Rate (Hz)","2000"\n"a (g)","b (g)"\n',
+        "Sampling frequency [kHz],2.0\nChannels,2\na (g),b (g)\n",
+        "Sample rate: 2000 Hz\nStart: 0.5 s\na (g),b (g)\n",
+        "# fs = 2000\n# a (g),b (g)\n",
+        "! Abtastrate 1\n% Samples per second: 2000\na (g),b (g)\n",
+        "Sample interval (ms),0.5\na (g),b (g)\n",
+        "dt,0.0005\na,b\ng,g\n",
+        "start,rate\n0.5,2000\na (g),b (g)\n",
+        "1709633472,2000\na (g),b (g)\n",
+    ],
+)
+def test_a_rate_above_a_table_is_used_and_nothing_above_it_is_a_sample(read, above):
+    rate = 2000.0 if "1709633472" in above else None
+    recording, samples = read(above + ROWS, sample_rate=rate)
+    assert_allclose(samples, VALUES * STANDARD_GRAVITY, rtol=1e-12)
+    assert [c.name for c in recording.channels] == ["a", "b"]
+    assert recording.sample_rate == 2000.0
+
+
+@pytest.mark.parametrize("end", [",", ",,"])
+def test_separators_at_the_ends_of_all_lines_change_nothing(read, end):
+    text = "Sample Rate (Hz),2000\na (g),b (g)\n" + ROWS
+    recording, samples = read(text.replace("\n", f"{end}\n"))
+    assert_allclose(samples, VALUES * STANDARD_GRAVITY, rtol=1e-12)
+    assert recording.sample_rate == 2000.0
+
+
+@pytest.mark.parametrize("above", ["2000,0.5\n", "2000,0.5\n60,1\n"])
+def test_numbers_without_a_name_above_a_table_without_headers_are_told_and_no_samples(
+    read, above
+):
+    recording, samples = read(above + ROWS, sample_rate=2000.0)
+    assert_allclose(samples, VALUES, rtol=1e-12)
+    assert any("is no sample" in note for note in recording.notes)
+
+
+def test_numbers_in_one_column_below_a_rate_are_the_only_samples(read):
+    _, samples = read("2000\n0.5\n" + "".join(f"{a:.4f}\n" for a in VALUES[0]), sample_rate=2e3)
+    assert_allclose(samples, VALUES[:1], rtol=1e-12)
+
+
+def test_rows_that_are_printed_alike_are_all_samples(read):
+    _, samples = read(ROWS, sample_rate=2000.0)
+    assert_allclose(samples, VALUES, rtol=1e-12)
+
+
+def test_a_comment_between_rows_is_refused_and_never_bridged(read):
+    lines = ROWS.splitlines(keepends=True)
+    text = "a (g),b (g)\n" + "".join([*lines[:30], "# door closed\n", *lines[30:]])
+    with pytest.raises(RecordingError, match="line 32"):
+        read(text, sample_rate=2000.0)
+    _, samples = read(text, sample_rate=2000.0, bad_rows="skip")
+    assert_allclose(samples, VALUES * STANDARD_GRAVITY, rtol=1e-12)
+
+
+def test_two_rates_that_contradict_each_other_are_told(read):
+    with pytest.raises(RecordingError, match=r"1000 Hz .*2000 Hz|2000 Hz .*1000 Hz"):
+        read("Sample Rate (Hz),1000\ntime,a (g),b (g)\n" + TIMED)
