@@ -59,9 +59,8 @@ def write(path: Path, channels: int, samples: int) -> None:
 def measured(command: list[str]) -> tuple[float, float]:
     """Return processor time [s] and the peak of the memory [MB] of the program."""
     program = (
-        "import resource, sys\n"
-        "from shakerproc.cli import main\n"
-        "try:\n    main()\n"
+        "import resource, runpy, sys\n"
+        "try:\n    runpy.run_module('shakerproc', run_name='__main__')\n"
         "finally:\n"
         "    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)\n"
     )

@@ -11,10 +11,11 @@ from scipy import signal
 from shakerproc import spectra
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import health
-from shakerproc.runs import process_recording
+from shakerproc.runs import averaging, process_recording
+from shakerproc.runs.crops import find_crop
 from shakerproc.testlog import ResponseFunction, Test, Welch
 
-RATE, SEGMENT = 1000.0, 256
+RATE, SEGMENT = 1000.0, 512
 BINS = SEGMENT // 2 + 1
 
 
@@ -31,13 +32,14 @@ def asked(*wanted):
     wanted = tuple(ResponseFunction(*one) for one in wanted)
     welch = Welch(segment=SEGMENT, overlap=SEGMENT // 2)
     return replace(
-        test, processing=replace(test.processing, welch=welch, response_functions=wanted)
+        test,
+        processing=replace(test.processing, welch=welch, response_functions=wanted, crop=None),
     )
 
 
 def recording_of(samples, roles):
     channels = [
-        Channel(f"a{i}", "m/s^2", role, f"a{i}", "m/s^2") for i, role in enumerate(roles)
+        Channel(f"a{i}", "m/s^2", f"a{i}", "m/s^2", role) for i, role in enumerate(roles)
     ]
     return recording_of_arrays("many", channels, samples, RATE)
 
@@ -76,30 +78,43 @@ def test_what_is_asked_of_a_channel_that_is_no_input_says_so():
         spectra.cross_spectra(moved_alike(3, 2000), RATE, segment=SEGMENT, inputs=[3])
 
 
-def test_a_response_that_the_log_names_as_an_input_is_one():
+def test_a_response_that_the_log_names_as_an_input_is_one(monkeypatch):
+    monkeypatch.setattr(averaging, "ALL_PAIRS", 0.0)
     roles = ("control", "response", "response")
     result = process_recording(recording_of(moved_alike(3, 4000), roles), asked(("a2", "a1")))
     assert result.spectra.inputs == (0, 2)
+
+
+def test_missing_shapes_are_told_and_nothing_else_changes(monkeypatch):
+    recording = recording_of(moved_alike(3, 4000), ("control", "response", "response"))
+    whole = process_recording(recording, asked())
+    monkeypatch.setattr(averaging, "ALL_PAIRS", 0.0)
+    few = process_recording(recording, asked())
+    assert [note for note in few.notes if note.startswith("No shapes at the peaks")]
+    assert not [note for note in whole.notes if note.startswith("No shapes")]
+    assert_allclose(few.against.h1, whole.against.h1, rtol=1e-12)
+    assert_allclose(few.psd, whole.psd, rtol=1e-12)
 
 
 def test_of_two_hundred_responses_and_a_control_no_array_of_all_pairs_is_made():
     count = 201
     roles = ("control", *["response"] * (count - 1))
     recording = recording_of(moved_alike(count, 2048), roles)
-    pairs = count * count * BINS * 16
+    pairs, test = count * count * BINS * 16, asked()
+    crop = find_crop(recording, test)
     tracemalloc.start()
     try:
-        result = process_recording(recording, asked())
+        cross, _ = averaging.averaged(recording, crop, test)
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert result.spectra.matrix.shape == (1, count, BINS)
-    assert peak < pairs / 2
+    assert cross.matrix.shape == (1, count, BINS)
+    assert peak < pairs / 4
 
 
 def test_the_health_of_many_channels_takes_memory_in_proportion_to_them():
     def peak(count):
-        recording = recording_of(moved_alike(count, 8000), ["response"] * count)
+        recording = recording_of(moved_alike(count, 7000), ["response"] * count)
         tracemalloc.start()
         try:
             assert health(recording) == ()
@@ -107,4 +122,4 @@ def test_the_health_of_many_channels_takes_memory_in_proportion_to_them():
         finally:
             tracemalloc.stop()
 
-    assert peak(400) < 2.5 * peak(200)
+    assert peak(160) < 2.5 * peak(80)

@@ -19,7 +19,7 @@ from shakerproc.comparison.free_run_error import (
     standard_error,
 )
 from shakerproc.comparison.held_out import held_out, held_out_samples
-from shakerproc.comparison.joints import JointErrors, JointMotion, by_range
+from shakerproc.comparison.joints import JointErrors, JointMotion, NotTold, by_range
 from shakerproc.comparison.measured import (
     Measured,
     Usable,
@@ -32,7 +32,7 @@ from shakerproc.comparison.noise_sources import Channels
 from shakerproc.comparison.prediction import Prediction, as_means, at_samples, predict
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.refit import FittedParameter, Refit, refit
-from shakerproc.comparison.verdict import sentence
+from shakerproc.comparison.verdict import explained, sentence
 from shakerproc.comparison.windows import Windows, run_windows, windows_of
 
 __all__ = [
@@ -45,6 +45,7 @@ __all__ = [
     "JointMotion",
     "Measured",
     "Noise",
+    "NotTold",
     "Pair",
     "Prediction",
     "Quiet",
@@ -60,6 +61,7 @@ __all__ = [
     "compare",
     "compare_tests",
     "document_of",
+    "explained",
     "fall",
     "floor_shares",
     "free_run_error",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.comparison.errors import Pair
 from shakerproc.comparison.floor import Floor
@@ -31,12 +32,16 @@ class BandErrors:
         Noise over measured rms within the band [-].
     share : (n_tests, n_sensors, n_bands) array
         Part of all that the model leaves of the sensor in that test, as power [-].
+    driven : (n_tests, n_bands) array of bool
+        Whether the middle of the band is driven in that test; of a drive that is narrower than
+        a band, the band that holds it.
     """
 
     edges: FloatArray
     error: FloatArray
     floor: FloatArray
     share: FloatArray
+    driven: NDArray[np.bool_]
 
 
 def band_errors(
@@ -63,7 +68,17 @@ def band_errors(
         error=np.where(known, np.sqrt(left / base), np.nan),
         floor=np.where(known, np.sqrt(noise / base), np.nan),
         share=left / np.where(total > 0.0, total, 1.0),
+        driven=np.array([_driven(edges, p.measured.excited) for p in predictions]),
     )
+
+
+def _driven(edges: FloatArray, excited: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which bands are driven, (n_bands,) array."""
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    inside: NDArray[np.bool_] = (middle >= excited[0]) & (middle <= excited[1])
+    if not inside.any():
+        inside[np.argmin(np.abs(np.log(middle**2 / (excited[0] * excited[1]))))] = True
+    return inside
 
 
 def _in_bands(edges: FloatArray, pair: Pair, rows: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from shakerproc.comparison.floor import Floor, floor_draws, floor_of, with_more_
 from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
 from shakerproc.comparison.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.comparison.held_out import held_out
-from shakerproc.comparison.joints import JointMotion, joint_motions
+from shakerproc.comparison.joints import JointMotion, NotTold, joint_motions
 from shakerproc.comparison.measured import Measured, usable_tests, with_repeats
 from shakerproc.comparison.noise import NOT_REFUTED
 from shakerproc.comparison.prediction import Prediction, predict
@@ -51,7 +51,9 @@ class TestComparison:
     time : TimeErrors
         Error along the test.
     joints : tuple of JointMotion
-        Force and motion of every joint that can be judged.
+        Force and motion of every joint of which the recordings tell both.
+    not_told : tuple of NotTold
+        The other joints, and what the recordings lack.
     """
 
     __test__ = False
@@ -62,6 +64,7 @@ class TestComparison:
     harmonics: tuple[HarmonicErrors, ...] | None
     time: TimeErrors
     joints: tuple[JointMotion, ...]
+    not_told: tuple[NotTold, ...]
 
     @property
     def measured(self) -> Measured:
@@ -204,7 +207,7 @@ def compare_tests(
     predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
     return Comparison(
         model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
-        fitted, tuple(left_out), _exchanged(model, list(zip(predictions, pairs, strict=True))),
+        fitted, tuple(left_out), exchanged(model, list(zip(predictions, pairs, strict=True))),
     )  # fmt: skip
 
 
@@ -214,6 +217,7 @@ def _compared(
     tell(f"test {test.name}")
     prediction = predict(model, test, windows=windows)
     pair = pair_of(prediction)
+    joints, not_told = joint_motions(model, test)
     return TestComparison(
         prediction=prediction,
         pair=pair,
@@ -221,7 +225,8 @@ def _compared(
         floor=floor_of(prediction, pair),
         harmonics=harmonic_errors(prediction),
         time=time_errors(prediction),
-        joints=joint_motions(model, prediction),
+        joints=joints,
+        not_told=not_told,
     )
 
 
@@ -253,7 +258,7 @@ def _with_next_floors(
     return found
 
 
-def _exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
+def exchanged(model: Model, both: Sequence[tuple[Prediction, Pair]]) -> tuple[str, ...]:
     """Return a warning for every response that peaks where the model has its dips.
 
     Only a base that is driven can be taken for a response: both are accelerations.

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc.comparison.comparison import Comparison, TestComparison
-from shakerproc.comparison.joints import JointMotion, by_range
+from shakerproc.comparison.joints import JointMotion, NotTold, by_range
 from shakerproc.comparison.refit import Refit
 from shakerproc.comparison.verdict import sentence
 from shakerproc.data import FloatArray
@@ -107,6 +107,7 @@ def _test(comparison: Comparison, index: int) -> dict[str, Any]:
             for i, name in enumerate(test.measured.sensors)
         ],
         "joints": [_joint(motion) for motion in test.joints],
+        "joints_not_told": [_not_told(joint) for joint in test.not_told],
     }
 
 
@@ -156,6 +157,9 @@ def _joint(motion: JointMotion) -> dict[str, Any]:
         "between": list(motion.between),
         "error": float(np.sqrt(np.mean(lack**2))) / whole if whole > 0.0 else 0.0,
         "force_rms_n": whole,
+        "displacement_rms_m": float(np.sqrt(np.mean(motion.displacement**2))),
+        "displacement_unsure_m": _number(motion.unsure),
+        "band_hz": list(motion.band),
     }
     for name, along, unit in (
         ("by_displacement", motion.displacement, "m"),
@@ -168,6 +172,15 @@ def _joint(motion: JointMotion) -> dict[str, Any]:
             "error": _list(found.error),
         }
     return out
+
+
+def _not_told(joint: NotTold) -> dict[str, Any]:
+    return {
+        "between": list(joint.between),
+        "why": joint.why,
+        "force_rms_n": joint.force_rms,
+        "displacement_rms_m": joint.displacement_rms,
+    }
 
 
 def _refit(fitted: Refit | None) -> dict[str, Any] | None:

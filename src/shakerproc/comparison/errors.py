@@ -1,7 +1,7 @@
 """How far model and measurement differ: in time, in densities, in response functions."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from shakerproc.comparison.free_run_error import relative_errors
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.spectra import CrossSpectra, coherence, cross_spectra, h1, psd
+
+LOBE: Final = 4.0
+"""Width of the main lobe of a Hann or Hamming window [bins]."""
 
 
 @final
@@ -35,6 +38,8 @@ class Pair:
         Density of measured less predicted [unit^2/Hz].
     averages : float
         Effective number of averages [-].
+    resolution : float
+        Distance of the bins [Hz].
     """
 
     frequency: FloatArray
@@ -48,6 +53,7 @@ class Pair:
     coherence_model: FloatArray
     residual: FloatArray
     averages: float
+    resolution: float
 
 
 @final
@@ -99,12 +105,11 @@ def pair_of(prediction: Prediction) -> Pair:
         prediction.residual,
     ])
     cross = cross_spectra(rows, measured.sample_rate, segment=segment_of(prediction))
-    low, high = measured.band
-    inside = (cross.frequency >= low) & (cross.frequency <= high)
+    inside = _within(cross.frequency, measured.band)
     density = psd(cross)[:, inside]
     sensors, models = range(1, n + 1), range(n + 1, 2 * n + 1)
     frequency = cross.frequency[inside]
-    lit = (frequency >= measured.excited[0]) & (frequency <= measured.excited[1])
+    lit = _within(frequency, measured.excited)
     return Pair(
         frequency=frequency,
         excited=lit,
@@ -117,19 +122,32 @@ def pair_of(prediction: Prediction) -> Pair:
         coherence_model=_coherence(cross, models)[:, inside],
         residual=density[2 * n + 1 :],
         averages=cross.effective_averages,
+        resolution=float(cross.frequency[1]),
     )
+
+
+def _within(frequency: FloatArray, band: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which bins lie in a band; of a band between two bins, the one next to it."""
+    low, high = band
+    inside: NDArray[np.bool_] = (frequency >= low) & (frequency <= high)
+    if not inside.any():
+        inside[1 + np.argmin(np.abs(frequency[1:] - np.sqrt(low * high)))] = True
+    return inside
 
 
 def segment_of(prediction: Prediction) -> int:
     """Return the length of Welch segments: the log's, or longer where the run allows it.
 
     The resonances of joints are narrower than the 5.6 Hz of the usual 1024 samples; 24
-    segments are kept at least.
+    segments are kept at least. The excited band is as wide as the main lobe of the window, so
+    that a tone is seen in it, as far as the run is long enough.
     """
-    wanted = prediction.measured.test.processing.welch.segment
-    while wanted * 2 <= prediction.input.size // 24 and wanted < 8192:
+    measured, most = prediction.measured, prediction.input.size
+    wanted = measured.test.processing.welch.segment
+    while wanted * 2 <= most // 24 and wanted < 8192:
         wanted *= 2
-    return min(wanted, prediction.input.size)
+    low, high = measured.excited
+    return min(max(wanted, round(LOBE * measured.sample_rate / (high - low))), most)
 
 
 def _h1(cross: CrossSpectra, rows: range) -> ComplexArray:

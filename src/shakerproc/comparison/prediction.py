@@ -231,7 +231,7 @@ def _numbers(effect: AbstractEffect) -> list[float]:
 
 def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
     """Return a simulation without the motion of masses on which no sensor sits."""
-    seen = {sensor.at for sensor in model.sensors.values()} | {simulation.masses[0]}
+    seen = {sensor.at for sensor in model.sensors.values()}
     kept = [i for i, mass in enumerate(simulation.masses) if mass in seen]
     return replace(
         simulation,

@@ -18,6 +18,7 @@ _LOUDER = 3.0  # times the quietest block: the shaker has begun
 _REST = 0.3  # rest is quieter than this share of the whole recording
 _DRIVEN = 0.5  # median coherence with the controls: noises of two sensors have none
 _SEGMENTS = 8  # of the lead-in, for the coherence
+_FEWEST = 8  # samples of each: bins beside those that hold the mean
 _GROWS = 2.0  # from the first to the last third: a drive that is turned up is no rest
 
 
@@ -44,8 +45,8 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
 
     The rms of blocks of 0.05 s is followed from the start; rest ends where a control or a
     response first exceeds three times its quietest block of the start, and must be below
-    three tenths of the rms of the whole, not grow while it lasts, and hold responses that have
-    nothing in common with the controls at most frequencies.
+    three tenths of the rms of the whole, have 64 samples, not grow while it lasts, and hold
+    responses that have nothing in common with the controls at most frequencies.
 
     `controls` and `responses` are in the units of their channels, `sample_rate` in [Hz].
     """
@@ -61,7 +62,7 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     loud = np.any(level > _LOUDER * quietest, axis=0)
     end = int(np.argmax(loud)) if loud.any() else 0
     stop = (end - 1) * size
-    if stop < SHORTEST_S * sample_rate:
+    if stop < max(SHORTEST_S * sample_rate, _SEGMENTS * _FEWEST):
         return None
     lead = both[:, :stop]
     if np.any(lead.std(axis=1) > _REST * both.std(axis=1)):

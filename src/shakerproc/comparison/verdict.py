@@ -6,6 +6,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.comparison.comparison import Comparison, TestComparison
+from shakerproc.comparison.errors import Pair
 from shakerproc.comparison.joints import by_range
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE, Level, demanded
 
@@ -17,13 +18,20 @@ SMALL: Final = 0.03
 
 _GROWS: Final = 1.3  # from the lowest to the highest level
 _SHIFT_BINS: Final = 1.5
+_DEVIATIONS: Final = 2.0  # standard deviations of a change: 95 %
+_LEAST: Final = 1e-3  # coherence: below it a gain is noise alone
+
+
+def explained(comparison: Comparison) -> bool:
+    """Return whether the model leaves no more than noise of every test."""
+    return all(map(_passes, comparison.tests))
 
 
 def sentence(comparison: Comparison) -> str:
     """Return where and how the model fails, or that it does not."""
-    worst = max(comparison.tests, key=_excess)
-    if _passes(worst):
+    if explained(comparison):
         return _explained(comparison)
+    worst = max(comparison.tests, key=_excess)
     parts = [_failure(comparison, worst), _joint(worst), _levels(comparison), _drift(worst)]
     return " ".join(part for part in parts if part)
 
@@ -68,7 +76,7 @@ def _failure(comparison: Comparison, worst: TestComparison) -> str:
         f"{share[first : last + 1].sum():.0%} of its power between {edges[first]:.3g} and "
         f"{edges[last + 1]:.3g} Hz"
     )
-    bin_width = float(np.diff(worst.pair.frequency[:2])[0])
+    bin_width = worst.pair.resolution
     if abs(errors.peak_hz - errors.peak_model_hz) > _SHIFT_BINS * bin_width:
         return (
             f"{text}; the response peaks at {errors.peak_hz:.4g} Hz, the model at "
@@ -135,9 +143,90 @@ def _levels(comparison: Comparison) -> str:
         return f"The error grows with the level, {span}: something depends on amplitude."
     if low.error > _GROWS * high.error:
         return f"The error falls with the level, {span}: friction or noise would do that."
-    if comparison.refit:
-        return f"The error is much the same at every level, {span}."
-    return f"The error is much the same at every level, {span}: fit the numbers first (--fit)."
+    same = f"The error is much the same at every level, {span}"
+    change = _change(low.test, high.test)
+    if change is None:  # an error near 1 is large at every level, whatever is missing
+        return f"{same}."
+    if change.unfollowed:
+        return f"{same}, but {change.told}: something depends on amplitude."
+    return f"{same}." if comparison.refit else f"{same}: fit the numbers first (--fit)."
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """How far response functions differ between two levels, of one sensor.
+
+    Attributes
+    ----------
+    sensor : str
+        Its name.
+    measured, model : float
+        Rms change of the response function over its rms, both weighted with the input [-].
+    unfollowed : bool
+        Whether the model leaves more of the change than random errors make.
+    """
+
+    sensor: str
+    measured: float
+    model: float
+    unfollowed: bool
+
+    @property
+    def told(self) -> str:
+        return (
+            f"the response function of {self.sensor} changes by {self.measured:.0%} and the "
+            f"model's by {self.model:.0%}"
+        )
+
+
+def _change(low: TestComparison, high: TestComparison) -> _Change | None:
+    r"""Return the change of the sensor whose response function the model follows least.
+
+    .. math:: D^2 = \frac{\sum_f |\Delta H - \Delta \hat H|^2 G_{xx}}
+        {\sum_f |H|^2 G_{xx}}, \qquad
+        \mathrm{var}\, H = \frac{1 - \gamma^2}{\gamma^2 n_d} |H|^2
+
+    with :math:`\Delta` between two levels; unlike the free-run error it does not end at 1 where
+    two motions have nothing in common. None where the tests share no excited line.
+    """
+    one, other = low.pair, high.pair
+    low_hz, high_hz = (
+        pick(a, b)
+        for pick, a, b in zip(
+            (max, min), low.measured.excited, high.measured.excited, strict=True
+        )
+    )
+    f = one.frequency[one.excited & (one.frequency >= low_hz) & (one.frequency <= high_hz)]
+    if not f.size or not other.excited.any():
+        return None
+
+    def at(pair: Pair, rows: np.ndarray, i: int) -> np.ndarray:
+        return np.asarray(np.interp(f, pair.frequency, rows[i]))
+
+    weight = np.interp(f, one.frequency, one.input)
+    changes = []
+    for i, name in enumerate(low.measured.sensors):
+        h_low, h_high = at(one, one.h1, i), at(other, other.h1, i)
+        change = h_high - h_low
+        model = at(other, other.h1_model, i) - at(one, one.h1_model, i)
+        random = np.zeros(f.size)
+        for pair in (one, other):
+            for h1, coherence in (
+                (pair.h1, pair.coherence), (pair.h1_model, pair.coherence_model)
+            ):  # fmt: skip
+                known = np.maximum(at(pair, coherence, i), _LEAST)
+                random += np.abs(at(pair, h1, i)) ** 2 * (1.0 - known) / (known * pair.averages)
+        size = np.sqrt(np.sum(np.abs(h_low) ** 2 * weight)) or 1.0
+        left, noise = (
+            np.sqrt(np.sum(v * weight)) / size for v in (np.abs(change - model) ** 2, random)
+        )
+        measured, modelled = (
+            float(np.sqrt(np.sum(np.abs(v) ** 2 * weight)) / size) for v in (change, model)
+        )
+        unfollowed = bool(left > _DEVIATIONS * noise)
+        changes.append((left, _Change(name, measured, modelled, unfollowed)))
+    return max(changes, key=lambda pair: pair[0])[1]
 
 
 @final
@@ -148,6 +237,7 @@ class _AtLevel:
     level: Level
     text: str
     error: float
+    test: TestComparison
 
     @property
     def told(self) -> str:
@@ -174,7 +264,7 @@ def _by_level(comparison: Comparison) -> list[list[_AtLevel]]:
         groups: dict[tuple[str, str], list[_AtLevel]] = {}
         for test, level in zip(tests, said, strict=True):
             if level is not None:
-                one = _AtLevel(level, test.measured.test.level_text, test.error)
+                one = _AtLevel(level, test.measured.test.level_text, test.error, test)
                 groups.setdefault((level.kind, level.unit), []).append(one)
         found += [_apart(group, 0.0) for group in groups.values()]
     return found
@@ -185,7 +275,7 @@ def _seen(test: TestComparison, unit: str) -> _AtLevel:
     measured = test.measured
     part = measured.input[measured.start : measured.stop]
     level = Level("rms", float(np.sqrt(np.mean(part**2))), unit)
-    return _AtLevel(level, str(level), test.error)
+    return _AtLevel(level, str(level), test.error, test)
 
 
 def _apart(tests: list[_AtLevel], tolerance: float) -> list[_AtLevel]:

@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
+from shakerproc.comparison.plausibility import check_plausible
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
@@ -61,8 +62,15 @@ def diagnose_tests(
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Return which effect a model lacks, judged from tests that were read from a log."""
+    """Return which effect a model lacks, judged from tests that were read from a log.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests and the model do not fit together.
+    """
     measured: Sequence[Measured] = usable.tests
+    check_plausible(model, measured)  # before the long work
     clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
     found = diagnose_arrays(
         model,

@@ -30,6 +30,11 @@ def search_component_tests(
     """
     campaign = campaign_of(model, tests)
     form = component_tests.form_of(campaign.data)
+    if not len(form.held_out):
+        raise DiagnosisError(
+            f"{model.title}: nothing can be held out, since the drive of each test repeats "
+            "itself. Add a test with another amplitude or frequency, marked hold_out: true."
+        )
     campaign = replace(campaign, stages=component_tests.stages_of(form))
     data = campaign.data
     say("the model's own numbers")

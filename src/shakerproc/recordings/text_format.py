@@ -120,8 +120,8 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
             lines.pop()  # the look ends inside it
             if not lines:
                 raise RecordingError(
-                    f"{run}: line 1 does not end within {len(start)} bytes. A table with a line for each "
-                    "sample is read; turn rows into columns."
+                    f"{run}: line 1 does not end within {len(start)} bytes. A table with "
+                    "a line for each sample is read; turn rows into columns."
                 )
     except OSError as error:
         file.close()

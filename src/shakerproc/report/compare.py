@@ -130,12 +130,15 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
         key=lambda i: float(np.mean(comparison.tests[i].prediction.input ** 2)),
     )
     bands = comparison.bands
-    error = bands.error[tests, sensor]
+    columns = np.flatnonzero(bands.driven.any(axis=0))
+    shown = slice(columns[0], columns[-1] + 1)
+    edges = bands.edges[columns[0] : columns[-1] + 2]
+    error = np.where(bands.driven[tests, shown], bands.error[tests, sensor, shown], np.nan)
     height = min(7.0, 1.3 + 0.42 * len(tests))
     figure, (axis,) = style.figure(8.6, height)
     rows = np.arange(len(tests) + 1)
     mesh = axis.pcolormesh(
-        bands.edges,
+        edges,
         rows,
         np.maximum(error, 1e-3),
         norm=LogNorm(1e-3, 2.0),
@@ -143,16 +146,16 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
         shading="flat",
     )
     if len(tests) <= 12:
-        _write_cells(axis, bands.edges, error, bands.share[tests, sensor])
+        _write_cells(axis, edges, error, bands.share[tests, sensor, shown])
     axis.set_xscale("log")
     _plain_frequencies(axis)
-    axis.set_xlim(bands.edges[0], bands.edges[-1])
+    axis.set_xlim(edges[0], edges[-1])
     axis.set_yticks(rows[:-1] + 0.5, [label(comparison.tests[i]) for i in tests])
     axis.grid(visible=False)
     axis.set_xlabel("frequency [Hz]")
     name = comparison.tests[0].measured.sensors[sensor]
     axis.set_title(
-        f"{name}: unexplained over measured rms by third octave [%] (bold: most of it)"
+        f"{name}: unexplained over measured rms by driven third octave [%] (bold: most)"
     )
     bar = figure.colorbar(mesh, ax=axis, pad=0.02, label="error [%]", extend="both")
     bar.ax.yaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g}")

@@ -20,6 +20,7 @@ from shakerproc.report.estimates import (
 )
 from shakerproc.report.evidence_models import Models, level_of
 from shakerproc.report.free_law import free_law
+from shakerproc.report.joint_table import joint_table
 from shakerproc.report.ladder import Rung, ladder
 from shakerproc.report.sections import Section, Table
 from shakerproc.runs.remarks import by_tests
@@ -84,8 +85,9 @@ def model_section(models: Models) -> Section:
             ],
         ),
     ]
-    if forces:
-        parts.append(Section("Restoring force", "forces", figures=forces))
+    joints = joint_table(models.before)
+    if joints is not None:
+        parts.append(Section("Restoring force", "forces", tables=[joints], figures=forces))
     return Section(
         "Where the model fails", "model", paragraphs, [table, *_refit(models)], parts=parts
     )

@@ -1,7 +1,7 @@
 """The models whose evidence is drawn, beside each other, and which tests are shown."""
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -67,8 +67,13 @@ def same_joint(test: TestComparison, between: tuple[str, str]) -> JointMotion | 
         if joint.between == between:
             return joint
         if joint.between == between[::-1]:
-            return JointMotion(
-                between, -joint.displacement, -joint.velocity, -joint.force, -joint.force_model
+            return replace(
+                joint,
+                between=between,
+                displacement=-joint.displacement,
+                velocity=-joint.velocity,
+                force=-joint.force,
+                force_model=-joint.force_model,
             )
     return None
 

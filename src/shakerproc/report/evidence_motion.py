@@ -38,16 +38,20 @@ def error_maps(models: Models) -> list[Drawing]:
         for text, _, comparison in models.each:
             rows = by_input(comparison)[::-1]
             bands = comparison.bands
+            columns = np.flatnonzero(bands.driven.any(axis=0))
+            shown = slice(columns[0], columns[-1] + 1)
+            driven = bands.driven[rows, shown]
             drawings.append(
                 Drawing(
                     f"{name}: error by band and level, {text} [%].",
                     "Loudest test on top; bold: where a fifth of the error and more lies. "
-                    "An error that grows upwards depends on amplitude.",
+                    "An error that grows upwards depends on amplitude. Shown are the bands "
+                    "that each test drives; errors_by_band.csv has the others.",
                     heat_map(
                         [label(comparison.tests[i]) for i in rows],
-                        bands.edges,
-                        bands.error[rows, sensor],
-                        bands.share[rows, sensor] > 0.2,
+                        bands.edges[columns[0] : columns[-1] + 2],
+                        np.where(driven, bands.error[rows, sensor, shown], np.nan),
+                        bands.share[rows, sensor, shown] > 0.2,
                         title=f"Error of {name} by third octave, {text}",
                     ),
                     broad=True,
@@ -169,7 +173,8 @@ def _forces(
         Drawing(
             f"Force over {quantity} between {places}, {text}.",
             f"{capitalised(label(test))}, samples of little {other}. The grey dots are what "
-            "holds the mass: a straight line is linear, a kink is a gap, a step is friction.",
+            f"holds the mass, measured{_from(models, index, between)}: a straight line is "
+            "linear, a kink is a gap, a step is friction.",
             svg.plot(
                 svg.Plot(
                     [
@@ -185,6 +190,13 @@ def _forces(
         )
         for text, style, rows in clouds
     ]
+
+
+def _from(models: Models, index: int, between: tuple[str, str]) -> str:
+    """Return from which frequency on a joint is measured, in words."""
+    joint = same_joint(models.before.tests[index], between)
+    low = 0.0 if joint is None else joint.band[0]
+    return f" from {low:.3g} Hz on" if low > 0.0 else ""
 
 
 def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:

@@ -27,6 +27,10 @@ LINES_APART: Final = 4
 """Distance that excited lines of a multisine may have, so that segments do not resolve them
 [lines]; whole periods are read by an analysis of their own."""
 
+ALL_PAIRS: Final = 1e8
+"""Cross spectra of all pairs are kept up to this size, for the shapes at peaks [byte]: as much
+as samples are; of more channels, only those that response functions need."""
+
 _DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
 
 
@@ -41,14 +45,14 @@ def averaged(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra
         period = round(test.multisine.period * recording.sample_rate)
         test = _short_segments(test, max(period // LINES_APART, 8))
     blocks = recording.blocks(crop.start, crop.stop)
-    return welch(blocks, recording.sample_rate, test, inputs), None
+    averaging, count = test.processing.welch, len(recording.channels)
+    bins = (averaging.n_fft or averaging.segment) // 2 + 1
+    kept = None if 16 * count**2 * bins <= ALL_PAIRS else inputs
+    return welch(blocks, recording.sample_rate, test, kept), None
 
 
 def inputs_of(channels: Sequence[Channel], test: Test) -> tuple[int, ...]:
-    """Return the rows that response functions are over: controls, forces, those asked for.
-
-    Of pairs of all others nothing is made: those of hundreds of channels fill the memory.
-    """
+    """Return the rows that response functions are over: controls, forces, those asked for."""
     named = {one.input for one in test.processing.response_functions}
     return tuple(
         i

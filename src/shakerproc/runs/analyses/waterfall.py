@@ -5,6 +5,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
@@ -28,7 +29,13 @@ class WaterfallAnalysis(AbstractAnalysis):
     kind: ClassVar[str] = "waterfall"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
-        """Return the waterfall of a run, over speed where its orders are asked for too."""
+        """Return the waterfall of a run, over speed where its orders are asked for too.
+
+        Raises
+        ------
+        SpectrumError
+            If the band lies between two lines.
+        """
         wanted = result.test.processing.waterfall
         if wanted is None:
             return None
@@ -41,6 +48,13 @@ class WaterfallAnalysis(AbstractAnalysis):
             most_times=wanted.spectra,
         )  # fmt: skip
         inside = (found.frequency >= result.band[0]) & (found.frequency <= result.band[1])
+        if not inside.any():
+            low, high = result.band
+            raise SpectrumError(
+                f"the band from {low:.4g} to {high:.4g} Hz holds no line of the waterfall, "
+                f"whose lines are {found.frequency[1]:.4g} Hz apart. Set welch.segment to "
+                f"{int(np.ceil(result.sample_rate / (high - low)))} samples or more."
+            )
         amplitude = _amplitudes(found.density[:, inside], result.sample_rate, segment)
         frequency, speed = found.frequency[inside], _speeds(result, found.time)
         time = found.time + crop.start / result.sample_rate
