@@ -792,3 +792,20 @@ def test_matlab_version_4_is_read_through_scipy(tmp_path):
     with open_recording(tmp_path / "run.mat") as recording:
         assert recording.sample_rate == 200.0
         assert_allclose(recording.samples()[0], Y * STANDARD_GRAVITY)
+
+
+def test_a_table_of_lines_longer_than_the_first_look_is_read(tmp_path):
+    samples = np.random.default_rng(2).standard_normal((12, 5000)).round(6)
+    names = ",".join(["time (s)", *(f"sensor {i} (m/s^2)" for i in range(5000))])
+    assert len(names) > 2**16
+    table = np.column_stack([np.arange(12) / 1000.0, samples])
+    np.savetxt(tmp_path / "wide.csv", table, "%.6f", ",", header=names, comments="")
+    with open_recording(tmp_path / "wide.csv") as recording:
+        assert recording.channels[4999].name == "sensor 4999"
+        assert_allclose(recording.samples(), samples.T, atol=1e-6)
+
+
+def test_a_line_without_end_is_refused(tmp_path):
+    (tmp_path / "one.csv").write_text("1.5," * 5_000_000)
+    with pytest.raises(RecordingError, match="line 1 does not end within 16777216 bytes"):
+        open_recording(tmp_path / "one.csv")
