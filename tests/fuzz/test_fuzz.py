@@ -9,6 +9,7 @@ import pytest
 from tests.fuzz.judge import GOOD, Judge, compared
 from tests.fuzz.mutants import Mutant, mutants
 from tests.fuzz.seeds import make_seeds
+from tests.fuzz.time_seeds import make_time_seeds
 
 from shakerproc.data import Channel, SkippedRows, recording_of_arrays
 
@@ -23,7 +24,7 @@ SHARES = ((145, 17), pytest.param(29, 11, marks=pytest.mark.long))
 )
 @pytest.mark.parametrize(("every", "first"), SHARES)
 def test_thousands_of_damaged_recordings(tmp_path, every, first):
-    seeds = make_seeds(tmp_path)
+    seeds = [*make_seeds(tmp_path), *make_time_seeds(tmp_path)]
     judge = Judge(tmp_path, seeds)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     counts: Counter[str] = Counter()

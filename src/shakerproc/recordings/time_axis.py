@@ -165,9 +165,8 @@ class TimeBase:
     @property
     def first(self) -> datetime | None:
         """When the first sample was taken."""
-        if self.start_time is None:
-            return None
-        return self.start_time + timedelta(seconds=self.start)
+        start = timedelta(seconds=self.start)  # raises where there is no such time
+        return None if self.start_time is None else self.start_time + start
 
     @property
     def is_silent(self) -> bool:

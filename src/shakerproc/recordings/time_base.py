@@ -98,7 +98,19 @@ def time_base(
     said : Sampling
         What the log says, by which two readings are told apart.
     """
-    every = [_statement(axis, said.unit) for axis in axes]
+    base = _agreed([_statement(axis, said.unit) for axis in axes], start_time, said)
+    try:
+        _ = base.first
+    except (OverflowError, ValueError):
+        problem = f"{axes[0].where} begins at {base.start:g} s, which is no time"
+        return TimeBase(problem=problem)
+    return base
+
+
+def _agreed(
+    every: Sequence[_Statement], start_time: datetime | None, said: Sampling
+) -> TimeBase:
+    """Return the time base of what places say."""
     telling = [s for s in every if s.readings or s.problem]
     if not telling:
         return replace(UNKNOWN, start_time=start_time)
