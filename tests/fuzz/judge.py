@@ -170,7 +170,9 @@ def states_otherwise(mutant: Mutant) -> bool:
     first = int(ahead[0]) if ahead.size else short
     behind = np.flatnonzero(one[::-1][:short] != other[::-1][:short])
     last = len(before) - (int(behind[0]) if behind.size else short)
-    return any(part.start < max(last, first + 1) and part.stop > first for part in mutant.seed.stated)
+    return any(
+        part.start < max(last, first + 1) and part.stop > first for part in mutant.seed.stated
+    )
 
 
 def compared(recording: Recording, samples: np.ndarray, mutant: Mutant) -> tuple[str, str]:

@@ -1,5 +1,7 @@
 """Small recordings of every layout, each with the log that says what to expect of it."""
 
+import re
+import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -69,10 +71,11 @@ class Seed:
         if self.name.endswith(".tdms"):
             seconds = self.values.shape[1] / RATE
             duration = f"duration: {seconds!r} s, duration_tolerance: 0.01 %, "
-        roles = ", ".join(f"\"{name}\": {{role: response}}" for name in self.channels)
+        roles = ", ".join(f'"{name}": {{role: response}}' for name in self.channels)
         return (
             f"testlog: 1\nrecordings: .\nchannels: {{{roles}}}\n"
-            f"expect: {{{duration}channels: {len(self.channels)}, unit: g}}\ntests:\n  - {{id: 1, recording: {self.name}}}\n"
+            f"expect: {{{duration}channels: {len(self.channels)}, unit: g}}\ntests:\n"
+            f"  - {{id: 1, recording: {self.name}}}\n"
             f"  - {{id: 2, recording: {self.name}, processing: {{bad_rows: skip}}}}\n"
         )
 
@@ -155,8 +158,6 @@ def scaled() -> Seed:
     )
 
 
-
-
 def numbers(seed: int) -> np.ndarray:
     """Two channels of noise with six decimals [g]."""
     return np.round(np.random.default_rng(seed).standard_normal((2, N_ROWS)), 6)
@@ -184,7 +185,7 @@ def taken(path: Path) -> bytes:
     return content
 
 
-def text(  # noqa: PLR0913
+def text(
     name: str,
     head: list[str],
     seed: int,
@@ -341,14 +342,30 @@ def matlab_7_3(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def stated_once(seed: Seed) -> Seed:
+    """Return a seed of which the rate or step stands in one number."""
+    numbers = (RATE, 1.0 / RATE)
+    pieces = [struct.pack(kind, number) for kind in ("<d", ">d", "<f") for number in numbers]
+    pieces += [f"{1.0 / RATE:13.5e}".encode(), b"sample_rate", b"1000"]
+    found = (
+        range(match.start(), match.end())
+        for piece in pieces
+        for match in re.finditer(re.escape(piece), seed.content)
+    )
+    return replace(seed, stated=(*seed.stated, *found))
+
+
 def make_seeds(folder: Path) -> list[Seed]:
     """All seeds; those of TDMS first."""
     tdms = [contiguous(), one_chunk(), interleaved(), big_endian(), daqmx(), scaled()]
     endings = (".tdms", ".csv", ".mat", ".uff", ".parquet")
     others = [written(ending, number)(folder) for number, ending in enumerate(endings)]
+    others = [one if one.name.endswith(".csv") else stated_once(one) for one in others]
     others[1] = replace(others[1], table=range(1, 1 + N_ROWS), counted=False)
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
     )  # fmt: skip
-    return [*tdms, *others, *(make(folder) for make in more)]
+    rates = (packed_archive, matlab, matlab_7_3)
+    made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]
+    return [*map(stated_once, tdms), *others, *made]

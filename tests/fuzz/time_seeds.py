@@ -41,8 +41,8 @@ def texts() -> list[Seed]:
         text("labview.csv", [",".join(["timestamp", *head])], 23, ",", times=labview,
              start=START),
         text("clock.csv", ["Zeit;ch1 [g];ch2 [g]"], 24, ";", ",", times=stamps("%H:%M:%S")),
-        text("dates.csv", [",".join(["time", *head])], 25, ",", times=stamps("%Y-%m-%dT%H:%M:%S"),
-             start=START),
+        text("dates.csv", [",".join(["time", *head])], 25, ",",
+             times=stamps("%Y-%m-%dT%H:%M:%S"), start=START),
         text("cells.csv", [",".join(["date", "time", *head])], 26, ",",
              times=stamps("%Y-%m-%d,%H:%M:%S"), start=START),
         text("directions.csv", ["# 1 kHz", "time [s],ch1 (X+) [g],ch2 (Z-) [g]"], 27, ",",
@@ -147,9 +147,7 @@ def parquet_times(folder: Path) -> Seed:
     times = pa.array([m.replace(tzinfo=None) for m in moments], pa.timestamp("us"))
     table = pa.table({"time": times, "ch1 [g]": values[0], "ch2 [g]": values[1]})
     parquet.write_table(table, path, use_dictionary=False)
-    return Seed(
-        path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, (), start=START
-    )
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, (), start=START)
 
 
 def tdms_starts(folder: Path) -> Seed:
