@@ -119,7 +119,7 @@ class Judge:
             if moved and not told:
                 return "times changed silently", moved
             outcome = compared(recording, samples, mutant)
-            if outcome[0] == "lost silently" and states_otherwise(mutant) and told:
+            if outcome[0] == "lost silently" and states_otherwise(mutant):
                 return "times as the damaged file states them", ""
             if outcome[0] == "numbers differ" and told:
                 return "numbers differ, noted", ""

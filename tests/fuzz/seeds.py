@@ -346,7 +346,7 @@ def stated_once(seed: Seed) -> Seed:
     """Return a seed of which the rate or step stands in one number."""
     numbers = (RATE, 1.0 / RATE)
     pieces = [struct.pack(kind, number) for kind in ("<d", ">d", "<f") for number in numbers]
-    pieces += [f"{1.0 / RATE:13.5e}".encode(), b"sample_rate", b"1000"]
+    pieces += [f"{0.0:13.5e}{1.0 / RATE:13.5e}".encode(), b"sample_rate", b"1000"]
     found = (
         range(match.start(), match.end())
         for piece in pieces
@@ -366,6 +366,6 @@ def make_seeds(folder: Path) -> list[Seed]:
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
     )  # fmt: skip
-    rates = (packed_archive, matlab, matlab_7_3)
+    rates = (packed_archive, matlab, matlab_7_3, universal_text)
     made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]
     return [*map(stated_once, tdms), *others, *made]

@@ -78,7 +78,7 @@ def of_lines(content: bytes, *names: bytes) -> tuple[range, ...]:
     found, at = [], 0
     for line in content.splitlines(keepends=True):
         if line.split(b"\t")[0] in names:
-            found.append(range(at, at + len(line)))
+            found.append(range(at - 1, at + len(line)))  # the line end before it too
         at += len(line)
     return tuple(found)
 

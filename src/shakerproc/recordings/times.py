@@ -293,9 +293,10 @@ def _resolution(times: FloatArray) -> FloatArray:
             break
     power = np.floor(np.log10(size, where=size > 0.0, out=np.zeros(times.size)))
     for digits in range(1, 14):
-        digit = 10.0 ** (power + 1 - digits)
-        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * np.spacing(size)):
-            return np.maximum(found, digit)
+        last: FloatArray = 10.0 ** (power + 1 - digits)
+        if np.all(np.abs(times - last * np.rint(times / last)) <= 4.0 * np.spacing(size)):
+            found = np.maximum(found, last)
+            break
     return found
 
 

@@ -242,8 +242,8 @@ def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[flo
     unclear = next(filter(_is_unclear, silent), None)
     if said.override and (unclear is not None or away > max(SAME_AS_LOG, doubt)):
         stated = f"{rates[0]:.9g} Hz" if rates else channels[0].time.problem
-        told = f"The sample rate is {logged:.9g} Hz by override; in the file: {stated}."
-        return logged, told, told
+        note = f"The sample rate is {logged:.9g} Hz by override; in the file: {stated}."
+        return logged, note, note
     if unclear is not None:
         raise RecordingError(_no_rate(unclear, said, rates, run))
     if away > max(SAME_AS_LOG, doubt):
