@@ -13,6 +13,7 @@ from typing import Final, final
 from shakerproc import units
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import parse_unit, split_header
+from shakerproc.recordings.times import SECONDS
 
 _QUANTITY_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "N": ("force", "kraft", "load", "thrust", "hammer", "impact", "fuerza", "forza"),
@@ -123,7 +124,10 @@ class _Beside:
         return cls(
             frozenset(e["stem"] for e in ends if e["letter"].casefold() not in {*_ELSE, "s"}),
             said,
-            any(len(unit) == 1 and units.problem_of_unit(unit) for unit in said),
+            any(
+                len(unit) == 1 and unit not in SECONDS and units.problem_of_unit(unit)
+                for unit in said
+            ),
         )
 
 

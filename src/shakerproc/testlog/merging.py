@@ -123,6 +123,9 @@ def merged_processing(
         override_rate=override,
         time_unit=given.get("time_unit", base.time_unit),
         resample=given.get("resample", base.resample),
+        ignore_starts=base.ignore_starts
+        if section.starts is None
+        else section.starts == "ignore",
         bad_rows=given.get("bad_rows", base.bad_rows),
         group=given.get("group", base.group),
         measurement=given.get("measurement", base.measurement),

@@ -159,6 +159,8 @@ class Processing:
         Unit of times in the recording that state none; empty where they do.
     resample : float, optional
         Rate of the even times that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the recording states.
     bad_rows : str
         ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
     group : str, optional
@@ -211,6 +213,7 @@ class Processing:
     override_rate: bool = False
     time_unit: str = ""
     resample: float | None = None
+    ignore_starts: bool = False
     bad_rows: BadRows = "refuse"
     group: str | None = None
     measurement: Measurement | None = None

@@ -137,6 +137,7 @@ class ProcessingSection(Section):
     sample_rate: SampleRate | None = None
     time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None = None
     resample: Hertz = None
+    starts: Literal["stated", "ignore"] | None = None
     bad_rows: BadRows | None = None
     group: Text | None = None
     measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
