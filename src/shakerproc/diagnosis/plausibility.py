@@ -105,7 +105,7 @@ class _Looked:
     @property
     def doubted(self) -> bool:
         """Whether the model explains the gains to no factor of two."""
-        return self.distance(self.modelled) >= np.log(NEAR)
+        return self.distance(self.modelled) >= float(np.log(NEAR))
 
     @property
     def spread(self) -> float:
@@ -129,7 +129,9 @@ def _looked(linear: LinearModel, test: Measured) -> _Looked:
     sensors = list(range(1, rows.shape[0]))
     segment = max(_SHORTEST, min(test.test.processing.welch.segment, rows.shape[1] // 4))
     none = np.empty((len(sensors), 0))
-    nothing = _Looked(test, np.empty(0), none + 0j, none + 0j, none)
+    nothing = _Looked(
+        test, np.empty(0), none.astype(np.complex128), none.astype(np.complex128), none
+    )
     if segment > rows.shape[1]:
         return nothing
     cross = cross_spectra(rows, test.sample_rate, segment=segment)

@@ -51,8 +51,9 @@ def shown_in(unit: str, motion: Motion, largest: float | None = None) -> tuple[s
     shown = unit_in(unit, motion)
     if unit != "m":
         return shown, 1.0
-    fitting = [one for one in _PREFIXES if largest and largest * one[1] >= 0.1]
-    prefix, factor = (fitting or _PREFIXES)[0]
+    if not largest:
+        largest = 1.0
+    prefix, factor = next((one for one in _PREFIXES if largest * one[1] >= 0.1), _PREFIXES[-1])
     return prefix + shown, factor
 
 
