@@ -129,13 +129,21 @@ def out_folder(folder: Path | None, default: str) -> Path:
 
 @contextmanager
 def results(folder: Path, command: str) -> Iterator[None]:
-    """Write the results of a command in the block, in place of all those of an earlier run."""
+    """Write the results of a command in the block, in place of all those of an earlier run.
+
+    Where the block is interrupted or fails, nothing of it stays.
+    """
     from shakerproc.campaign.manifest import settle
 
     own_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)
     with files.noted() as written:
-        yield
+        try:
+            yield
+        except BaseException:
+            for path in written:
+                path.unlink(missing_ok=True)
+            raise
     settle(folder, written, command)
 
 
