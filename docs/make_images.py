@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 COLOURS = 128
 BATCH = {
-    "trends/figure_5_45_peak_frequency_against_clearance_random.png": "trend.png",
+    "trends/peak_frequency_against_clearance_random.png": "trend.png",
     "runs/test_3/psd_and_response.png": "test_3_psd_and_response.png",
     "runs/test_12/sweep.png": "test_12_sweep.png",
 }

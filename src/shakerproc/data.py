@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -113,6 +113,8 @@ class ChannelUse:
         Serial number of the sensor.
     calibration : Calibration, optional
         What the calibration sheet says of it.
+    default : bool
+        Whether it is said for every test: a recording without such a channel goes without.
     """
 
     key: str | int
@@ -126,6 +128,7 @@ class ChannelUse:
     direction: tuple[float, float, float] | None = None
     sensor: str | None = None
     calibration: Calibration | None = None
+    default: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,3 +72,12 @@ def test_a_test_without_a_blow_is_one_line_and_costs_the_other_nothing(results):
     (failed,) = [row for row in rows_of(results / "runs.csv") if row["error"]]
     assert failed["test"] == "2"
     assert "no blow found: the largest force" in failed["error"]
+
+
+def test_the_table_of_peaks_has_the_resonances_over_the_force(results):
+    """The oscillators of `struck`: 62 and 143 Hz."""
+    rows = [r for r in rows_of(results / "peaks.csv") if r["quantity"] == "h1 a / f"]
+    found = sorted(float(row["natural_frequency_hz"]) for row in rows)
+    assert found[:2] == pytest.approx([62.0, 143.0], rel=1e-3)
+    assert {row["channel"] for row in rows} == {"a"}
+    assert [row["rank"] for row in rows] == [str(i + 1) for i in range(len(rows))]

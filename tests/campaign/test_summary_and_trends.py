@@ -99,7 +99,7 @@ def test_the_thesis_trends_are_there_by_name_and_sorted():
     sweeps = [
         run(f"s{g}", 250.0 + g, 1e-4, kind="sine sweep", level_g=float(g)) for g in (5, 1, 10)
     ]
-    requests = {r.name: r for r in trends.standard_trends([*FALLING, *sweeps])}
+    requests = {r.name: r for r in trends.standard_trends([*FALLING, *sweeps], thesis=True)}
     level = trends.trend(
         sweeps, requests["figure_5_46_peak_frequency_against_level_radial"], "ch3"
     )
@@ -182,8 +182,11 @@ def test_thinning_keeps_a_broken_line_broken(gap):
 
 def test_names_of_trend_files_are_harmless_and_those_of_the_thesis_carry_their_number():
     runs = [run("1", 300.0, 0.0, joint="../../x"), run("2", 290.0, 5e-5, joint="slot")]
-    requests = trends.standard_trends(runs)
+    requests = trends.standard_trends(runs, thesis=True)
     names = [request.name for request in requests]
+    plain = [request.name for request in trends.standard_trends(runs)]
+    assert not [name for name in plain if "figure" in name or "/" in name or "." in name]
+    assert len(set(plain)) == len(set(names)) == len(names)
     assert not [request.title for request in requests if "thesis" in request.title]
     assert not [name for name in names if "/" in name or "." in name]
     assert {name[:11] for name in names if name.startswith("figure")} == {

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.in_process import run
+from tests.small_campaign import write_campaign
 
 from shakerproc import files
 
@@ -103,3 +105,21 @@ def test_printable_text_obeys_no_terminal(text):
 def test_the_date_can_be_given(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1500000000")
     assert files.now() == datetime(2017, 7, 14, 2, 40, tzinfo=UTC)
+
+
+@pytest.mark.parametrize("name", ["errors.csv", "report.html", "peaks.csv", "Figure.PNG"])
+@pytest.mark.parametrize("command", ["process", "batch"])
+def test_a_file_that_the_program_did_not_write_is_never_written_over(
+    tmp_path, capsys, command, name
+):
+    log = write_campaign(tmp_path, 1)
+    mine = tmp_path / "out" / name
+    mine.parent.mkdir()
+    mine.write_text("mine", encoding="utf-8")
+    what = log if command == "batch" else tmp_path / "recordings" / "test_1.tdms"
+    assert run(command, what, "--out", mine.parent) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert [line for line in told if "error" in line] == told
+    assert f"holds {name}, which shakerproc did not write" in told[0]
+    assert {path.name for path in mine.parent.iterdir()} <= {name, ".shakerproc.lock"}
+    assert mine.read_text(encoding="utf-8") == "mine"

@@ -201,3 +201,16 @@ def test_a_sample_rate_that_the_files_do_not_say_goes_into_the_log(tmp_path, cap
     assert "not usable" not in capsys.readouterr().err
     assert read_testlog(tmp_path / "testlog.yaml").tests[0].processing.sample_rate == 100.0
     assert run("init", tmp_path / "new", "--sample-rate-hz", 100) == 2
+
+
+def test_a_shaken_test_is_the_template_and_a_hammer_in_volts_a_force(tmp_path):
+    """By name the hammer test comes first."""
+    (tmp_path / "r").mkdir()
+    rows = "".join(f"{i / 100},{i % 5},{i % 7}\n" for i in range(3000))
+    for name, head in (("a_hammer", "hammer [V],tip [V]"), ("run_1", "table [V],tip [V]")):
+        (tmp_path / "r" / f"{name}.csv").write_text(f"t,{head}\n{rows}", encoding="utf-8")
+    assert run("init", tmp_path, "--recordings", tmp_path / "r") == 0
+    text = (tmp_path / "testlog.yaml").read_text(encoding="utf-8")
+    assert "\n  table: {role: control}" in text
+    assert "channels: {hammer: {role: force" in text
+    assert list(read_model(tmp_path / "model.yaml").sensors) == ["tip"]

@@ -166,3 +166,42 @@ def test_a_text_channel_in_front_does_not_shift_the_numbers_of_the_others(tmp_pa
     assert process(path) == 0
     assert [c["name"] for c in summary(path)["channels"]] == ["a", "b", "ch3"]
     assert summary(path)["unused"] == [{"name": "remarks", "why": "it holds text"}]
+
+
+HAMMER = """\
+testlog: 1
+recordings: .
+channels:
+  table: {role: control}
+  tip: {role: response}
+processing: {crop: none}
+tests:
+  - {id: 1, recording: shaken.npz, excitation: random, level: 1 g rms, from: 5 Hz, to: 400 Hz}
+  - {id: 2, recording: struck.npz, excitation: random, level: 1 g rms, from: 5 Hz, to: 400 Hz,
+     channels: {cell: {role: force}}}
+"""
+
+
+def test_one_log_holds_tests_of_other_channels_and_tells_what_each_goes_without(
+    tmp_path, capsys
+):
+    rng = np.random.default_rng(1)
+    for name, first in (("shaken", "table [m/s^2]"), ("struck", "cell [N]")):
+        arrays = {first: rng.standard_normal(9000), "tip [m/s^2]": rng.standard_normal(9000)}
+        np.savez(tmp_path / f"{name}.npz", **arrays, fs=1000.0)
+    (tmp_path / "log.yaml").write_text(HAMMER, encoding="utf-8")
+    words = ("--no-figures", "--workers", 1, "--out", tmp_path / "out")
+    assert run("batch", tmp_path / "log.yaml", *words) == 0
+    told = capsys.readouterr()
+    assert "2 processed" in told.out
+    lines = [x for x in told.err.splitlines() if "were left out: 'table'" in x]
+    assert len(lines) == 1
+    assert lines[0].startswith("test 2: ")
+
+
+def test_a_slip_of_the_pen_is_no_channel_that_a_test_goes_without(tmp_path, capsys):
+    np.savez(tmp_path / "shaken.npz", **{"tabel [m/s^2]": np.ones(99), "tip": np.ones(99)})
+    (tmp_path / "log.yaml").write_text(HAMMER, encoding="utf-8")
+    words = ("--log", tmp_path / "log.yaml", "--out", tmp_path / "out")
+    assert run("process", tmp_path / "shaken.npz", *words) == 1
+    assert "no channel 'table'; did you mean 'tabel'" in capsys.readouterr().err

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from tests.in_process import completed
 
-TOLERANCE = 0.05
-"""How far a number on a page may lie from what a command prints (on another machine) [-]."""
+TOLERANCE = 1e-3
+"""How far a number on a page may lie from what a command prints (on another machine) [-]: at
+most one in the last of the four digits that are printed."""
 
 _BLOCK = re.compile(
     r"^(?:<!-- (?P<what>file): (?P<path>\S+) -->\n)?"

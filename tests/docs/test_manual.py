@@ -78,8 +78,9 @@ def test_every_command_of_the_tutorial_prints_what_it_shows(tutorial):
 
 
 def test_the_comparison_of_outputs_finds_what_differs():
-    assert console.disagreement(("a 1.00", "...", "b"), "a 1.04\nx\ny\nb\n") is None
-    assert console.disagreement(("a 1.00",), "a 1.06\n") == "a 1.00"
+    assert console.disagreement(("a 1.00", "...", "b"), "a 1.01\nx\ny\nb\n") is None
+    assert console.disagreement(("a 1.00",), "a 1.02\n") == "a 1.00"
+    assert console.disagreement(("c 4.995e-05",), "c 4.97e-05\n") == "c 4.995e-05"
     assert console.disagreement(("a 1.2",), "a 1.3\n") is None
     assert console.disagreement(("a 1.2e-3",), "a 1.3e-3\n") is None
     assert console.disagreement(("a 1.2",), "a 1.4\n") == "a 1.2"
@@ -87,6 +88,23 @@ def test_the_comparison_of_outputs_finds_what_differs():
     assert console.disagreement(("a", "b"), "a\nx\nb\n") == "b"
     assert "nothing more" in console.disagreement(("a",), "a\nb\n")
     assert console.disagreement(("gap 1",), "stop 1\n") == "gap 1"
+
+
+def test_the_interval_in_the_text_is_the_one_that_is_printed():
+    """README.md and the tutorial tell the clearance in words, with the digits of the table."""
+    page = TUTORIAL.read_text(encoding="utf-8")
+    row = re.search(r"^gap .* clearance +\S+ +(\S+) +(\S+) +m$", page, re.MULTILINE)
+    low, high = (1e3 * float(text) for text in row.groups())
+    for path, wanted in (
+        (ROOT / "README.md", r"\(([\d.]+) to ([\d.]+) mm\)\. Added to the model"),
+        (TUTORIAL, r"between ([\d.]+) and ([\d.]+) mm with 95 % confidence"),
+    ):
+        told = re.search(wanted, path.read_text(encoding="utf-8")).groups()
+        shown = [
+            f"{value:.{len(text.partition('.')[2])}f}"
+            for value, text in zip((low, high), told, strict=True)
+        ]
+        assert list(told) == shown, path.name
 
 
 @pytest.fixture(scope="module")

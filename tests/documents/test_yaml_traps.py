@@ -28,8 +28,7 @@ READ = {
     "true is true": ("value: true", True),
     "TRUE is true": ("value: TRUE", True),
     "tRue is text": ("value: tRue", "tRue"),
-    "a tilde is nothing": ("value: ~", None),
-    "nothing is nothing": ("value:", None),
+    "a tilde is nothing": ("value: [~]", [None]),
     "nULL is text": ("value: nULL", "nULL"),
     "1e3 is a number": ("value: 1e3", 1000.0),
     "1.e+3 is a number": ("value: 1.e+3", 1000.0),
@@ -107,7 +106,10 @@ REFUSED = {
     "more indentation": ("value:\n  a: 1\n   b§: 2", "or is one of the two too far in"),
     "dash out of line": ("value:\n  - 1\n §- 2", "as far in as its neighbours above"),
     "open brace": ("value: {a: 1\nother§: 2", 'expected "," or "}"'),
+    "open brace at the end": ("value: {a: 1§", 'expected "," or "}"'),
     "open bracket": ("value: [1, 2\nother§: 2", 'expected "," or "\\]"'),
+    "nothing after a key": ("other: 1\nvalue:§", "expected a value after value:, got nothing"),
+    "a tilde after a key": ("value: §~", "expected a value after value:, got nothing"),
     "nothing in the file": ("§", "got an empty file"),
     "only comments": ("§# nothing", "got an empty file"),
     "a list as the file": ("§- 1", "expected a mapping"),
@@ -136,6 +138,19 @@ def test_what_could_mean_something_else_is_refused_at_its_place(tmp_path, marked
     assert str(caught.value).startswith(f"{tmp_path / 'file.yaml'}:{line}:{column}: ")
     assert str(caught.value).isprintable()
     assert caught.value.path == tmp_path / "file.yaml"
+
+
+@pytest.mark.parametrize("end", ["\x85", "\u2028", "\u2029"])
+@pytest.mark.parametrize(
+    "text", ['value: "a{}b"   # c\n', "value: a{}b # c\n", "# x{}other: 1\nvalue: a b\n"]
+)
+def test_line_separators_of_other_programs_are_spaces_and_count_no_lines(tmp_path, end, text):
+    """YAML 1.2, section 5.4: none of them ends a line; an editor counts none either."""
+    found = read(tmp_path, text.format(end))
+    assert (found.value, found.other) == ("a b", None)
+    with pytest.raises(DocumentError, match="othr") as caught:
+        read(tmp_path, text.format(end) + "\nothr: 1")
+    assert caught.value.line == text.count("\n") + 2
 
 
 def test_there_are_forty_traps_and_more():

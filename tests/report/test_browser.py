@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from tests.report.browser import FOUND, Browser
+from tests.report.drawn_points import drawn, lost, noted_plots
 from tests.report.test_page import PAYLOADS, contrast, poisoned, report_of
 from tests.small_campaign import write_campaign
 
-from shakerproc.report import pdf, style
+from shakerproc.report import pdf, style, svg
+from shakerproc.report.drawing import Drawing
 from shakerproc.report.page import write_report
+from shakerproc.report.sections import Section
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import facts_of, read_testlog
 
@@ -333,3 +336,73 @@ def test_printed_limits_are_thinner_than_the_curves(page, browser):
     curves = [width for thin, width in drawn if not thin]
     assert limits
     assert max(limits) < 0.25 * min(curves)
+
+
+def every_kind_of_plot():
+    """Plots of curves whose places differ, stand together, repeat, fall or are not there."""
+    rng = np.random.default_rng(3)
+    even, few = np.linspace(0.0, 10.0, 60), np.array([1.0, 1.0, 4.0, 4.0, 4.0, 9.0])
+    other, steps = np.sort(rng.random(40)) * 10.0, np.array([0.0, 3.0, 3.0, 7.0, 7.0, 10.0])
+    broken = np.where(np.arange(60) % 13 == 5, np.nan, 2.0 + np.sin(even))
+    y, high = np.arange(1.0, 7.0), np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
+    marks = {"points": True, "hollow": [True, False, True, False, False, True]}
+    kinds = {
+        "lines": [svg.Curve("a", even, broken, 0), svg.Curve("b", other, 1 + other / 9, 1)],
+        "steps": [svg.Curve("a", even, broken, 0), svg.Curve("b", steps, high, 1, thin=True)],
+        "falling": [svg.Curve("a", steps[::-1], high, 0), svg.Curve("b", other, other / 3, 1)],
+        "marks": [
+            svg.Curve("a", few, y, 0, bars=[0.2] * 6, **marks),
+            svg.Curve("b", few + 0.0, y[::-1] + 0.5, 1, points=True),
+            svg.Curve("c", np.array([4.0, 5.0]), np.array([5.5, 2.5]), 2, points=True),
+        ],
+        "marks on a line": [
+            svg.Curve("a", even, broken, 0, wide=True),
+            svg.Curve("b", few[::-1], y, 3, points=True),
+        ],
+        "dots": [
+            svg.Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
+            svg.Curve("b", few, y, 1, dots=True),
+        ],
+        "areas": [
+            svg.Filling("a", even, broken - 0.5, broken + 0.5, 0),
+            svg.Filling("b", other, other / 3, 1 + other / 3, 1),
+            svg.Curve("c", steps, high, 2),
+        ],
+    }  # fmt: skip
+    return {
+        f"{name}, {'logarithmic' if log else 'even'} x": svg.Plot(
+            items,
+            svg.Axis("x [Hz]", 0.5 if log else -0.5, 11.0, logarithmic=log),
+            svg.Axis("y [-]", 0.1, 8.0, logarithmic=name == "lines"),
+        )
+        for name, items in kinds.items()
+        for log in (False, True)
+    }
+
+
+def test_no_kind_of_figure_loses_a_point(browser, tmp_path):
+    with noted_plots() as plots:
+        drawings = [
+            Drawing(name, "", svg.plot(plot, title=name))
+            for name, plot in every_kind_of_plot().items()
+        ]
+        section = Section("Figures", "figures", figures=drawings)
+        write_report(tmp_path / "kinds.html", replace(report_of([]), sections=[section]))
+    browser.open(tmp_path / "kinds.html")
+    found = drawn(browser)
+    assert len(found) == len(drawings)
+    titles = {
+        plot: title for title, plot in zip(every_kind_of_plot(), plots.values(), strict=True)
+    }
+    assert {titles[plots[one["value"]]]: lost(one, plots[one["value"]]) for one in found} == (
+        dict.fromkeys(titles.values(), 0)
+    )
+
+
+def test_the_figures_of_runs_and_trends_lose_no_point(browser, summaries, tmp_path):
+    with noted_plots() as plots:
+        write_report(tmp_path / "page.html", report_of(summaries[:8]))
+    browser.open(tmp_path / "page.html")
+    found = drawn(browser)
+    assert len(found) > 40
+    assert sum(lost(one, plots[one["value"]]) for one in found) == 0

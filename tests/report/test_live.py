@@ -142,3 +142,24 @@ def test_a_loop_stays_a_still_figure():
     assert "<svg" in svg.plot(svg.Plot([loop], axis, axis), title="loop")
     falling = svg.Curve("down", np.linspace(9.0, 1.0, 5), np.arange(5.0), 0)
     assert live.payload(svg.Plot([falling], axis, axis))
+
+
+@given(st.lists(st.sampled_from([0.0, 0.25, 0.5, 1.0]), min_size=1, max_size=30))
+def test_points_at_one_place_are_all_handed_over(places):
+    x, y = np.array(places), np.arange(1.0, len(places) + 1.0)
+    curves = [svg.Curve("a", x, y, 0, points=True), svg.Curve("b", x[::-1], y, 1, dots=True)]
+    axis = svg.Axis("", 0.0, 40.0)
+    found = content(live.payload(svg.Plot(curves, axis, axis)))
+    for (*_, place, values), curve in zip(found["c"], curves, strict=True):
+        at = found["c"][place][3] if isinstance(place, int) else place
+        read = np.linspace(*at) if isinstance(at, list) else decoded(at, 3, found["x"])
+        assert_allclose(read, curve.x, atol=1e-4)
+        assert_allclose(decoded(values, 2, found["y"]), curve.y, atol=0.01)
+
+
+def test_a_point_without_a_place_breaks_its_line_and_takes_no_other_away():
+    curve = svg.Curve("a", np.array([0.0, 1.0, np.nan, 3.0]), np.array([7.0, 2.0, 5.0, 4.0]), 0)
+    x_axis, y_axis = svg.Axis("", 0.1, 9.0, logarithmic=True), svg.Axis("", 0.0, 9.0)
+    found = content(live.payload(svg.Plot([curve], x_axis, y_axis)))
+    assert_allclose(decoded(found["c"][0][3], 3, found["x"]), [1.0, 1.0, 3.0], rtol=1e-4)
+    assert_allclose(decoded(found["c"][0][4], 2, found["y"]), [2.0, np.nan, 4.0], atol=0.01)

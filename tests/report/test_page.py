@@ -13,7 +13,15 @@ from shakerproc.report.run_drawings import figures
 from shakerproc.report.sections import Section, Table
 from shakerproc.report.watched import Watched
 from shakerproc.runs import process_test, summary_of
-from shakerproc.runs.summary import CurveSummary, FlagSummary, RunSummary
+from shakerproc.runs.analysis import Scale
+from shakerproc.runs.summary import (
+    AnalysisSummary,
+    CurveSummary,
+    FlagSummary,
+    LineSummary,
+    PanelSummary,
+    RunSummary,
+)
 from shakerproc.testlog import facts_of, read_testlog
 
 PAYLOADS = (
@@ -247,3 +255,29 @@ def test_a_sweep_shows_its_control_between_its_limits(summary):
     assert drawing.kind == "level"
     for words in ("alarm ±3 dB", "abort ±6 dB", "mean control up", "[g]"):
         assert words in drawing.drawing
+
+
+def test_a_table_in_front_holds_the_resonances_of_every_run(many):
+    page = html(report_of(many))
+    front = page.split('id="resonances"')[1].split("</table>")[0]
+    assert page.index('id="resonances"') < page.index('class="contents"')
+    channel = next(c for c in many[0].channels if c.name == "ch3")
+    wanted = sorted(peak.frequency_hz for peak in channel.response_peaks)
+    rows = re.findall(r"<tr><td>(.*?)</td></tr>", front)
+    assert len(rows) == 91
+    cells = rows[0].split("</td><td>")
+    told = [float(cell.partition(" (")[0]) for cell in cells[-len(wanted) :]]
+    assert cells[0] == "1"
+    assert told == [round(value, 1) for value in wanted]
+
+
+def test_figures_of_further_analyses_stay_on_the_screen(summary):
+    panel = PanelSummary(
+        "Octaves", "", Scale("f [Hz]", logarithmic=False), Scale("rms [g]", logarithmic=False),
+        (LineSummary("ch3", [1.0, 2.0], [3.0, 4.0], "ch3", "curve", 0),),
+    )  # fmt: skip
+    run = replace(summary, analyses=(AnalysisSummary("octaves", "Octaves", (), (), (panel,)),))
+    page = html(report_of([run]))
+    (drawn,) = re.findall(r"<figure([^>]*)><figcaption><b>Octaves", page)
+    assert 'class="screen"' in drawn
+    assert "in the folder of the run and on the page: Octaves." in page

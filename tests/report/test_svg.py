@@ -232,3 +232,25 @@ def test_the_looks_of_shared_axes_hang_on_nothing_around_them():
     about = [rule for rule in rules if set(re.findall(r"\.?[a-z]+", rule.split()[-1])) & names]
     assert {"text", "text.end", "tspan.up", "path.grid"} <= set(about)
     assert [rule for rule in about if " " in rule] == ["svg.heat text"]  # shares no axes
+
+
+def test_a_phase_is_broken_where_it_goes_on_at_the_other_end_of_the_circle():
+    """Of a straight delay, wrapped: no piece of the line turns back."""
+    x = np.linspace(0.0, 100.0, 400)
+    wrapped = (-17.0 * x + 180.0) % 360.0 - 180.0
+    phase = svg.Axis("phase [°]", -180.0, 180.0, degrees=True)
+    figure = str(
+        svg.plot(svg.Plot([svg.Curve("a", x, wrapped, 0)], X, phase), title="t", height=230)
+    )
+    turns = int(17.0 * 100.0 / 360.0 + 0.5)
+    (line,) = re.findall(r'class="c0" d="([^"]+)"', figure.split("legend", maxsplit=1)[0])
+    assert line.count("M") == turns + 1
+    for piece in line.split("M")[1:]:
+        steps = [int(n) for n in re.findall(r"-?\d+", piece.partition("l")[2])]
+        assert min(steps[1::2]) >= 0  # it falls, all the way down, and never goes back up
+
+
+def test_limits_have_the_colour_of_no_channel():
+    channels = {*style.CONTROL_STYLES, *style.RESPONSE_STYLES}
+    assert not channels & {style.ALARM_STYLE, style.ABORT_STYLE}
+    assert len(set(style.COLOURS)) == len(style.COLOURS) == len(style.DASHES)

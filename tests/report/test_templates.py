@@ -1,5 +1,7 @@
 """A user's own template changes blocks of the page, in a sandbox; errors are one line."""
 
+import time
+
 import pytest
 
 from shakerproc.errors import LogError
@@ -78,3 +80,27 @@ def test_an_error_that_only_a_run_shows_is_told_before_any_work(tmp_path, wrong)
     )
     with pytest.raises(LogError, match=r"customer\.j2: line 2: "):
         tried_header(read_testlog(log))
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        "{% set s = 'x' * 1000000 %}{% for a in s %}{% for b in s %}{% endfor %}{% endfor %}",
+        "{% macro f(n) %}{% if n > 0 %}{{ f(n - 1) }}{{ f(n - 1) }}{% endif %}{% endmacro %}"
+        "{{ f(60) }}",
+        "{% set n = namespace(a=3) %}{% for a in 'x' * 4000000 %}{% set n.a = n.a * n.a %}"
+        "{% endfor %}{{ n.a }}",
+    ],
+    ids=["loops over text", "recursion", "products of products"],
+)
+def test_a_template_without_end_is_one_line_soon(tmp_path, monkeypatch, inside):
+    monkeypatch.setattr("shakerproc.report.templating.MOST_SECONDS", 0.3)
+    start = time.perf_counter()
+    with pytest.raises(LogError, match=r"customer\.j2: line 2: it takes more than 0\.3 s"):
+        page(tmp_path, BASE + "{% block end %}" + inside + "{% endblock %}")
+    assert time.perf_counter() - start < 5.0
+
+
+def test_a_product_is_exact_as_far_as_a_number_is(tmp_path):
+    text = BASE + "{% block end %}[{{ 3 * 4 }}|{{ 'ab' * 2 }}|{{ 2.5 * 4 }}]{% endblock %}"
+    assert "[12|abab|10.0]" in page(tmp_path, text)

@@ -90,12 +90,12 @@ MISTAKEN = {
 """What a log may not say."""
 
 
-def campaign(folder, asked):
-    log = write_campaign(folder, 1, seconds=4.0)
+def campaign(folder, asked, more=""):
+    log = write_campaign(folder, 1, seconds=4.0, more=more)
     mark = "  welch: {segment: 512, overlap: 256}\n"
     assert mark in log.read_text()
     text = log.read_text().replace(mark, mark + "".join(f"  {a}\n" for a in asked))
-    log.write_text(text.replace("processing:", "  tacho: {role: tachometer}\nprocessing:"))
+    log.write_text(text.replace("\nprocessing:", "\n  tacho: {role: tachometer}\nprocessing:"))
     with_tachometer(folder / "recordings" / "test_1.tdms")
     return log
 
@@ -152,12 +152,26 @@ def test_every_kind_is_in_tables_figures_and_report(results, kind):
 def test_what_a_recording_does_not_allow_is_one_line_and_nothing_is_written(
     tmp_path, capsys, asked, says
 ):
-    log = campaign(tmp_path, [asked])
+    log = campaign(tmp_path, [], more=f", processing: {{{asked}}}")
     recording = tmp_path / "recordings" / "test_1.tdms"
     assert run("process", recording, "--log", log, "--out", tmp_path / "out") == 1
     (line,) = [x for x in capsys.readouterr().err.splitlines() if x.startswith("error")]
     assert says in line
     assert not list((tmp_path / "out").glob("*.csv"))
+
+
+@pytest.mark.parametrize(("asked", "says"), REFUSED.items())
+def test_what_every_test_is_asked_and_one_cannot_have_is_left_out_of_it(
+    tmp_path, capsys, asked, says
+):
+    log = campaign(tmp_path, [asked])
+    recording = tmp_path / "recordings" / "test_1.tdms"
+    out = ("--no-figures", "--out", tmp_path / "out")
+    assert run("process", recording, "--log", log, *out) == 0
+    told = [x for x in capsys.readouterr().err.splitlines() if says in x]
+    assert len(told) == 1
+    assert re.search("left out|shown is", told[0], re.IGNORECASE)
+    assert table(tmp_path / "out" / "spectra.csv")
 
 
 @pytest.mark.parametrize(("asked", "says"), MISTAKEN.items())
@@ -298,3 +312,31 @@ def test_a_sine_spends_its_time_at_its_ends_and_noise_at_its_middle():
     assert one.summary[1]["beyond_3_sigma"] == pytest.approx(0.0027, rel=0.15)
     assert one.summary[0]["beyond_3_sigma"] == 0.0
     assert one.summary[0]["crest_factor"] == pytest.approx(np.sqrt(2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("integration", "lost"),
+    [
+        (Integration("none"), 0.0),
+        (Integration("none", "none"), 0.0),
+        (Integration("none", "mean"), 1.0),
+    ],
+)
+def test_the_velocity_change_of_a_half_sine_is_that_of_its_area(integration, lost):
+    """2 A T / pi; a mean that is taken out takes its share of the time before the end."""
+    rate, amplitude, length, start, seconds = 5120.0, 30.0 * 9.80665, 0.011, 0.1, 2.5
+    time = np.arange(round(rate * seconds)) / rate
+    inside = (time >= start) & (time < start + length)
+    pulse = np.where(inside, amplitude * np.sin(np.pi * (time - start) / length), 0.0)
+    test = Test(
+        1,
+        excitation="shock",
+        processing=Processing(crop=None, integration=integration),
+    )
+    channels = (Channel("table", "m/s^2", "table", "g", "control"),)
+    result = process_recording(recording_of_arrays("run", channels, pulse[None], rate), test)
+    (one,) = [one for one in result.analyses if one.kind == "integration"]
+    change = 2e3 * amplitude * length / np.pi  # mm/s
+    share = lost * (start + length) / seconds
+    largest = one.summary[0]["velocity_peak_mm_per_s"]
+    assert_allclose(largest, change * (1.0 - share), rtol=1e-3)

@@ -1,5 +1,6 @@
 """Sensitivities and dates from a calibration sheet, as CSV and as XLSX."""
 
+import zipfile
 from dataclasses import replace
 from datetime import UTC, date, datetime
 
@@ -9,10 +10,11 @@ from numpy.testing import assert_allclose
 from tests.in_process import completed
 
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.errors import ShakerprocError
+from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.recordings import write_tdms
 from shakerproc.runs import open_test, process_recording
 from shakerproc.testlog import read_testlog
+from shakerproc.testlog.calibration import read_calibrations
 
 HEADER = ["Serial number", "Sensitivity", "Unit", "Calibrated", "Valid until"]
 ROWS = [
@@ -159,3 +161,21 @@ def test_an_instrument_that_had_expired_is_flagged_in_every_place(campaign, tmp_
     done = completed("check", out, "--against", out, merged=True)
     assert done.returncode == 0, done.stdout
     assert "note: test 1: a calibration had expired on the day of the test" in done.stdout
+
+
+@pytest.mark.parametrize("more", [{"xl/media/image1.png": 40_000_000}, {}])
+def test_a_sheet_that_unpacks_to_more_than_any_is_refused_before_it_is_read(tmp_path, more):
+    """Zeros: 40 MB of them are 40 kB packed; or a row at the end of the sheet."""
+    openpyxl = pytest.importorskip("openpyxl", reason="the extra xlsx is not installed")
+    path = tmp_path / "s.xlsx"
+    sheet_xlsx(path)
+    for name, size in more.items():
+        with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr(name, bytes(size))
+    if not more:
+        book = openpyxl.load_workbook(path)
+        book.active.cell(1_000_000, 1, "x")
+        book.save(path)
+    told = "40 MB once unpacked" if more else "at most 100000 rows"
+    with pytest.raises(LogError, match=told):
+        read_calibrations(path)

@@ -89,6 +89,38 @@ def test_even_and_odd_laws_are_named_with_their_bands():
     assert "even distortion below" in one.told[0]
 
 
+def own_lines(numbers, count, periods, draw):
+    """Force of realisations, each of which excites the lines that `draw` gives it."""
+    rng = np.random.default_rng(7)
+    spectrum = np.zeros((count, N // 2 + 1), dtype=complex)
+    for m in range(count):
+        lines = draw(m, rng, numbers)
+        spectrum[m, lines] = 0.5 * N * np.exp(2j * np.pi * rng.random(lines.size))
+    return np.tile(np.fft.irfft(spectrum, N, axis=1), periods).ravel()
+
+
+def test_realisations_with_lines_of_their_own_are_told():
+    force = own_lines(
+        np.arange(11, 200, 2), 3, 4, lambda _, rng, all_: all_[rng.random(all_.size) < 0.75]
+    )
+    one = found(processed(force, lambda f: 3.0 * f, Multisine(2.0, 4, 3)))
+    assert "linear within 0.0" in one.told[0]
+    assert "Each realisation excites lines of its own" in one.told[2]
+    assert not one.problems
+    counts = np.array(one.columns["excited_realisations"])
+    assert counts.max() == 3
+    scatter = np.array(one.columns["scatter_point_g"])
+    assert np.array_equal(np.isnan(scatter), counts < 2)
+
+
+def test_realisations_that_share_no_line_and_detect_nothing_are_a_flag():
+    """Every line in turn: even and odd ones are excited, and none of them twice."""
+    force = own_lines(np.arange(11, 200), 2, 4, lambda m, _, all_: all_[m::2])
+    one = found(processed(force, lambda f: 3.0 * f, Multisine(2.0, 4, 2)))
+    (told,) = one.problems
+    assert told.startswith("no detection lines and no line excited twice: noise is known")
+
+
 def test_a_transient_is_left_out_and_told():
     one = found(processed(force_of(1, 6), lambda f: 3.0 * f, transient=50.0))
     assert "The first 2 of 6 periods do not repeat (a transient) and are left out." in one.told

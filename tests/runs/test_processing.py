@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.signal
 from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import CHANNELS, RATE, samples, write_campaign
@@ -21,7 +22,7 @@ from shakerproc.runs import (
     usual_roles,
 )
 from shakerproc.runs.envelope import envelope
-from shakerproc.testlog import Test, ThresholdCrop, TimeCrop, Welch, read_testlog
+from shakerproc.testlog import Processing, Test, ThresholdCrop, TimeCrop, Welch, read_testlog
 
 RANDOM = Test(
     "r",
@@ -251,3 +252,20 @@ def test_a_force_that_cannot_be_cropped_by_is_told_the_option_that_works(tmp_pat
     assert run("process", path, *quiet) == 1
     assert "(or --no-crop)" in capsys.readouterr().err
     assert run("process", path, "--no-crop", *quiet) == 0
+
+
+@pytest.mark.parametrize("n_samples", [1024, 1200, 1535])
+def test_a_run_of_one_segment_has_spectra_and_no_coherence(n_samples):
+    """One segment: |H1| is the quotient of two transforms; Parseval gives the density."""
+    rng = np.random.default_rng(3)
+    rows = rng.standard_normal((4, n_samples))
+    test = replace(RANDOM, processing=Processing(crop=None, welch=Welch()))
+    result = process_recording(with_roles(rows), test)
+    window = scipy.signal.get_window("hamming", 1024, fftbins=False)
+    transforms = np.fft.rfft(rows[:, :1024] * window)
+    expected = transforms[2] / transforms[:2].mean(axis=0)
+    assert_allclose(result.against.h1[0], expected, rtol=1e-6)
+    assert np.isnan(result.against.coherence).all()
+    assert all(len(found) == 1 for found in result.psd_peaks)
+    assert "one average has no coherence and no damping" in result.notes[-1]
+    assert all(peak.damping is None for found in result.response_peaks for peak in found)

@@ -77,6 +77,75 @@ def test_a_static_law_of_second_and_third_order_splits_into_even_and_odd():
     assert found["all"].bands
 
 
+def own_lines(count, seed=1, share=0.75):
+    """Excited lines, drawn anew for each realisation, and one period of each."""
+    rng, numbers = np.random.default_rng(seed), np.arange(11, 200, 2)
+    excited = rng.random((count, numbers.size)) < share
+    excited[:, [0, -1]] = True
+    spectrum = np.zeros((count, N // 2 + 1), dtype=complex)
+    spectrum[:, numbers] = excited * 0.5 * N * np.exp(2j * np.pi * rng.random(excited.shape))
+    lines = [numbers[one] for one in excited]
+    return lines, np.fft.irfft(spectrum, N, axis=1)
+
+
+def test_realisations_with_lines_of_their_own_split_a_law_line_by_line():
+    """Each is excited at its own odd lines; the cube is seen at those that it leaves out."""
+    lines, force = own_lines(8)
+    cube = 0.0002 * force**3
+    spectra = measured(force, 2.0 * force + cube, 4, noise=0.01)
+    grid = spectra.grid
+    assert [list(grid.number[one]) for one in grid.excited_in] == list(map(list, lines))
+    found = shares_of(spectra)
+    odd = np.arange(lines[0][0], lines[0][-1] + 1, 2)
+    part, response = (np.abs(2.0 / N * np.fft.rfft(x)) ** 2 for x in (cube, 2.0 * force + cube))
+    pairs = list(enumerate(lines))
+    true = np.concatenate([part[m, np.setdiff1d(odd, one)] for m, one in pairs])
+    whole = np.concatenate([response[m, one] for m, one in pairs])
+    decibels = 20.0 * np.log10(found["odd"].value / np.sqrt(true.mean() / whole.mean()))
+    assert abs(decibels) < 0.2
+    assert found["odd"].bands
+    assert not found["even"].bands
+    assert found["all"].value == pytest.approx(found["odd"].value, rel=0.2)
+
+
+@pytest.mark.parametrize("share", [0.75, 0.5])
+def test_a_linear_response_to_lines_drawn_anew_shows_nothing_but_noise(share):
+    _, force = own_lines(4, share=share)
+    seen = []
+    for seed in range(100):
+        spectra = measured(force, 3.0 * force, 3, 0.1, seed)
+        shares = shares_of(spectra)
+        seen += [bool(one.bands) for one in shares.values()]
+        assert max(one.limit for one in shares.values()) < 0.01
+    assert sum(seen) <= 9  # 3 expected of 300; more than 9 in 1 of 1000
+    expected = 0.2 / np.sqrt(N * 3)
+    silent = ~np.isnan(spectra.distortion)
+    assert np.sqrt(np.mean(spectra.distortion[silent] ** 2)) == pytest.approx(
+        expected, rel=0.15
+    )
+
+
+def test_realisations_that_share_no_line_still_tell_odd_from_even():
+    numbers = np.arange(11, 200, 2)
+    spectrum = np.zeros((2, N // 2 + 1), dtype=complex)
+    rng = np.random.default_rng(1)
+    for m in range(2):
+        own = numbers[m::2]
+        spectrum[m, own] = 0.5 * N * np.exp(2j * np.pi * rng.random(own.size))
+    force = np.fft.irfft(spectrum, N, axis=1)
+    found = shares_of(measured(force, 2.0 * force + 0.0002 * force**3, 4, 0.01))
+    assert set(found) == {"even", "odd"}
+    assert found["odd"].bands
+    assert not found["even"].bands
+
+
+def test_a_realisation_that_excites_nothing_is_named():
+    _, force = own_lines(3)
+    force[1] *= 0.0
+    with pytest.raises(SpectrumError, match=r"only 0 lines of the input .* in realisation 2"):
+        measured(force, force, 2)
+
+
 @pytest.mark.parametrize("noise", [0.01, 0.1, 1.0])
 def test_the_noise_of_every_line_is_that_of_its_samples(noise):
     """White noise of deviation s has lines of amplitude 2 s / sqrt(n), less by the averages."""

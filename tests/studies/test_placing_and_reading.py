@@ -122,13 +122,71 @@ def test_mistakes_are_named_with_their_line(write, change, line, message):
         ),
         (
             "study: 1\ntitle: t\nkind: force law\nmodel: model.yaml\noptions: {to: 1}\n",
-            "options: to: expected a number with a unit of m",
+            "options.to: expected a number with a unit of m",
         ),
     ],
 )
 def test_what_a_kind_needs_is_asked_for(write, text, message):
     with pytest.raises(DocumentError, match=message):
         read_study(write(text))
+
+
+DRIVEN = "run: {excitation: sine, level: 5 N, frequency: 5 Hz}\n"
+VARIED = "vary: [{name: F, set: run.level, values: [1 N, 2 N]}]\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "rest", "place", "message"),
+    [
+        ("response", DRIVEN + "options: {from: 13 Hz, to: 10 Hz}", (6, 10), "to above from"),
+        ("response", DRIVEN + "options: {from: 10 Hz, to: 10 Hz}", (6, 10), "to above from"),
+        ("response", DRIVEN + "options: {from: 0 Hz, to: 9 Hz}", (6, 17), "expected a value"),
+        ("response", DRIVEN + "options: {harmonics: 0}", (6, 22), "a whole number from 1"),
+        ("response", DRIVEN + "options: {harmonics: 2.5}", (6, 22), "a whole number from 1"),
+        ("response", DRIVEN, (5, 6), "from above 0 Hz"),
+        (
+            "response",
+            "run: {excitation: sine, level: -1 N, from: 1 Hz, to: 9 Hz}\n",
+            (5, 6),
+            "a level above 0, not -1",
+        ),
+        (
+            "response",
+            "options: {from: 1 Hz, to: 9 Hz}\n" + DRIVEN + VARIED.replace("2 N", "-2 N"),
+            (7, 8),
+            "a level above 0, not -2",
+        ),
+        ("backbone", "options: {from: 5 mm, to: 1 mm}", (5, 10), "to above from"),
+        ("force law", "options: {points: 1}", (5, 19), "a whole number from 3"),
+        ("force law", "options: {to: 0 mm}", (5, 15), "expected a value from"),
+        ("poincare", DRIVEN + "options: {periods: 0}", (6, 20), "a whole number from 1"),
+        ("poincare", DRIVEN + "options: {phases: 0}", (6, 19), "a whole number from 1"),
+        (
+            "poincare",
+            DRIVEN.replace("frequency: 5 Hz", "from: 1 Hz"),
+            (5, 6),
+            "frequency above",
+        ),
+        (
+            "bifurcation",
+            "run: {excitation: random, level: 5 N, from: 1 Hz, to: 9 Hz}\n" + VARIED,
+            (5, 6),
+            "needs a sine, not random",
+        ),
+        ("spectrogram", DRIVEN + "options: {segment: 1e7}", (6, 10), "no segment of 1e"),
+        ("grid", DRIVEN + VARIED + "measure: {from: 9 Hz, to: 5 Hz}", (7, 10), "to above from"),
+        (
+            "spectra",
+            DRIVEN + "measure: {estimator: welch, segment: 1000000}",
+            (6, 10),
+            "no segment of 1000000",
+        ),
+    ],
+)
+def test_what_no_job_of_a_kind_can_use_is_named_at_its_place(write, kind, rest, place, message):
+    with pytest.raises(DocumentError, match=message) as caught:
+        read_study(write(f"study: 1\ntitle: t\nkind: {kind}\nmodel: model.yaml\n{rest}\n"))
+    assert (caught.value.line, caught.value.column) == place, str(caught.value)
 
 
 @pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)

@@ -14,6 +14,7 @@ from shakerproc.runs.summary import Value
 from shakerproc.runs.tables import Columns
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from pyarrow import Array
 
 
@@ -49,13 +50,15 @@ def write_parquet(path: Path, columns: Columns) -> None:
         pq.write_table(pa.Table.from_arrays(arrays, names), temporary)
 
 
-def _arrow(values: Sequence[Value]) -> "Array[Any]":
+def _arrow(values: "Sequence[Value] | NDArray[Any]") -> "Array[Any]":
     """Return a column as Arrow holds it.
 
     `pyarrow.array` would load pandas, a fifth of a second, to see that a list is none of its.
     """
     import pyarrow as pa
 
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
     kinds = {type(value) for value in values if value is not None}
     if not kinds:
         return pa.nulls(len(values))

@@ -1,9 +1,10 @@
-"""The spectra of a run in other programs' formats."""
+"""The spectra of a run in other programs' formats, in the units of its tables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -11,17 +12,31 @@ from shakerproc import files
 from shakerproc.campaign.collecting import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs import RunResult
-from shakerproc.runs.result import shown_unit
+from shakerproc.runs.pairs import Pair, functions_of
+from shakerproc.runs.result import shown_ratio, shown_unit
+from shakerproc.runs.roles import uses_of_channels
 from shakerproc.runs.tables import spectra_columns
 
 _MAT_HEADER: Final = b"MATLAB 5.0 MAT-file, written by shakerproc"
 _MAT_HEADER_SIZE: Final = 116
 _UFF_DENSITY, _UFF_RESPONSE, _UFF_COHERENCE = 9, 4, 6
 
+_UFF_GENERAL: Final = 1
+_UFF_QUANTITIES: Final[Mapping[str, int]] = MappingProxyType({
+    "m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15,
+})  # fmt: skip
+"""Specific data type of each SI unit in a dataset 58."""
+
+_ALONG: Final = 0.999
+"""Cosine from which a direction is that of an axis: within 2.6 degrees [-]."""
+
 
 def export_parquet(result: RunResult, path: Path) -> None:
-    """Write the columns of spectra.csv as Parquet."""
+    """Write the columns of spectra.csv, and of the curves of every analysis, as Parquet."""
     write_parquet(path, spectra_columns(result))
+    for one in result.analyses:
+        if one.columns:
+            write_parquet(path.with_name(f"{one.kind}_curves.parquet"), dict(one.columns))
 
 
 def export_mat(result: RunResult, path: Path) -> None:
@@ -31,9 +46,10 @@ def export_mat(result: RunResult, path: Path) -> None:
     units = [shown_unit(channel.unit) for channel in result.channels]
     content: dict[str, Any] = {
         "frequency_hz": result.spectra.frequency,
-        "channels": np.array([c.name for c in result.channels], dtype=object),
-        "units": np.array([unit for unit, _ in units], dtype=object),
+        "channels": _texts([c.name for c in result.channels]),
+        "units": _texts([unit for unit, _ in units]),
         "psd": result.psd * np.array([[factor**2] for _, factor in units]),
+        "psd_units": _texts([f"({unit})^2/Hz" for unit, _ in units]),
         "sample_rate_hz": result.sample_rate,
         "band_hz": result.band,
         "segment": result.spectra.segment,
@@ -44,18 +60,54 @@ def export_mat(result: RunResult, path: Path) -> None:
     if result.incomplete:
         content["incomplete"] = result.told_length
     if result.against is not None:
-        content |= {
-            "responses": np.array([i + 1 for i in result.responses]),
-            "h1": result.against.h1,
-            "h2": result.against.h2,
-            "psd_ratio": result.against.psd_ratio,
-            "coherence": result.against.coherence,
-            "excited": result.against.valid,
-        }
+        content |= _against_controls(result)
+    pairs = functions_of(result)
+    if pairs:
+        content["response_functions"] = _functions(result, pairs)
     with files.atomic_path(path) as temporary:
         savemat(temporary, content, long_field_names=True)
         with temporary.open("rb+") as file:  # scipy writes the time of day there
             file.write(_MAT_HEADER.ljust(_MAT_HEADER_SIZE))
+
+
+def _texts(words: Sequence[str]) -> Any:
+    return np.array(words, dtype=object)
+
+
+def _against_controls(result: RunResult) -> dict[str, Any]:
+    """Return the response functions against the controls, for MATLAB."""
+    against = result.against
+    assert against is not None  # noqa: S101 - asked by the caller
+    ratios = [shown_ratio(*result.units_of_response(i)) for i in result.responses]
+    factors = np.array([[factor] for _, factor in ratios])
+    return {
+        "responses": np.array([i + 1 for i in result.responses]),
+        "h1": against.h1 * factors,
+        "h2": against.h2 * factors,
+        "hv": against.hv * factors,
+        "h1_units": _texts([unit or "1" for unit, _ in ratios]),
+        "psd_ratio": against.psd_ratio * factors**2,
+        "psd_ratio_units": _texts([f"({unit})^2" if unit else "1" for unit, _ in ratios]),
+        "coherence": against.coherence,
+        "multiple_coherence": against.multiple_coherence,
+        "excited": against.valid,
+    }
+
+
+def _functions(result: RunResult, pairs: Sequence[Pair]) -> dict[str, Any]:
+    """Return the functions over forces, or those that the log asks for, for MATLAB."""
+    arrays = ("h1", "h2", "hv", "low", "high", "coherence", "excited")
+    return {
+        "names": _texts([pair.label for pair in pairs]),
+        "inputs": _texts([_named(result, pair.inputs) for pair in pairs]),
+        "outputs": _texts([pair.output for pair in pairs]),
+        "units": _texts([pair.unit for pair in pairs]),
+        **{name: np.array([getattr(pair, name) for pair in pairs]) for name in arrays},
+    }
+
+
+def _named(result: RunResult, rows: Sequence[int]) -> str:
+    return " + ".join(result.channels[row].name for row in rows)
 
 
 def export_uff(result: RunResult, path: Path) -> None:
@@ -94,6 +146,8 @@ def _common(result: RunResult) -> dict[str, Any]:
         "orddenom_spec_data_type": 0,
         "z_axis_spec_data_type": 0,
         "ordinate_axis_lab": "NONE",
+        "orddenom_axis_lab": "NONE",
+        "orddenom_axis_units_lab": "NONE",
         "x": result.spectra.frequency[:2],
     }
 
@@ -102,31 +156,93 @@ def _cut(result: RunResult) -> str:
     return f", INCOMPLETE {result.told_length}" if result.incomplete else ""
 
 
-def _datasets(result: RunResult) -> list[dict[str, Any]]:
-    found = []
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Curve:
+    """One dataset: `row` is the channel of its response, `inputs` those of its reference."""
+
+    kind: int
+    name: str
+    values: FloatArray | ComplexArray
+    row: int
+    unit: str
+    inputs: tuple[int, ...] = ()
+
+
+def _curves(result: RunResult) -> Iterator[_Curve]:
+    """Yield the densities, then what stands against the controls, then over the forces."""
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
-        values = result.psd[i] * factor**2
-        found.append(_dataset(_UFF_DENSITY, i, f"PSD {channel.name}", values, f"{unit}^2/Hz"))
+        yield _Curve(
+            _UFF_DENSITY, f"PSD {channel.name}", result.psd[i] * factor**2, i, f"{unit}^2/Hz"
+        )
     if result.against is not None:
         for row, i in enumerate(result.responses):
-            name = result.channels[i].name
-            response, coherence = result.against.h1[row], result.against.coherence[row]
-            found.append(_dataset(_UFF_RESPONSE, i, f"H1 {name}", response, "1"))
-            found.append(_dataset(_UFF_COHERENCE, i, f"coherence {name}", coherence, "1"))
-    return found
+            factor = shown_ratio(*result.units_of_response(i))[1]
+            name, h1 = result.channels[i].name, result.against.h1[row] * factor
+            unit, over = shown_unit(result.channels[i].unit)[0], result.controls
+            yield _Curve(_UFF_RESPONSE, f"H1 {name}", h1, i, unit, over)
+            share = result.against.coherence[row]
+            yield _Curve(_UFF_COHERENCE, f"coherence {name}", share, i, "1", over)
+    for pair in functions_of(result):
+        unit = shown_unit(result.channels[pair.row].unit)[0]
+        yield _Curve(_UFF_RESPONSE, f"H1 {pair.label}", pair.h1, pair.row, unit, pair.inputs)
+        yield _Curve(
+            _UFF_COHERENCE,
+            f"coherence {pair.label}",
+            pair.coherence,
+            pair.row,
+            "1",
+            pair.inputs,
+        )
 
 
-def _dataset(
-    kind: int, row: int, name: str, values: FloatArray | ComplexArray, unit: str
-) -> dict[str, Any]:
-    return {
-        "func_type": kind,
-        "id1": files.printable(name)[:80],
-        "rsp_node": row + 1,
-        "ordinate_axis_units_lab": unit[:20],
-        "data": np.nan_to_num(values),
-    }
+def _datasets(result: RunResult) -> Iterator[dict[str, Any]]:
+    uses = uses_of_channels(result.channels, result.test)
+    for curve in _curves(result):
+        if np.isnan(curve.values).all():
+            continue  # a coherence of one average
+        found = {
+            "func_type": curve.kind,
+            "id1": files.printable(curve.name)[:80],
+            "rsp_ent_name": _entity(result, (curve.row,)),
+            "rsp_node": curve.row + 1,
+            "rsp_dir": _direction(uses[curve.row].direction) if uses else 0,
+            "ordinate_axis_units_lab": curve.unit[:20],
+            "ordinate_spec_data_type": _quantity(result, curve.row, curve.unit),
+            "data": np.nan_to_num(curve.values),
+        }
+        if curve.inputs:
+            first = curve.inputs[0]
+            is_ratio = curve.kind == _UFF_RESPONSE
+            unit = shown_unit(result.channels[first].unit)[0] if is_ratio else "NONE"
+            found |= {
+                "ref_ent_name": _entity(result, curve.inputs),
+                "ref_node": first + 1,
+                "ref_dir": _direction(uses[first].direction) if uses else 0,
+                "orddenom_axis_units_lab": unit[:20],
+                "orddenom_spec_data_type": _quantity(result, first, unit) if is_ratio else 0,
+            }
+        yield found
+
+
+def _entity(result: RunResult, rows: Sequence[int]) -> str:
+    """Return the name of a channel, as much as the format holds; of several, what they are."""
+    name = result.channels[rows[0]].name if len(rows) == 1 else "controls"
+    return files.printable(name)[:10].strip() or "NONE"
+
+
+def _quantity(result: RunResult, row: int, unit: str) -> int:
+    """Return the number of a quantity in the format; 0 of a number without a unit."""
+    return 0 if unit == "1" else _UFF_QUANTITIES.get(result.channels[row].unit, _UFF_GENERAL)
+
+
+def _direction(vector: tuple[float, float, float] | None) -> int:
+    """Return 1, 2, 3 along x, y, z, less than 0 against it; 0 along none of them."""
+    for axis, cosine in enumerate(vector or ()):
+        if abs(cosine) > _ALONG:
+            return (axis + 1) * (1 if cosine > 0.0 else -1)
+    return 0
 
 
 EXPORTS: Mapping[str, Callable[[RunResult, Path], None]] = MappingProxyType({

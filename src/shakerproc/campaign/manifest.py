@@ -21,6 +21,11 @@ SCHEMA: Final = "shakerproc-manifest/2"
 SINGLE: Final = "process"
 """Name of the only entry where a folder holds the results of a single recording."""
 
+RESULTS: Final = frozenset({
+    ".csv", ".html", ".json", ".mat", ".parquet", ".pdf", ".png", ".uff", ".unv",
+})  # fmt: skip
+"""Endings of files that hold results, in lower case."""
+
 Status: TypeAlias = Literal["done", "failed"]
 
 
@@ -132,14 +137,22 @@ def fields_of(manifest: Manifest) -> dict[str, Any]:
 
 
 def check_owner(folder: Path, command: str) -> None:
-    """Pass a folder that holds no results of another command.
+    """Pass a folder of which nothing is overwritten that this command did not write.
 
     Raises
     ------
     LogError
-        If it does.
+        If it holds the results of another command, or a file such as results have and no
+        manifest of them.
     """
-    if (folder / NAME).exists():
+    if not (folder / NAME).exists():
+        kept = sorted(p.name for p in folder.glob("*") if p.suffix.lower() in RESULTS)
+        if kept:
+            raise LogError(
+                f"{folder}: holds {kept[0]}, which shakerproc did not write and may overwrite; "
+                "choose another folder with --out, or move the file away."
+            )
+    else:
         owner = read_manifest(folder).command
         if owner != command:
             raise LogError(

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc.errors import TableError
+from shakerproc.recordings.trial import check_survived
 from shakerproc.runs.former_names import former_note, present_name
 
 
@@ -101,6 +102,7 @@ def _read_parquet(path: Path) -> Table:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    check_survived(path, str(path), "pyarrow.parquet:read_table")
     try:
         table = pq.read_table(path)
     except pa.ArrowInvalid as error:

@@ -1,6 +1,6 @@
 """The tables of many runs, tidy and with units in their headers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from shakerproc.campaign.trend import Trend
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
@@ -19,7 +19,10 @@ def _run_cells(run: RunSummary) -> dict[str, Value]:
 
 
 def peak_columns(runs: Sequence[RunSummary]) -> Columns:
-    """Return one row for each peak: of density and |H1|; rank 1 is the peak frequency."""
+    """Return one row for each peak: of density and |H1|; rank 1 is the peak frequency.
+
+    Of response functions over forces, it is one row for each resonance.
+    """
     rows = [
         {**_run_cells(run), **_channel_cells(channel), **_peak_cells(run, quantity, rank, peak)}
         for run in runs
@@ -47,7 +50,52 @@ def peak_columns(runs: Sequence[RunSummary]) -> Columns:
         for channel in run.channels
         for peak in channel.swept_peaks
     ]
-    return columns_of(rows)
+    rows += _resonance_rows(runs)
+    return columns_of(rows) or {name: [] for name in ("test", "channel", "quantity")}
+
+
+def _resonance_rows(runs: Sequence[RunSummary]) -> list[dict[str, Value]]:
+    """Return one row for each resonance of a response function over a force."""
+    rows: list[dict[str, Value]] = []
+    for run in runs:
+        by_name = {channel.name: channel for channel in run.channels}
+        found = [row for one in run.analyses if one.kind == "resonances" for row in one.rows]
+        for function in dict.fromkeys(str(row["function"]) for row in found):
+            output = by_name.get(function.partition(" / ")[0])
+            own = [row for row in found if row["function"] == function]
+            own.sort(key=lambda row: -float(row["height"] or 0.0))
+            for rank, row in enumerate(own, 1):
+                rows.append({
+                    **_run_cells(run),
+                    **({} if output is None else _channel_cells(output)),
+                    "quantity": f"h1 {function}",
+                    "rank": rank,
+                    **_of_resonance(row),
+                })
+    return rows
+
+
+def _of_resonance(row: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the cells of a resonance, damping as a ratio."""
+    ratios = {
+        name: None if row.get(percent) is None else 0.01 * float(row[percent] or 0.0)
+        for name, percent in (
+            ("damping_ratio", "damping_percent"),
+            ("damping_low", "low_percent"),
+            ("damping_high", "high_percent"),
+        )
+    }
+    ratio = ratios["damping_ratio"]
+    return {
+        "frequency_hz": row["peak_hz"],
+        "height": row["height"],
+        "height_unit": row["unit"],
+        "natural_frequency_hz": row["natural_frequency_hz"],
+        **ratios,
+        "quality": 0.5 / ratio if ratio else None,
+        "damping_withheld": row["withheld"] or None,
+        "coherence": row["coherence"],
+    }
 
 
 def _channel_cells(channel: ChannelSummary) -> dict[str, Value]:

@@ -93,6 +93,12 @@ class Seen:
         As of a `Point`.
     left_out : str
         Why the test takes no part; empty where it does.
+    tallest_hz : float or None
+        Where the tallest peak is, if it is another one [Hz].
+    unsure : frozenset of str
+        Tests to which the step from this one may lead to another mode.
+    how : str
+        How the peak was found among others; empty for by its frequency.
     """
 
     test: str
@@ -102,6 +108,9 @@ class Seen:
     present_s: float | None = None
     promised_s: float | None = None
     left_out: str = ""
+    tallest_hz: float | None = None
+    unsure: frozenset[str] = frozenset()
+    how: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.campaign.trend import Point, Seen, TrendRequest
-from shakerproc.campaign.trends import peaks_of, shown, trend_over
+from shakerproc.campaign.trends import peaks_of, shown, told_of, trend_over
 from shakerproc.runs.summary import RunSummary
 
 _ASKED: Final = (
@@ -44,8 +44,22 @@ def shift_sentence(tests: Sequence[Seen], name: str) -> str:
         ]
         if spans:
             _, label, points = max(spans, key=lambda span: span[0])
-            return _sentence(name, points, column, f"{excitation}, {label}")
+            ends = (points[0].test, points[-1].test)
+            shift = _sentence(name, points, column, f"{excitation}, {label}")
+            return " ".join([shift, *_remarks([one for one in tests if one.test in ends])])
     return ""
+
+
+def _remarks(ends: Sequence[Seen]) -> list[str]:
+    """Return what is to be known of the first and the last test of a shift, in sentences."""
+    told = told_of(ends)
+    first, last = (one.test for one in ends)
+    if last in ends[0].unsure:
+        told.append(
+            f"Fewer than three sensors cannot tell whether test {first} and test {last} show "
+            "one mode."
+        )
+    return told
 
 
 def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> str:

@@ -2,9 +2,11 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Final
 
+from shakerproc.campaign.following import followed
 from shakerproc.campaign.trend import Point, Seen, Trend, TrendRequest
 from shakerproc.errors import LogError
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
@@ -52,13 +54,15 @@ def _height(channel: ChannelSummary) -> float:
     return channel.psd_peaks[0].height
 
 
-def standard_trends(tests: Sequence[RunSummary | Seen]) -> list[TrendRequest]:
-    """Return the thesis' trends (figures 5.45 to 5.49) and the further groupings."""
+def standard_trends(
+    tests: Sequence[RunSummary | Seen], *, thesis: bool = False
+) -> list[TrendRequest]:
+    """Return the trends of every log; `thesis` names those of its figures 5.45 to 5.49."""
     joints = list(dict.fromkeys(str(t.facts["joint"]) for t in tests if t.facts.get("joint")))
-    numbers = {"radial": ("5.46", "5.48"), "slot": ("5.47", "5.49")}
+    numbers = {"radial": ("5.46", "5.48"), "slot": ("5.47", "5.49")} if thesis else {}
     requests = [
         TrendRequest(
-            _file_name("5.45", "clearance_random"),
+            _file_name("5.45" if thesis else "", "clearance_random"),
             "Peak frequency against clearance, random excitation.",
             "Look for a fall from zero clearance to the first gap.",
             "clearance_m",
@@ -167,27 +171,35 @@ def column_of(name: str, known: Sequence[str]) -> str:
 
 def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Trend | None:
     """Return the trend of a peak; None where fewer than two values of x have a run."""
-    ending = f"Channel {channel}, tallest peak of the PSD in the band."
-    return trend_over(peaks_of(runs, channel), request, channel, ending)
+    return trend_over(peaks_of(runs, channel), request, channel, f"Channel {channel}, {{}}")
 
 
 def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
-    """Return the tallest peak of a channel in every run."""
-    found = []
-    for run in runs:
-        peak = main_peak(run, channel)
-        found.append(
-            Seen(
-                run.test,
-                run.facts,
-                None if peak is None else peak.frequency_hz,
-                run.spectrum.bin_width_hz if run.spectrum else math.nan,
-                run.duration_s,
-                run.promised_s,
-                run.left_out if run.unusable else "",
-            )
+    """Return the peak of one mode of a channel in every run: the mode that is tallest most."""
+    tallest = [main_peak(run, channel) for run in runs]
+    mode = followed([
+        () if peak is None else _peaks(run, channel)
+        for run, peak in zip(runs, tallest, strict=True)
+    ])
+    return [
+        Seen(
+            run.test,
+            run.facts,
+            None if peak is None else peak.frequency_hz,
+            run.spectrum.bin_width_hz if run.spectrum else math.nan,
+            run.duration_s,
+            run.promised_s,
+            run.left_out if run.unusable else "",
+            tallest_hz=None if top is None or top is peak else top.frequency_hz,
+            unsure=frozenset(other.test for j, other in enumerate(runs) if mode.unsure(i, j)),
+            how="by shape" if mode.by_shape else "",
         )
-    return found
+        for i, (run, peak, top) in enumerate(zip(runs, mode.peaks, tallest, strict=True))
+    ]
+
+
+def _peaks(run: RunSummary, channel: str) -> tuple[PeakSummary, ...]:
+    return next(c.psd_peaks for c in run.channels if c.name == channel)
 
 
 def trend_over(
@@ -202,9 +214,11 @@ def trend_over(
     request : TrendRequest
         What to set against what.
     channel, ending : str
-        Whose values they are, and the end of the caption.
+        Whose values they are, and the end of the caption; of a peak that is followed, with a
+        place for how.
     """
     series: dict[str, list[Point]] = {}
+    taken: list[Seen] = []
     left_out: list[str] = []
     for one in tests:
         x = one.facts.get(request.x)
@@ -212,6 +226,7 @@ def trend_over(
             continue
         if one.left_out:
             left_out.append(one.left_out)
+        taken.append(one)
         if one.frequency_hz is None or one.left_out:
             continue
         label = ", ".join(filter(None, (shown(c, one.facts.get(c)) for c in request.by)))
@@ -228,10 +243,42 @@ def trend_over(
         str(p.x),
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
-    caption = f"{request.caption} {ending}"
+    told = [*told_of(taken), *_jumps(ordered, taken)]
+    caption = " ".join([request.caption, ending.format(_how(taken)), *told])
     if left_out:
         caption += f" Left out: {'; '.join(left_out)}."
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
+
+
+def _how(taken: Sequence[Seen]) -> str:
+    """Return which peak the points of a trend are."""
+    if not any(one.tallest_hz for one in taken):
+        return "tallest peak of the PSD in the band."
+    how = next((one.how for one in taken if one.how), "by continuity")
+    return f"the mode that makes the tallest peak of most tests, followed {how}."
+
+
+def told_of(taken: Sequence[Seen]) -> list[str]:
+    """Return where the tallest peak is not of the mode that is followed, in sentences."""
+    away = [
+        f"{one.tallest_hz:.4g} Hz in test {one.test}"
+        + ("" if one.frequency_hz is not None else " (no peak of the mode there)")
+        for one in taken
+        if one.tallest_hz is not None and not one.left_out
+    ]
+    return [f"Another mode makes the tallest peak: {', '.join(away)}."] if away else []
+
+
+def _jumps(series: Mapping[str, Sequence[Point]], taken: Sequence[Seen]) -> list[str]:
+    """Return between which tests a series may have jumped to another mode, in sentences."""
+    unsure = {one.test: one.unsure for one in taken}
+    return [
+        f"From test {one.test} to {other.test} it moves further than half-way to another mode: "
+        "it may be another mode there."
+        for points in series.values()
+        for one, other in pairwise(points)
+        if other.test in unsure[one.test]
+    ]
 
 
 def _takes_part(one: Seen, request: TrendRequest, tests: Sequence[Seen]) -> bool:

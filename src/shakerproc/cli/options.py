@@ -252,7 +252,11 @@ StitchOption: TypeAlias = Annotated[
 ]
 ThesisOption: TypeAlias = Annotated[
     bool,
-    typer.Option("--thesis", help="Write the tables of the thesis too, as defined there."),
+    typer.Option(
+        "--thesis",
+        help="Write the tables of the thesis too, as defined there; trends carry the numbers "
+        "of its figures.",
+    ),
 ]
 SchedulerOption: TypeAlias = Annotated[
     str | None,

@@ -32,7 +32,7 @@ from shakerproc.comparison.noise_sources import Channels
 from shakerproc.comparison.prediction import Prediction, as_means, at_samples, predict
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.refit import FittedParameter, Refit, refit
-from shakerproc.comparison.verdict import sentence
+from shakerproc.comparison.verdict import explained, sentence
 from shakerproc.comparison.windows import Windows, run_windows, windows_of
 
 __all__ = [
@@ -61,6 +61,7 @@ __all__ = [
     "compare",
     "compare_tests",
     "document_of",
+    "explained",
     "fall",
     "floor_shares",
     "free_run_error",

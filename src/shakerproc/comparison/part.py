@@ -5,9 +5,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import (
-    Recording,
-)
+from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import DiagnosisError, SpectrumError
 from shakerproc.runs import find_crop
 from shakerproc.runs.roles import moving
@@ -24,7 +22,12 @@ PARTS: Final = 16
 RUN_IN: Final = 16
 """The model runs in for this share of the part that is judged: its inverse [-]."""
 
-_SHORTEST: Final = 1024  # samples
+LEAST_PERIODS: Final = 10
+r"""Periods of the motion by which a model can be judged.
+
+The rms of so many is known to :math:`1 / (2 \sqrt{n})`, 16 %: Bendat and Piersol, "Random
+Data", 4th ed., eq. 8.58, with one independent value a period.
+"""
 
 
 @final
@@ -58,11 +61,7 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
         notes.append(
             f"{recording.run}: the crop of the log finds no run, so all of it is compared."
         )
-    if stop - start < _SHORTEST:
-        raise DiagnosisError(
-            f"{recording.run}: {stop - start} samples are too few to judge a model; "
-            f"{_SHORTEST} are the least. Correct crop in the log."
-        )
+    check_periods(recording.run, moving(recording).samples(start, stop))
     if stop - start > most:
         whole = (stop - start) / recording.sample_rate
         start = _loudest(recording, test, start, stop, most)
@@ -75,6 +74,32 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
         return Part(0, n, start, stop, tuple(notes))
     first = 0 if start <= most else start - most // RUN_IN
     return Part(first, stop, start, stop, tuple(notes))
+
+
+def check_periods(run: str, motion: FloatArray) -> None:
+    """Pass motion of enough periods, of the channel that moves most, to judge a model.
+
+    Parameters
+    ----------
+    run : str
+        Opens the message.
+    motion : (n_channels, n_samples) array
+        What was measured on the structure, in the units of the channels.
+
+    Raises
+    ------
+    DiagnosisError
+        If they are too few.
+    """
+    motion = np.nan_to_num(motion)
+    motion = motion - motion.mean(axis=1, keepdims=True)
+    above = motion[int(np.argmax(motion.std(axis=1)))] > 0.0
+    n_periods = int(np.count_nonzero(above[1:] & ~above[:-1]))
+    if n_periods < LEAST_PERIODS:
+        raise DiagnosisError(
+            f"{run}: the {above.size} samples that are compared hold {n_periods} periods of "
+            f"the motion; a model needs {LEAST_PERIODS} at least. Crop less, or record longer."
+        )
 
 
 def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> Part:
@@ -97,11 +122,7 @@ def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> 
         start = part.start + free_start(samples[rows], samples[driving])
     except SpectrumError as error:
         raise DiagnosisError(f"{recording.run}: {error}") from error
-    if part.stop - start < _SHORTEST:
-        raise DiagnosisError(
-            f"{recording.run}: {part.stop - start} samples of free decay are too few; "
-            f"{_SHORTEST} are the least."
-        )
+    check_periods(recording.run, recording.samples(start, part.stop)[rows])
     return replace(part, first=start, start=start, last=part.stop)
 
 

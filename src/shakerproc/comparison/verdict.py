@@ -23,11 +23,16 @@ _DEVIATIONS: Final = 2.0  # standard deviations of a change: 95 %
 _LEAST: Final = 1e-3  # coherence: below it a gain is noise alone
 
 
+def explained(comparison: Comparison) -> bool:
+    """Return whether the model leaves no more than noise of every test."""
+    return all(map(_passes, comparison.tests))
+
+
 def sentence(comparison: Comparison) -> str:
     """Return where and how the model fails, or that it does not."""
-    worst = max(comparison.tests, key=_excess)
-    if _passes(worst):
+    if explained(comparison):
         return _explained(comparison)
+    worst = max(comparison.tests, key=_excess)
     parts = [
         _failure(comparison, worst),
         _joint(comparison, worst),

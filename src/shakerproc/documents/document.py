@@ -20,6 +20,8 @@ MOST_BYTES: Final = 2_000_000
 _CONTROL: Final = re.compile(
     r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 )
+_SPACES: Final = {0x85: " ", 0x2028: " ", 0x2029: " "}
+"""What ends a line for YAML 1.1 and not for YAML 1.2 (section 5.4) or an editor."""
 _TAB: Final = re.compile(r"^ *\t[ \t]*[^\s]", re.MULTILINE)
 _DIRECTIVE: Final = re.compile(r"^%", re.MULTILINE)
 
@@ -187,7 +189,7 @@ def _text_of(path: Path) -> str:
         before = data[: error.start].decode("utf-8-sig", errors="replace")
         found = f"expected UTF-8 text, got the byte 0x{data[error.start]:02x}; save it as UTF-8"
         raise DocumentError(path, *_line_and_column(before, len(before)), found) from error
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_SPACES)
     if match := _CONTROL.search(text):
         found = f"expected text, got the control character 0x{ord(match[0]):02x}"
         raise DocumentError(path, *_line_and_column(text, match.start()), found)

@@ -16,7 +16,7 @@ FromList: Final = Field(strict=False)
 
 
 class Section(BaseModel):
-    """A part of a file: unknown keys are refused, and nothing is converted silently."""
+    """A part of a file: unknown and blank keys are refused, nothing is converted silently."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
@@ -33,6 +33,9 @@ class Section(BaseModel):
                         "comma": _decimal_comma(data, key),
                     }
                     raise PydanticCustomError("unknown_key", "unknown key", context)
+            for key, value in data.items():
+                if value is None:
+                    raise PydanticCustomError("blank", "blank", {"place": (key,)})
         return data
 
 
@@ -139,6 +142,10 @@ def _length(words: str, key: str) -> Callable[[ErrorDetails], str]:
 _SAY: Final[Mapping[str, Callable[[ErrorDetails], str]]] = MappingProxyType({
     "missing": _missing,
     "unknown_key": _unknown_key,
+    "blank": lambda error: (
+        f"expected a value after {error['ctx']['place'][0]}:, got nothing; "
+        "write it, or take the key out"
+    ),
     "misplaced": lambda error: error["ctx"]["says"],
     "value_error": lambda error: str(error["ctx"]["error"]),
     "literal_error": _not_one_of,

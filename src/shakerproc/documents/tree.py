@@ -306,6 +306,9 @@ def read_tree(path: Path, text: str) -> tuple[object, Place]:
                 handle(event)
     except yaml.MarkedYAMLError as error:
         line, column, message = advice_on(error, text)
+        last = text.count("\n") + 1
+        if line > last:  # libyaml ends each text with a line of its own
+            line, column = last, len(text) - (text.rfind("\n") + 1) + 1
         raise DocumentError(path, line, column, message) from error
     except yaml.YAMLError as error:
         raise DocumentError(path, 1, 1, f"not YAML: {quoted(str(error))}") from error

@@ -231,13 +231,35 @@ def choose_channels(
     if uses is None:
         chosen: tuple[Chosen, ...] = tuple((c, None) for c in with_numbers(group))
     else:
-        chosen = tuple((_find(group, u.key, run), u) for u in uses if u.role != "ignore")
+        without = left_out(group, uses)
+        used = (u for u in uses if u.role != "ignore" and u not in without)
+        chosen = tuple((_find(group, u.key, run), u) for u in used)
     if not chosen:
         raise RecordingError(
             f"{run}: no channel is used. Give at least one a role other than ignore in the log."
         )
     _check_distinct(chosen, run)
     return chosen
+
+
+def left_out(group: RawGroup, uses: Sequence[ChannelUse]) -> tuple[ChannelUse, ...]:
+    """Return what is said for every test and is no channel of this recording.
+
+    A name that nearly is that of a channel is a slip of the pen and no such channel, and a
+    recording that has none of them is another one.
+    """
+    names = tuple(channel.name for channel in group.channels)
+    used = [use for use in uses if use.role != "ignore"]
+    absent = tuple(
+        use
+        for use in used
+        if use.default
+        and isinstance(use.key, str)
+        and use.key not in names
+        and units.near_miss(use.key, [n for n in names if all(n != u.key for u in uses)])
+        is None
+    )
+    return absent if len(absent) < len(used) else ()
 
 
 def with_numbers(group: RawGroup) -> tuple[RawChannel, ...]:

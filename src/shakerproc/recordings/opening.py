@@ -26,6 +26,7 @@ from shakerproc.recordings.choosing import (
     FilePart,
     choose_channels,
     choose_part,
+    left_out,
     unused_channels,
     with_numbers,
 )
@@ -165,12 +166,21 @@ def open_recording(
             found,
             in_file=len(with_numbers(among)),
             unused=unused,
-            notes=(*found.notes, *([note] if note else [])),
+            notes=(*found.notes, *([note] if note else []), *_absent(among, wanted)),
         )
     except BaseException:
         raw.source.close()
         file.close()
         raise
+
+
+def _absent(among: RawGroup, said: Sequence[ChannelUse] | None) -> list[str]:
+    """Return which channels of every test this recording goes without."""
+    absent = left_out(among, said or ())
+    if not absent:
+        return []
+    names = ", ".join(shown(use.key) for use in absent)
+    return [f"Channels of the log that this recording has not were left out: {names}."]
 
 
 def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFile:

@@ -1,6 +1,7 @@
 """The figures of the analyses that a log asks for, as files and on the page."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
+from shakerproc.report.drawn import unwrapped_line
 from shakerproc.report.pictures import LEFT, save
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
@@ -26,6 +28,9 @@ DECADES: Final = 7
 
 PAGE_BOX: Final = (484, 188)
 """Width and height of the axes of a figure of the page [px]."""
+
+NAME_ROOM: Final = (0.1, 0.035)
+"""Room of a name in letters of 6.5 pt in a figure of 7 by 4 in, as shares of the axes [-]."""
 
 LIMITS: Final[Mapping[Look, tuple[str, str, float]]] = {
     "demand": ("#000000", "--", 1.2),
@@ -63,7 +68,8 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
     for line in panel.lines:
         how = _how(line, chosen)
         label = line.label if line.label and line.look != "paper" else "_"
-        axis.plot(line.x, _drawable(line.y, panel.y), label=label, **how)
+        drawn = unwrapped_line(_curve(line, chosen), _y_axis(panel.y, 0.0, 1.0))
+        axis.plot(drawn.x, _drawable(drawn.y, panel.y), label=label, **how)
     x_low, x_high = _ends([line.x for line in panel.lines], panel.x)
     y_low, y_high = limits(panel.lines, panel.y)
     if panel.equal:
@@ -75,9 +81,10 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
         _logarithmic_x(axis)
     if panel.y.logarithmic:
         style.logarithmic(axis, y_low, y_high)
+    named: list[tuple[float, float]] = []
     for line in panel.lines:
         if line.look == "paper" and line.label:
-            _name_on_paper(axis, line, (x_low, x_high), (y_low, y_high))
+            _name_on_paper(axis, line, (x_low, x_high), (y_low, y_high), named)
     axis.set_xlabel(panel.x.label)
     axis.set_ylabel(panel.y.label)
     style.head(axis, title, panel.title)
@@ -109,13 +116,25 @@ def _name_on_paper(
     line: Line,
     x_ends: tuple[float, float],
     y_ends: tuple[float, float],
+    named: list[tuple[float, float]],
 ) -> None:
-    """Write the name of a line of the paper where it leaves the figure."""
+    """Write the name of a line of the paper along it, beside those that are `named` already."""
     inside = (line.x >= x_ends[0]) & (line.x <= x_ends[1])
     inside &= (line.y >= y_ends[0] * 1.1) & (line.y <= y_ends[1] / 1.3)
     if not inside.any():
         return
-    i = int(np.flatnonzero(inside)[-1])
+    shares = np.array([
+        np.log(values / low) / np.log(high / low)
+        for values, (low, high) in ((line.x[inside], x_ends), (line.y[inside], y_ends))
+    ]).T
+    free = [
+        all(np.any(np.abs(place - other) > NAME_ROOM) for other in named) for place in shares
+    ]
+    if not any(free):
+        return
+    last = int(np.flatnonzero(free)[-1])
+    named.append(tuple(shares[last]))
+    i = int(np.flatnonzero(inside)[last])
     axis.annotate(
         line.label,
         (line.x[i], line.y[i]),
@@ -160,7 +179,9 @@ def drawings(run: RunSummary) -> list[Drawing]:
     """Return the figures of the analyses of a run for the page."""
     chosen = _chosen([c.name for c in run.channels], [c.role for c in run.channels])
     return [
-        drawing(_panel(panel), f"{panel.title} of test {run.test}", chosen)
+        replace(
+            drawing(_panel(panel), f"{panel.title} of test {run.test}", chosen), paper=False
+        )
         for one in run.analyses
         for panel in one.panels
     ]
@@ -180,12 +201,17 @@ def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
             svg.Plot(
                 [_curve(line, chosen) for line in lines],
                 svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
-                svg.Axis(panel.y.label, y_low, y_high, logarithmic=panel.y.logarithmic),
+                _y_axis(panel.y, y_low, y_high),
             ),
             most=STILL,
             title=title,
         ),
     )
+
+
+def _y_axis(scale: Scale, low: float, high: float) -> svg.Axis:
+    degrees = scale.label.endswith("[°]")
+    return svg.Axis(scale.label, low, high, logarithmic=scale.logarithmic, degrees=degrees)
 
 
 def _equal(

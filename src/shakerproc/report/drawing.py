@@ -19,6 +19,8 @@ class Drawing:
         Of the curves of a run, so that those of several can be overlaid.
     broad : bool
         Whether it takes the whole width.
+    paper : bool
+        Whether it is printed with the page.
     """
 
     title: str
@@ -26,3 +28,4 @@ class Drawing:
     drawing: Markup
     kind: str = ""
     broad: bool = False
+    paper: bool = True

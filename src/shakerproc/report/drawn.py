@@ -2,11 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
+
+HALF_TURN: Final = 180.0
+"""Degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +100,25 @@ class Filling:
     low: FloatArray
     high: FloatArray
     style: int
+
+
+def unwrapped(item: Curve | Filling, y_axis: Axis) -> Curve | Filling:
+    """Return a line of angles, broken where it goes on at the other end of the circle.
+
+    A step of more than half a turn is such a jump: its line would be no measurement.
+    """
+    return item if isinstance(item, Filling) else unwrapped_line(item, y_axis)
+
+
+def unwrapped_line(item: Curve, y_axis: Axis) -> Curve:
+    """Return a curve as `unwrapped` has it."""
+    if not y_axis.degrees or item.points or item.dots:
+        return item
+    with np.errstate(invalid="ignore"):
+        jumps = np.flatnonzero(np.abs(np.diff(item.y)) > HALF_TURN) + 1
+    return replace(
+        item, x=np.insert(item.x, jumps, item.x[jumps]), y=np.insert(item.y, jumps, np.nan)
+    )
 
 
 @dataclass(frozen=True, slots=True)

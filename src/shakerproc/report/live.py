@@ -2,13 +2,15 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report.drawn import Axis, Curve, Filling, Plot
+from shakerproc.report.drawn import Axis, Curve, Filling, Plot, unwrapped
+from shakerproc.report.style import COLOURS
 
 _LETTERS: Final = np.frombuffer(
     b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_", dtype=np.uint8
@@ -29,7 +31,8 @@ def payload(plot: Plot) -> Markup:
     Nothing, where a line goes back and forth along x.
     """
     x_axis, y_axis, marks, spans = plot.x, plot.y, plot.marks, plot.spans
-    drawn = [item for item in plot.items if item.x.size]
+    items = [unwrapped(item, y_axis) for item in plot.items]
+    drawn = [one for item in items if (one := _placed(item, x_axis)).x.size]
     if any(_loops(item) for item in drawn):
         return Markup("")  # the script draws functions of x
     x_range = _range([item.x for item in drawn], logarithmic=x_axis.logarithmic)
@@ -46,7 +49,7 @@ def payload(plot: Plot) -> Markup:
             values.append([j for j, empty in enumerate(item.hollow) if empty])
         if isinstance(item, Curve) and len(item.bars):
             values += [[]] * (2 - len(values)) + [[_rounded(bar) for bar in item.bars]]
-        lines.append([item.label, item.style % 8, _kind(item), places, *values])
+        lines.append([item.label, item.style % len(COLOURS), _kind(item), places, *values])
     content: dict[str, Any] = {
         "x": [*_axis(x_axis), *_short(x_range)],
         "y": [*_axis(y_axis), *_short(y_range)],
@@ -62,6 +65,24 @@ def payload(plot: Plot) -> Markup:
         content["e"] = _rounded(plot.spread[1] / plot.spread[0])
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return Markup("<data value='{}'></data>").format(quoted(text))
+
+
+def _placed(item: Curve | Filling, axis: Axis) -> Curve | Filling:
+    """Return an item of which every point has a place along x; where one has none, a break."""
+    known = np.isfinite(axis.share(item.x))
+    if known.all():
+        return item
+    at = np.maximum.accumulate(np.where(known, np.arange(item.x.size), -1))
+    begun = at >= 0
+    x, known = item.x[at[begun]], known[begun]
+    if isinstance(item, Filling):
+        low, high = (np.where(known, row[begun], np.nan) for row in (item.low, item.high))
+        return replace(item, x=x, low=low, high=high)
+    hollow, bars = (
+        tuple(np.asarray(row)[begun[: len(row)]]) for row in (item.hollow, item.bars)
+    )
+    y = np.where(known, item.y[begun], np.nan)
+    return replace(item, x=x, y=y, hollow=hollow, bars=bars)
 
 
 def _loops(item: Curve | Filling) -> bool:

@@ -190,7 +190,7 @@ def _shapes(one: TestModes) -> list[Drawing]:
         Drawing(
             f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
             f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}",
-            moving_shape(geometry, modes.shapes[i], f"Shape of mode {i + 1}"),
+            moving_shape(geometry, modes.shapes[i], one.sensor_names, f"Shape of mode {i + 1}"),
         )
         for i in range(modes.poles.size)
     ]

@@ -1,6 +1,6 @@
 """Mode shapes that move, and matrices of MAC, as SVG in the report."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -22,31 +22,34 @@ _CELL, _LEFT, _BELOW = 44, 70, 22  # of a matrix [px]
 _SHADES: Final = 8
 
 
-def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
+def moving_shape(
+    geometry: Geometry, shape: ComplexArray, names: Sequence[str], title: str
+) -> Markup:
     """Return a mode shape: at rest grey; moved in colour, swinging where the page is shown.
 
     The motion is part of the drawing (SMIL) and needs no script. On paper, and where the reader
     wants no motion, the page shows the largest instead.
 
-    `shape` may be in any unit.
+    `shape` may be in any unit; `names` are those of the sensors, at their places at rest.
     """
     low, high = geometry.rest.min(axis=0) - 0.27, geometry.rest.max(axis=0) + 0.27
     scale = min(
         (_WIDTH - 2 * _MARGIN) / (high[0] - low[0]), (_HEIGHT - 16) / (high[1] - low[1])
     )
 
-    def path(places: FloatArray) -> str:
+    def at(places: FloatArray) -> tuple[FloatArray, FloatArray]:
         middle = places - (low + high) / 2.0
         x = (_WIDTH / 2 + scale * middle[:, 0]) * UNIT
-        y = (_HEIGHT / 2 - scale * middle[:, 1]) * UNIT
+        return x, (_HEIGHT / 2 - scale * middle[:, 1]) * UNIT
+
+    def path(places: FloatArray) -> str:
+        x, y = at(places)
         return "".join(
             f"M{x[a]:.0f} {y[a]:.0f}L{x[b]:.0f} {y[b]:.0f}" for a, b in geometry.edges
         )
 
     def dots(places: FloatArray) -> str:
-        middle = places - (low + high) / 2.0
-        x = (_WIDTH / 2 + scale * middle[:, 0]) * UNIT
-        y = (_HEIGHT / 2 - scale * middle[:, 1]) * UNIT
+        x, y = at(places)
         return "".join(f"M{a:.0f} {b:.0f}h0" for a, b in zip(x, y, strict=True))
 
     frames = [geometry.moved(shape, 2.0 * np.pi * i / FRAMES) for i in range(FRAMES + 1)]
@@ -58,10 +61,26 @@ def moving_shape(geometry: Geometry, shape: ComplexArray, title: str) -> Markup:
         Markup(
             '</g><g class="still"><path class="c0" d="{}"/><path class="d0" d="{}"/></g>'
         ).format(path(frames[0]), dots(frames[0])),
+        *(
+            Markup('<text x="{:.0f}" y="{:.0f}">{}</text>').format(x, y + 64, ", ".join(here))
+            for (x, y), here in _named(geometry.rest, names, at).items()
+        ),
     ]
     return Markup(
         '<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>{}</svg>'
     ).format(_WIDTH * UNIT, _HEIGHT * UNIT, title, Markup("").join(parts))
+
+
+def _named(
+    rest: FloatArray,
+    names: Sequence[str],
+    at: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+) -> dict[tuple[float, float], list[str]]:
+    """Return the names of the sensors by their place in the drawing."""
+    found: dict[tuple[float, float], list[str]] = {}
+    for x, y, name in zip(*at(rest), names, strict=True):
+        found.setdefault((float(np.rint(x)), float(np.rint(y))), []).append(name)
+    return found
 
 
 def _moving(css: str, paths: Sequence[str]) -> Markup:

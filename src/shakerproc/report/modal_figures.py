@@ -189,6 +189,16 @@ def shapes_figure(one: TestModes) -> "Figure":
             axis.plot(*np.stack([still, now]).T, color=style.COLOURS[0], lw=0.5, alpha=0.6)
         axis.plot(*drawn.rest.T, "o", color="#b8b8b8", ms=2.5)
         axis.plot(*moved.T, "o", color=style.COLOURS[0], ms=3.5)
+        for name, place in zip(one.sensor_names, drawn.rest, strict=True):
+            axis.annotate(
+                name,
+                place,
+                (0, -4),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=6,
+            )
         axis.set_xlim(low[0], high[0])
         axis.set_ylim(low[1], high[1])
         if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards

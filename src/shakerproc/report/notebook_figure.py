@@ -5,6 +5,8 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
+from shakerproc.report.glyphs import write_legibly
+
 DOTS_PER_INCH: Final = 100
 
 
@@ -12,6 +14,7 @@ class NotebookFigure(Figure):
     """A figure that is its own picture as the last line of a cell."""
 
     def _repr_png_(self) -> bytes:
+        write_legibly(self)
         buffer = BytesIO()
         self.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
         return buffer.getvalue()

@@ -30,9 +30,10 @@ from shakerproc.report.drawing import Drawing
 from shakerproc.report.header import HeaderView, with_expired
 from shakerproc.report.in_units import run_in, trend_in
 from shakerproc.report.methods import Methods, methods_of
+from shakerproc.report.resonances import resonances
 from shakerproc.report.run_view import RunView, run_view
 from shakerproc.report.runs_table import Cell, Column
-from shakerproc.report.sections import Section
+from shakerproc.report.sections import Section, Table
 from shakerproc.report.shown_units import USUAL, ShownUnits
 from shakerproc.report.watched import Watched
 from shakerproc.runs.summary import RunSummary
@@ -101,6 +102,7 @@ class _Page:
     rows: Sequence[Sequence[Cell]]
     table_note: str
     trends: Sequence[Drawing]
+    resonances: Table | None
     not_drawn: str
     sections: Sequence[Section]
     runs: Sequence[RunView]
@@ -204,6 +206,7 @@ def _page(report: Report) -> _Page:
         rows=rows,
         table_note=runs_table.table_note(report.runs, report.channel),
         trends=trend_view.drawings([trend_in(one, units) for one in report.trends]),
+        resonances=resonances(shown, report.channel),
         not_drawn=_not_drawn(report),
         sections=report.sections,
         runs=views,

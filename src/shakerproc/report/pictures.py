@@ -8,7 +8,8 @@ import numpy as np
 from shakerproc import files
 from shakerproc.data import FloatArray
 from shakerproc.report import style
-from shakerproc.report.drawn import Axis, Curve, Figure, Filling, Image, Mark, Plot
+from shakerproc.report.drawn import Axis, Curve, Figure, Filling, Image, Mark, Plot, unwrapped
+from shakerproc.report.glyphs import write_legibly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +33,7 @@ def save(picture: "Picture", path: Path) -> Path:
     from PIL import Image as Pixels
     from PIL.PngImagePlugin import PngInfo
 
+    write_legibly(picture)
     picture.set_dpi(DOTS_PER_INCH)
     canvas = FigureCanvasAgg(picture)
     canvas.draw()  # type: ignore[no-untyped-call]
@@ -85,9 +87,9 @@ def _draw(axis: "Axes", plot: Plot, *, last: bool) -> None:
     """Draw one plot; only the last of several along the same axis names it."""
     if plot.image is not None:
         _image(axis, plot.image)
-    for item in plot.items:
+    for item in (unwrapped(item, plot.y) for item in plot.items):
         if isinstance(item, Filling):
-            colour = style.COLOURS[item.style % 8]
+            colour = style.COLOURS[item.style % len(style.COLOURS)]
             axis.fill_between(item.x, item.low, item.high, color=colour, lw=0.3)
         else:
             _curve(axis, item, plot.y)
@@ -120,7 +122,11 @@ def _curve(axis: "Axes", curve: Curve, scale: Axis) -> None:
     y = _drawable(curve.y, scale)
     how: dict[str, Any] = style.line(curve.style)
     if curve.points:
-        how |= {"linestyle": "none", "marker": MARKERS[curve.style % 8], "markersize": 5.0}
+        how |= {
+            "linestyle": "none",
+            "marker": MARKERS[curve.style % len(MARKERS)],
+            "markersize": 5.0,
+        }
     elif curve.thin:
         how["linewidth"] = 0.7
     axis.plot(curve.x, y, label=curve.label or "_", **how)

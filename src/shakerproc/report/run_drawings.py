@@ -1,6 +1,7 @@
 """The figures of a run on the page."""
 
 from dataclasses import replace
+from typing import Final
 
 from markupsafe import Markup
 
@@ -10,6 +11,18 @@ from shakerproc.report.drawn import Axis, Figure, Plot
 from shakerproc.report.run_curves import STILL, kept
 from shakerproc.report.run_plots import FIGURES, ON_PAGE
 from shakerproc.runs.summary import RunSummary
+
+MOST: Final = 230
+"""Height of a figure at most [px]."""
+
+TOGETHER: Final = 250
+"""Height of figures above each other, all together, where they have room in it [px]."""
+
+LEAST: Final = 60
+"""Height of one of them at least [px]."""
+
+LABEL: Final = 14
+"""Height of the label of the lowest [px]."""
 
 
 def figures(run: RunSummary) -> list[Drawing]:
@@ -39,9 +52,15 @@ def _drawings(figure: Figure, test: str) -> list[Drawing]:
     if not figure.together:
         return [_titled(plot, _drawn(plot, test)) for plot in figure.plots]
     *above, last = figure.plots
-    parts = [_drawn(_without_label(plot), test, keys=False) for plot in above]
+    tall = max(LEAST, TOGETHER // len(figure.plots))
+    still = 2 * STILL // len(figure.plots)  # of a shared figure each has its part
+    parts = [_drawn(_without_label(plot), test, (tall, still), keys=False) for plot in above]
     names = svg.legend([item for plot in figure.plots for item in plot.items])
-    drawn = Markup("").join((*parts, _drawn(last, test, keys=False), names))
+    drawn = Markup("").join((
+        *parts,
+        _drawn(last, test, (tall + LABEL, still), keys=False),
+        names,
+    ))
     return [_titled(figure.plots[0], drawn)]
 
 
@@ -49,10 +68,14 @@ def _titled(plot: Plot, drawn: Markup) -> Drawing:
     return Drawing(f"{plot.title}.", plot.caption, drawn, kind=plot.kind)
 
 
-def _drawn(plot: Plot, test: str, *, keys: bool = True) -> Markup:
-    height = min(230, round(58 + 80 * plot.height))
+def _drawn(
+    plot: Plot, test: str, most: tuple[int, int] = (MOST, STILL), *, keys: bool = True
+) -> Markup:
+    """Return a drawing; `most` are its height [px] and the points of a line that it has."""
+    tall, points = most
+    height = min(tall, round(58 + 80 * plot.height))
     title = f"{plot.title or plot.channel} of test {test}"
-    return svg.plot(plot, most=STILL, title=title, height=height, keys=keys)
+    return svg.plot(plot, most=points, title=title, height=height, keys=keys)
 
 
 def _without_label(plot: Plot) -> Plot:

@@ -44,6 +44,7 @@ class RunView:
     detail: str
     flags: Sequence[FlagSummary]
     figures: Sequence[Drawing]
+    not_printed: str
     channel_columns: Sequence[str]
     channels: Sequence[Sequence[str]]
     peaks_of: str
@@ -71,6 +72,7 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
     `number` makes its anchor.
     """
     rows = peak_rows.peak_rows(run)
+    further = [marked(drawing, run) for drawing in analysis_figures.drawings(run)]
     channels = filled("", CHANNEL_COLUMNS, [_channel_row(c, run) for c in run.channels])
     return RunView(
         test=run.test,
@@ -81,7 +83,8 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
         error=run.error,
         detail=run.detail,
         flags=run.flags,
-        figures=[*figures(run), *(marked(d, run) for d in analysis_figures.drawings(run))],
+        figures=[*figures(run), *further],
+        not_printed=_not_printed(run),
         channel_columns=channels.columns,
         channels=channels.rows,
         spectrum=_spectrum_note(run),
@@ -95,6 +98,16 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
         analyses=[_analysis_view(one) for one in run.analyses],
         recording=run.recording,
         sha256=run.sha256,
+    )
+
+
+def _not_printed(run: RunSummary) -> str:
+    """Return which tables and figures the printed page leaves out, in a sentence."""
+    titles = ", ".join(one.title for one in run.analyses if one.panels or one.rows)
+    return (
+        f"Figures and tables in the folder of the run and on the page: {titles}."
+        if titles
+        else ""
     )
 
 

@@ -6,16 +6,20 @@ from contextlib import contextmanager
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
+from shakerproc.report.glyphs import families
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLOURS: Final = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#767676",
+    "#8a6d00", "#8b0000",
 )  # fmt: skip
-"""Okabe and Ito's colours for people of any colour vision; the last two are for controls."""
+"""Okabe and Ito's colours for people of any colour vision; then two for controls and two for
+the limits of tests."""
 
-DASHES: Final = ("", "7 2", "2 2", "7 2 2 2", "4 4", "10 3", "", "5 3")
+DASHES: Final = ("", "7 2", "2 2", "7 2 2 2", "4 4", "10 3", "", "5 3", "1 2", "12 2 2 2")
 """Dash of each colour, so that the lines differ in grey too [px]."""
 
 SHADES: Final = (
@@ -24,8 +28,8 @@ SHADES: Final = (
 """From little to much, ever darker: one hue, so that grey tells the same."""
 
 CONTROL_STYLES: Final = (6, 7)
-ALARM_STYLE: Final = 4
-ABORT_STYLE: Final = 1
+ALARM_STYLE: Final = 8
+ABORT_STYLE: Final = 9
 RESPONSE_STYLES: Final = (0, 1, 2, 3, 4, 5)
 
 
@@ -50,9 +54,10 @@ def styles(roles: Sequence[str]) -> list[int]:
 
 def line(style: int) -> dict[str, Any]:
     """Return matplotlib's arguments for a line of this style."""
-    dash = DASHES[style % 8]
+    style %= len(COLOURS)
+    dash = DASHES[style]
     pattern = "-" if not dash else (0, tuple(float(n) for n in dash.split()))
-    return {"color": COLOURS[style % 8], "linestyle": pattern, "linewidth": 1.2}
+    return {"color": COLOURS[style], "linestyle": pattern, "linewidth": 1.2}
 
 
 def density_unit(unit: str) -> str:
@@ -75,6 +80,7 @@ def look() -> Iterator[None]:
     with _SETTINGS, mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update({
+            "font.family": list(families()),
             "font.size": 9.0,
             "axes.titlesize": 10.0,
             "axes.titlelocation": "left",

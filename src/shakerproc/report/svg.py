@@ -12,7 +12,8 @@ from shakerproc.data import FloatArray
 from shakerproc.report import live, surface
 from shakerproc.report.axes import UNIT, Box, grid
 from shakerproc.report.clipping import area_inside, line_inside, points_inside
-from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Plot, Span
+from shakerproc.report.drawn import Axis, Curve, Filling, Mark, Plot, Span, unwrapped
+from shakerproc.report.style import COLOURS
 from shakerproc.runs.thinning import straightened, thinned
 
 __all__ = [
@@ -71,7 +72,10 @@ def plot(
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
         Markup("") if content.image is None else surface.picture(content.image, box),
-        *(_drawn(_thinned(item, most), x_axis, y_axis, box) for item in content.items),
+        *(
+            _drawn(unwrapped(_thinned(item, most), y_axis), x_axis, y_axis, box)
+            for item in content.items
+        ),
         *(_mark(mark, x_axis, box) for mark in content.marks),
         _spread_bar(content.spread, y_axis, box),
         Markup("</svg>"),
@@ -94,7 +98,7 @@ def legend(items: Sequence[Curve | Filling]) -> Markup:
 
 
 def _key(item: Curve | Filling) -> Markup:
-    style = item.style % 8
+    style = item.style % len(COLOURS)
     if isinstance(item, Filling):
         return Markup('<path class="f{}" d="M8 6h80v28h-80z"/>').format(style)
     if item.points:
@@ -196,7 +200,7 @@ def _coarser(item: Filling, together: int) -> Filling:
 
 def _drawn(item: Curve | Filling, x_axis: Axis, y_axis: Axis, box: Box) -> Markup:
     x = x_axis.share(item.x)
-    style = item.style % 8
+    style = item.style % len(COLOURS)
     if isinstance(item, Filling):
         area = _area(x, y_axis.share(item.low), y_axis.share(item.high), box)
         return Markup('<path class="f{}" d="{}"/>').format(style, area)
@@ -234,7 +238,7 @@ def _bars(item: Curve, x_axis: Axis, y_axis: Axis, box: Box) -> Markup:
         f"M{a - CAP:.0f} {b:.0f}h{2 * CAP}m{-CAP} 0V{c:.0f}m{-CAP} 0h{2 * CAP}"
         for a, b, c in zip(left, low, high, strict=True)
     )
-    return Markup('<path class="bar c{}" d="{}"/>').format(item.style % 8, path)
+    return Markup('<path class="bar c{}" d="{}"/>').format(item.style % len(COLOURS), path)
 
 
 def _area(share_x: FloatArray, low: FloatArray, high: FloatArray, box: Box) -> str:

@@ -28,17 +28,7 @@ def sweep(content: RunContent) -> Figure | None:
     if not gains:
         return None
     axis = swept_axis(gains)
-    fundamental = Plot(
-        gains,
-        axis,
-        logarithmic_axis("fundamental over control [-]", gains, DECADES),
-        spans=outside(content.run, axis),
-        title="Swept response",
-        caption="The fundamental alone; a sudden drop is a jump of a nonlinear joint. "
-        f"Tallest: {_tallest(content.run)}.",
-        kind="sweep",
-    )
-    plots = [fundamental]
+    plots = [_fundamental(content, unit) for unit in content.units if content.of("sweep", unit)]
     phases = unnamed(_each_way(content, "sweep_phase"))
     if phases:
         turns = phase_axis("phase of the fundamental")
@@ -51,9 +41,26 @@ def sweep(content: RunContent) -> Figure | None:
     return Figure("sweep", plots, f"swept response{_spans(content)}")
 
 
-def _each_way(content: RunContent, kind: str) -> list[Curve]:
+def _fundamental(content: RunContent, unit: str) -> Plot:
+    """Return the swept responses of the channels of one unit."""
+    gains, over = _each_way(content, "sweep", unit), content.control_unit
+    axis = swept_axis(gains)
+    label = f"fundamental over control [{'-' if unit == over else f'{unit}/{over}'}]"
+    return Plot(
+        gains,
+        axis,
+        logarithmic_axis(label, gains, DECADES),
+        spans=outside(content.run, axis),
+        title="Swept response",
+        caption="The fundamental alone; a sudden drop is a jump of a nonlinear joint. "
+        f"Tallest: {_tallest(content.run, unit)}.",
+        kind="sweep",
+    )
+
+
+def _each_way(content: RunContent, kind: str, unit: str | None = None) -> list[Curve]:
     """Return lines along the sweeps; each sweep of a channel has a colour of its own."""
-    lines, curves = content.lines(kind), content.of(kind)
+    lines, curves = content.lines(kind, unit), content.of(kind, unit)
     channels = list(dict.fromkeys(c.channel for c in curves))
     seen: dict[str, int] = {}
     found = []
@@ -84,8 +91,8 @@ def _spans(content: RunContent) -> str:
     return f": {', '.join(told)}" if len(told) <= MOST_TOLD else f", {len(told)} sweeps"
 
 
-def _tallest(run: RunSummary) -> str:
-    """Return the tallest point of every response along every sweep, in words."""
+def _tallest(run: RunSummary, unit: str) -> str:
+    """Return the tallest point of the responses of a unit along every sweep, in words."""
     return "; ".join(
         f"{channel.name} {peak.direction} {peak.gain:.3g} at {peak.frequency_hz:.1f} Hz"
         + (
@@ -94,6 +101,7 @@ def _tallest(run: RunSummary) -> str:
             else ""
         )
         for channel in run.channels
+        if channel.unit == unit
         for peak in channel.swept_peaks
     )
 

@@ -20,6 +20,7 @@ from jinja2.sandbox import MAX_RANGE, ImmutableSandboxedEnvironment
 
 from shakerproc.errors import LogError
 from shakerproc.executors import limited_memory
+from shakerproc.report.deadline import DeadlineError, deadline
 from shakerproc.units import quoted
 
 BASE: Final = "report.html.j2"
@@ -27,6 +28,12 @@ BASE: Final = "report.html.j2"
 
 MOST_MEMORY: Final = 1_000_000_000
 """What a template of a log may take beside what is there already [byte]."""
+
+MOST_SECONDS: Final = 20.0
+"""How long a template of a log may take [s]; a page of a thousand runs takes some seconds."""
+
+LARGEST_FACTOR: Final = 1 << 53
+"""Largest whole number that a product takes as it is: a floating-point number is as exact."""
 
 _OWN: Final = "own"
 _FROM_TEXT: Final = "<template>"
@@ -45,12 +52,20 @@ class Template:
 class _Sandbox(ImmutableSandboxedEnvironment):
     """The sandbox of Jinja, in which nothing takes more than a moment."""
 
-    intercepted_binops = frozenset({"**"})
+    intercepted_binops = frozenset({"**", "*"})
 
-    def call_binop(self, context: object, operator: str, left: Any, right: Any) -> float:
-        """Return a power of floating-point numbers: those of integers have no end."""
-        del context, operator
-        return float(float(left) ** float(right))
+    def call_binop(self, context: object, operator: str, left: Any, right: Any) -> Any:
+        """Return a power or product; of floating-point numbers, for those of integers no end.
+
+        Text and lists are repeated as often as memory allows.
+        """
+        del context
+        if operator == "**":
+            return float(left) ** float(right)
+        both = (left, right)
+        if all(isinstance(one, int) for one in both) and max(map(abs, both)) > LARGEST_FACTOR:
+            return float(left) * float(right)
+        return left * right
 
 
 def _ranges() -> Callable[..., range]:
@@ -131,7 +146,7 @@ def rendered(templates: Environment, own: Template | None, content: Mapping[str,
     if own is None:
         return templates.get_template(BASE).render(content)
     try:
-        with limited_memory(MOST_MEMORY):
+        with limited_memory(MOST_MEMORY), deadline(MOST_SECONDS):
             return templates.get_template(_OWN).render(content)
     except Exception as error:  # a template may fail in any way
         raise LogError(_told(own.name, error)) from error
@@ -146,5 +161,7 @@ def _told(name: str, error: Exception) -> str:
     said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
     if isinstance(error, MemoryError):
         said = f"it takes more than {MOST_MEMORY / 1e9:g} GB of memory"
+    if isinstance(error, DeadlineError):
+        said = f"it takes more than {MOST_SECONDS:g} s"
     said = f"no template {said}" if isinstance(error, TemplateNotFound) else said
     return f"{name}: {place}{said}; correct the template, or take template out of report:"

@@ -21,7 +21,12 @@ def drawings(trends: Sequence[Trend]) -> list[Drawing]:
 def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
     """Return a trend as a drawing: a line of points for each series."""
     places, x_axis, names = positions(trend)
-    frequencies = [p.frequency_hz for points in trend.series.values() for p in points]
+    frequencies = [
+        p.frequency_hz + side * p.bin_width_hz
+        for points in trend.series.values()
+        for p in points
+        for side in ((-0.5, 0.5) if np.isfinite(p.bin_width_hz) else (0.0,))
+    ]
     margin = 0.12 * max(max(frequencies) - min(frequencies), 0.1 * max(frequencies))
     y_axis = svg.Axis(
         trend.quantity, max(0.0, min(frequencies) - margin), max(frequencies) + margin

@@ -1,5 +1,6 @@
 """What is odd about a run: its recording, and what the log led one to expect."""
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -10,10 +11,11 @@ from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
 from shakerproc.runs.calibrations import expired
 from shakerproc.runs.control import BEYOND_ALARM, control_told
-from shakerproc.runs.result import Flag, RunResult
+from shakerproc.runs.result import BoolArray, Flag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import too_fast
 from shakerproc.spectra import Sweep
+from shakerproc.spectra.exceedance import surely_beyond
 from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
@@ -134,8 +136,17 @@ def control_density(result: RunResult) -> ControlSummary | None:
     if not density.size or not (density > 0.0).all():
         return None
     off = 10.0 * np.log10(density / wanted.value)
-    sure = np.maximum(np.abs(off) - chance(result, rows[0]), 0.0)
-    return _judged(result, wanted, off, sure, frequency[inside])
+
+    def beyond(limit: float, *, anywhere: bool) -> BoolArray:
+        """Return the lines beyond a tolerance [dB] by more than chance."""
+        factor = wanted.value * 10.0 ** (limit / 10.0), wanted.value * 10.0 ** (-limit / 10.0)
+        high, low = (
+            surely_beyond(density / edge, result.spectra, above=above, anywhere=anywhere)
+            for edge, above in zip(factor, (True, False), strict=True)
+        )
+        return np.asarray(high | low)
+
+    return _judged(result, wanted, off, beyond, frequency[inside])
 
 
 def _control_sweep(result: RunResult) -> Flag | None:
@@ -164,7 +175,9 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
     if not known.any():
         return None
     off = 20.0 * np.log10(control[known] / wanted.value)
-    return _judged(result, wanted, off, np.abs(off), frequency[known])
+    return _judged(
+        result, wanted, off, lambda limit, **_: np.abs(off) > limit, frequency[known]
+    )
 
 
 def inner_part(sweep: Sweep) -> slice:
@@ -174,12 +187,12 @@ def inner_part(sweep: Sweep) -> slice:
 
 
 def _judged(
-    result: RunResult, wanted: levels.Level, off: FloatArray, sure: FloatArray,
-    frequency: FloatArray,
+    result: RunResult, wanted: levels.Level, off: FloatArray,
+    sure: Callable[..., BoolArray], frequency: FloatArray,
 ) -> ControlSummary:  # fmt: skip
-    """Return how a control that is `off` [dB], and surely by `sure` [dB], keeps its limits."""
+    """Return how a control that is `off` [dB] keeps its limits; `sure` tells where not."""
     tolerance = result.test.processing.tolerance
-    beyond = float(np.mean(sure > tolerance.alarm))
+    beyond = float(np.mean(sure(tolerance.alarm, anywhere=False)))
     worst = int(np.argmax(np.abs(off)))
     return ControlSummary(
         demanded=wanted.shown[0],
@@ -188,18 +201,8 @@ def _judged(
         beyond_alarm=beyond,
         worst_db=float(off[worst]),
         worst_hz=float(frequency[worst]),
-        kept=bool(sure.max() <= tolerance.abort and beyond <= BEYOND_ALARM),
+        kept=not sure(tolerance.abort, anywhere=True).any() and beyond <= BEYOND_ALARM,
     )
-
-
-def chance(result: RunResult, row: int) -> float:
-    """Return how far chance alone may carry a density, 95 % of the time [dB]."""
-    middle = result.spectra.frequency.size // 2
-    density = result.psd[row, middle]
-    if result.bounds is None or not density > 0.0:
-        return 0.0
-    high = result.bounds.high[row, middle]
-    return float(10.0 * np.log10(high / density))
 
 
 def _sweep_duration(result: RunResult) -> Flag | None:

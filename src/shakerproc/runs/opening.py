@@ -121,6 +121,8 @@ def _with_others(
             there.append(opened(path, f"test {test.id} ({path.name})"))
         found = in_sequence(run, there) if test.continued else recording
         for one in test.beside:
+            if all(use.role == "ignore" for use in one.channels):
+                continue  # it says that nothing is taken from there
             path = (
                 test.require_file(one.recording) if one.recording else test.require_recording()
             )

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.runs.resonances import averaged_share
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
@@ -63,20 +64,43 @@ class Pair:
 def functions_of(result: RunResult) -> list[Pair]:
     """Return the response functions that the log asks for, else those over each force.
 
+    Those that the log asks of every test and this run does not have are left out; those over
+    each force stand for them.
+
     Raises
     ------
     SpectrumError
-        If the log asks for one that the run does not have.
+        If it does not have one that is asked of this test itself.
     """
-    asked = result.test.processing.response_functions
-    if asked:
-        return [_pair(result, result.spectra, *_of_names(result, one)) for one in asked]
-    return [pair for force in _driving(result) for pair in _against(result, force)]
+    asked, missing = _asked_of(result)
+    if asked and not missing:
+        return asked
+    return [*asked, *(pair for f in _driving(result) for pair in _against(result, f))]
+
+
+def _asked_of(result: RunResult) -> tuple[list[Pair], list[str]]:
+    """Return the functions that the log asks for and the run has, and why it has not others.
+
+    Raises
+    ------
+    SpectrumError
+        If it does not have one that is asked of this test itself.
+    """
+    found, missing = [], []
+    for one in result.test.processing.response_functions:
+        try:
+            found.append(_pair(result, result.spectra, *_of_names(result, one)))
+        except SpectrumError as error:
+            if "response_functions" not in result.test.processing.inherited:
+                raise
+            missing.append(f"Left out: {one.output} / {one.input}: {error}")
+    return found, missing
 
 
 def told_of_forces(result: RunResult) -> tuple[str, ...]:
     """Return a sentence for each of several forces that cannot be told from the others."""
-    if result.test.processing.response_functions:
+    asked, missing = _asked_of(result)
+    if asked and not missing:
         return ()
     names = [channel.name for channel in result.channels]
     return tuple(
@@ -84,6 +108,11 @@ def told_of_forces(result: RunResult) -> tuple[str, ...]:
         for force in _driving(result)
         if (why := _not_apart(result, force))
     )
+
+
+def functions_left_out(result: RunResult) -> list[str]:
+    """Return a sentence for each function that the log asks for and the run does not have."""
+    return _asked_of(result)[1]
 
 
 def _rows(result: RunResult, name: str) -> tuple[int, ...]:
@@ -186,7 +215,7 @@ def _pair(
     rows = (inputs, [output])
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
-    low, high = _limits(cross, *rows)
+    limits, _ = spectra.response_bounds(cross, *rows)
     return Pair(
         label=f"{wanted.output} / {wanted.input}",
         name=NAMES.get((of, over), "response function") if unit else "transmissibility",
@@ -195,26 +224,15 @@ def _pair(
         h1=spectra.h1(cross, *rows)[0] * factor,
         h2=spectra.h2(cross, *rows)[0] * factor,
         hv=spectra.hv(cross, *rows)[0] * factor,
-        low=low * factor,
-        high=high * factor,
-        coherence=spectra.coherence(cross, *rows)[0],
+        low=limits.low[0] * factor,
+        high=limits.high[0] * factor,
+        coherence=averaged_share(cross, spectra.coherence(cross, *rows)[0]),
         excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
         inputs=inputs,
         row=output,
         output=result.channels[output].name,
         cross=cross,
     )
-
-
-def _limits(
-    cross: spectra.CrossSpectra, inputs: Sequence[int], outputs: Sequence[int]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the 95 % limits of a gain; of one average there are none."""
-    if cross.effective_averages <= 1.0:
-        unknown = np.full(cross.frequency.shape, np.nan)
-        return unknown, unknown
-    bounds, _ = spectra.response_bounds(cross, inputs, outputs)
-    return bounds.low[0], bounds.high[0]
 
 
 def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:

@@ -10,7 +10,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
-from shakerproc.runs.analyses import analyses_of
+from shakerproc.runs.analyses import with_analyses
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.crops import crop_channel, find_crop
 from shakerproc.runs.envelope import envelope
@@ -23,9 +23,7 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import Line, told
-from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test, TestLog
 
 IN_MEMORY: Final = 1e8
@@ -113,14 +111,24 @@ def held(recording: Recording) -> Recording:
     return replace(recording, source=_Held(samples), rows=tuple(range(len(samples))))
 
 
-def _shaft(whole: Recording, crop: Crop, test: Test) -> Rotation | None:
-    """Return the rotation of the shaft, where the log asks for orders of it."""
-    if test.processing.orders is None:
-        return None
-    found: Rotation = loaded("shakerproc.runs.analyses.orders:shaft_of")(
-        whole, crop, test.processing.orders
-    )
-    return found
+def _with_shaft(whole: Recording, result: RunResult) -> RunResult:
+    """Return a result with the rotation of the shaft, where the log asks for orders of it.
+
+    Raises
+    ------
+    SpectrumError
+        If there is none, and the test itself asks for it.
+    """
+    asked = result.test.processing.orders
+    if asked is None:
+        return result
+    shaft_of = loaded("shakerproc.runs.analyses.orders:shaft_of")
+    try:
+        return replace(result, shaft=shaft_of(whole, result.crop, asked))
+    except SpectrumError as error:
+        if "orders" not in result.test.processing.inherited:
+            raise
+        return replace(result, notes=(*result.notes, f"Left out: {error}"))
 
 
 def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
@@ -177,27 +185,34 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
-        shaft=_shaft(whole, crop, test),
     )
+    result = _with_shaft(whole, _told_of_averages(result))
     if pictured or test.processing.spectrogram is not None:
         result = _with_spectrogram(recording, result)
-    result = replace(result, analyses=analyses_of(recording, result))
+    result = with_analyses(recording, result)
     return replace(result, flags=flagging.flags_of(recording, result))
 
 
 def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
     """Return a result with the spectrogram of the channel that the log names, or the loudest.
 
+    A note says where the run has no channel that the log names for every test.
+
     Raises
     ------
     SpectrumError
-        If the log names a channel that the run has not.
+        If it has no channel that the test itself names.
     """
     asked, segment = result.test.processing.spectrogram, result.spectra.segment
-    name = "" if asked is None else asked.channel
-    row = row_asked_for(result.channels, name, "spectrogram") if name else result.loudest
+    notes, row = result.notes, result.loudest
+    if asked is not None and asked.channel:
+        try:
+            row = row_asked_for(result.channels, asked.channel, "spectrogram")
+        except SpectrumError as error:
+            if "spectrogram" not in result.test.processing.inherited:
+                raise
+            notes = (*notes, f"{error}; shown is {result.channels[row].name}.")
     found = density_against_time(recording, result.crop, row, segment)
-    notes = result.notes
     if found is None and asked is not None:
         why = f"the run holds fewer than two segments of {segment} samples."
         notes = (*notes, f"No spectrogram: {why}")
@@ -222,6 +237,19 @@ def _why_not(
     why = "" if test.rings else _why_no_response(channels, controls)
     said = (levels.unseen(test, channels), why, told(lines))
     return [sentence for sentence in said if sentence]
+
+
+def _told_of_averages(result: RunResult) -> RunResult:
+    """Return a result with a note of what one average cannot tell."""
+    cross, n_samples = result.spectra, result.crop.stop - result.crop.start
+    if cross.effective_averages > 1.0 or result.test.rings or result.blows is not None:
+        return result
+    note = (
+        f"The run of {n_samples} samples holds one segment of {cross.segment}: one average has "
+        "no coherence and no damping, and nothing tells its peaks from chance. Take shorter "
+        f"segments (--segment {max(n_samples // 4, 8)})."
+    )
+    return replace(result, notes=(*result.notes, note))
 
 
 def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> str:

@@ -82,10 +82,17 @@ def against_controls(
         h2=spectra.h2(cross, controls, responses),
         hv=spectra.hv(cross, controls, responses),
         psd_ratio=spectra.psd_ratio(cross, controls, responses),
-        coherence=spectra.coherence(cross, controls, responses),
-        multiple_coherence=spectra.multiple_coherence(cross, controls, responses),
+        coherence=averaged_share(cross, spectra.coherence(cross, controls, responses)),
+        multiple_coherence=averaged_share(
+            cross, spectra.multiple_coherence(cross, controls, responses)
+        ),
         valid=search.valid(spectra.psd(cross)[list(controls)].mean(axis=0)),
     )
+
+
+def averaged_share(cross: CrossSpectra, coherence: FloatArray) -> FloatArray:
+    """Return a coherence [-]; of one average, whose quotient is always 1, not a number."""
+    return coherence if cross.effective_averages > 1.0 else np.full_like(coherence, np.nan)
 
 
 def density_peaks(
@@ -101,7 +108,8 @@ def density_peaks(
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
         elsewhere = against is not None or search.one_frequency
         read = None if elsewhere else _reader_of_density(search, i)
-        chance = np.full(values.shape, search.spectra.effective_averages**-0.5)
+        averages = search.spectra.effective_averages
+        chance = np.full(values.shape, averages**-0.5) if averages > 1.0 else None
         if search.lines and i in responses:
             left = spectra.beside_lines(search.spectra, search.lines, i)
             peaks = search.peaks(spectra.masked(values, left), chance)
@@ -126,8 +134,9 @@ def response_peaks(
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
             )
-            read = _reader_of_response(search, controls, channel)
-            peaks = search.peaks(gain, chance)
+            known = chance if np.isfinite(chance).any() else None
+            read = None if known is None else _reader_of_response(search, controls, channel)
+            peaks = search.peaks(gain, known)
             found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
     return tuple(found)
 

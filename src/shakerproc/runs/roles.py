@@ -45,10 +45,16 @@ _NOT_MOVING: Final[frozenset[Role]] = frozenset({"control", "force", _TACHOMETER
 
 def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
     """Return what the log says of each channel of a recording; empty where it names none."""
-    roles = {channel.role for channel in recording.channels}
+    return uses_of_channels(recording.channels, test)
+
+
+def uses_of_channels(channels: Sequence[Channel], test: Test) -> list[ChannelUse]:
+    """Return what the log says of each channel of a run; empty where it names none."""
+    roles = {channel.role for channel in channels}
     said = [*test.channels, *(use for one in test.beside for use in one.channels)]
-    used = [use for use in said if use.role in roles]
-    return used if len(used) == len(recording.channels) else []
+    names = {channel.source_name for channel in channels}
+    used = [u for u in said if u.role in roles and (not u.default or u.key in names)]
+    return used if len(used) == len(channels) else []
 
 
 def is_called(channel: Channel, name: str | int) -> bool:

@@ -34,7 +34,8 @@ from shakerproc.runs.tracking import SweptReading
 MOST_POINTS: Final = 360
 """Points of a curve on the page; of a longer one the extremes of each slice stay."""
 
-TIME_SLICES: Final = 180
+TIME_SLICES: Final = 320
+"""Slices of the envelopes on the page, of all channels of a run together."""
 
 SURFACE_CELLS: Final = (80, 160)
 """Frequencies and times of a spectrogram on the page, at most."""
@@ -169,7 +170,10 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
         kurtosis=finite(s.kurtosis[i]),
         band_rms=finite(result.band_rms[i], factor),
         coherence=_mean_coherence(result, i),
-        psd_peaks=tuple(_peak(p, factor**2) for p in result.psd_peaks[i]),
+        psd_peaks=tuple(
+            replace(_peak(p, factor**2), shape=_shape(result, i, p))
+            for p in result.psd_peaks[i]
+        ),
         response_peaks=tuple(_peak(p, gain) for p in result.response_peaks[i]),
         swept_peaks=_swept_peaks(result, i),
     )
@@ -203,6 +207,19 @@ def _mean_coherence(result: RunResult, i: int) -> float | None:
     return float(values.mean()) if values.size else None
 
 
+def _shape(
+    result: RunResult, i: int, found: ResonancePeak
+) -> Mapping[str, tuple[float, float]]:
+    """Return how the responses of a channel's quantity move at a peak of it, over it [-]."""
+    column = result.spectra.matrix[i, :, found.peak.index]
+    if i not in result.responses or not column[i].real > 0.0:
+        return {}
+    unit = result.channels[i].unit
+    alike = [j for j in result.responses if result.channels[j].unit == unit]
+    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in alike}
+    return {name: (round(v.real, 5), round(v.imag, 5)) for name, v in over.items()}
+
+
 def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
     damping = found.damping
     return PeakSummary(
@@ -226,13 +243,11 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
 
 def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
     """Return the curves that the page draws, thinned: of one kind, channel by channel."""
-    in_time = {result.channels[i].name for i in _drawn_in_time(result)}
     loudest = result.channels[result.loudest].name
     kept: list[CurveSummary] = []
     for curve in curves_of(result):
         if curve.kind in {"time", "threshold"}:
-            if curve.channel in in_time:
-                kept.append(_time_curve(curve))
+            kept.append(_time_curve(curve, max(1, TIME_SLICES // len(result.channels))))
         elif curve.kind in KEPT and (curve.kind != "notch" or curve.channel == loudest):
             kept.append(_thinned_curve(curve))
     return tuple(kept)
@@ -262,17 +277,11 @@ def _kept_surface(result: RunResult) -> SurfaceSummary | None:
     )
 
 
-def _drawn_in_time(result: RunResult) -> list[int]:
-    """Return one control and the largest response."""
-    chosen = list(result.controls[-1:])
-    return [*chosen, result.loudest] if result.responses else chosen
-
-
-def _time_curve(curve: RunCurve) -> CurveSummary:
+def _time_curve(curve: RunCurve, slices: int) -> CurveSummary:
     """Return an envelope in fewer slices; a line in time as it is."""
     if curve.low is None:
         return _thinned_curve(curve)
-    every = max(1, math.ceil(curve.x.size / TIME_SLICES))
+    every = max(1, math.ceil(curve.x.size / slices))
     starts = np.arange(0, curve.x.size, every)
     return CurveSummary(
         curve.kind,

@@ -80,6 +80,9 @@ class PeakSummary:
         Height by the fit, the window's leakage taken away.
     resolved : bool
         Whether the bins resolve the peak; `height` is too low where they do not.
+    shape : mapping
+        How the responses of its quantity move there, by channel: real and imaginary part over
+        the channel of the peak [-].
     """
 
     frequency_hz: float
@@ -95,6 +98,7 @@ class PeakSummary:
     coherence: float | None
     fitted_height: float | None = None
     resolved: bool = True
+    shape: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,11 +45,10 @@ def read_claim(document: Document[StudySection]) -> Claim | None:
 
 def _own_trend(section: ClaimSection) -> CheckSection:
     """Return the trend that a claim states beside its checks, as a check."""
-    return CheckSection.model_validate({
-        "quantity": section.quantity,
-        "falls with": section.falls_with,
-        "rises with": section.rises_with,
-    })
+    said = section.model_dump(
+        by_alias=True, include={"quantity", "falls_with", "rises_with"}, exclude_none=True
+    )
+    return CheckSection.model_validate(said)
 
 
 def _check(

@@ -1,18 +1,17 @@
 """A study file to a study; every message with line and column."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
-from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
-from shakerproc.studies.kinds.base import jobs_of
+from shakerproc.studies.kinds.base import Job, jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
-from shakerproc.studies.run_validation import check_run
 from shakerproc.studies.schema import StudySection
 from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
 from shakerproc.units import near_miss, to_si
@@ -236,14 +235,11 @@ def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:
                 at_key=True,
             )
         try:
-            value = _value(written, known[name])
+            value = _value(written, known[name].unit)
         except ValueError as error:
-            raise document.error(("options", name), f"options: {name}: {error}") from error
-        if not 0.0 <= value <= MOST_SAMPLES:
-            raise document.error(
-                ("options", name),
-                f"options: {name}: expected from 0 to {MOST_SAMPLES:g}, got {written}",
-            )
+            raise document.error(("options", name), str(error)) from error
+        if problem := known[name].problem(value):
+            raise document.error(("options", name), f"{problem}, got {written}")
         found.append((name, value))
     return tuple(found)
 
@@ -271,20 +267,30 @@ def _check_jobs(document: Document[StudySection], study: Study) -> None:
     DocumentError
         If a model or a run of one of them is none.
     """
+    kind = KINDS[study.kind]
     try:
-        jobs = jobs_of(study)
-        for job in jobs:
-            if job.run is not None:
-                check_run(job.run, in_time="chaotic" in KINDS[study.kind].quantities)
+        for job in jobs_of(study):
+            kind.check_job(study, job)
     except (ValueError, ShakerprocError) as error:
-        as_written = study.run is None or _is_valid(study.run)  # so that a variation errs
-        where: tuple[str | int, ...] = ("vary", 0) if as_written and study.vary else ("run",)
-        raise document.error(where, f"{where[0]}: {error}") from error
+        raise document.error(_blamed(study), str(error)) from error
 
 
-def _is_valid(run: Run) -> bool:
+def _blamed(study: Study) -> tuple[str | int, ...]:
+    """Return the place of the part without which the study has no or another problem."""
+    whole = _problem(study)
+    if study.vary and not whole:
+        return ("vary", 0)
+    if study.options and _problem(replace(study, options=())) != whole:
+        return ("options",)
+    if _problem(replace(study, measure=Measure())) != whole:
+        return ("measure",)
+    return ("run",) if study.run is not None else ("options",)
+
+
+def _problem(study: Study) -> str:
+    """Return what makes a study without its variations impossible; nothing where it is not."""
     try:
-        check_run(run)
-    except ValueError:
-        return False
-    return True
+        KINDS[study.kind].check_job(study, Job(study.model, study.run))
+    except ValueError as error:
+        return str(error)
+    return ""

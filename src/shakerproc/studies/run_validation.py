@@ -1,18 +1,16 @@
 """Whether a run can be done at all: a level, a band in order, a bounded number of samples."""
 
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.studies.study import Run
+from shakerproc.studies.study import Measure, Run
 
 
-def check_run(run: Run, *, in_time: bool = True) -> None:
+def check_run(run: Run) -> None:
     """Pass a run that can be done.
 
     Parameters
     ----------
     run : Run
         The run.
-    in_time : bool
-        Whether it is stepped through; else its level alone counts.
 
     Raises
     ------
@@ -21,8 +19,6 @@ def check_run(run: Run, *, in_time: bool = True) -> None:
     """
     if run.excitation != "free" and run.level == 0.0:
         raise ValueError(f"a {run.excitation} needs a level other than 0")
-    if not in_time:
-        return
     if run.excitation in {"sine sweep", "random"} and not run.to_hz > run.from_hz:
         raise ValueError(
             f"a {run.excitation} needs from and to, with to above from, not "
@@ -47,4 +43,30 @@ def check_run(run: Run, *, in_time: bool = True) -> None:
         raise ValueError(
             f"settle must be from 0 to below 1, tolerance between 0 and 1, seed at least 0, "
             f"not {run.settle:g}, {run.tolerance:g} and {run.seed}"
+        )
+
+
+def samples_left(run: Run) -> int:
+    """Return how many samples of a run are looked at."""
+    n_samples = round(run.duration * run.sample_rate) + 1
+    return n_samples - int(run.settle * n_samples)
+
+
+def check_measure(measure: Measure, run: Run) -> None:
+    """Pass what can be read of a run.
+
+    Raises
+    ------
+    ValueError
+        If its band or its segment does not fit the run.
+    """
+    if measure.to_hz and not measure.to_hz > measure.from_hz:
+        raise ValueError(
+            "measure: expected to above from, got "
+            f"{measure.from_hz:g} Hz to {measure.to_hz:g} Hz"
+        )
+    if measure.estimator == "welch" and measure.segment > samples_left(run):
+        raise ValueError(
+            f"measure: a run of {samples_left(run)} samples holds no segment of "
+            f"{measure.segment}"
         )

@@ -56,12 +56,22 @@ class Integration:
     high_pass : float or "none", optional
         Corner of the high-pass [Hz]; by default half the low end of the excited band. Without
         one, integration starts from rest.
-    baseline : Baseline
-        What is taken from the acceleration of the run first.
+    baseline : Baseline, optional
+        Asked to be taken from the acceleration of the run first.
     """
 
     high_pass: float | Literal["none"] | None = None
-    baseline: Baseline = "mean"
+    baseline: Baseline | None = None
+
+    @property
+    def baseline_taken(self) -> Baseline:
+        """Baseline that is taken out: by default the mean, which a high-pass removes anyway.
+
+        Without a high-pass it is none: the mean of a shock is its velocity change over the
+        length of the run, and no fault of the sensor.
+        """
+        by_default: Baseline = "none" if isinstance(self.high_pass, str) else "mean"
+        return self.baseline or by_default
 
 
 @final

@@ -1,6 +1,7 @@
 """The laboratory's calibration sheet: sensitivity and dates of each sensor, CSV or XLSX."""
 
 import re
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date, datetime
@@ -16,6 +17,12 @@ from shakerproc.units import fits_sensitivity, near_miss, quoted
 
 MOST_BYTES: Final = 10_000_000
 """Largest sheet that is read [byte]."""
+
+MOST_UNPACKED: Final = 30_000_000
+"""Largest XLSX once unpacked: a row of a sheet takes some 300 bytes of XML [byte]."""
+
+MOST_ROWS: Final = 100_000
+MOST_COLUMNS: Final = 200
 
 _COLUMNS: Final[Mapping[str, re.Pattern[str]]] = {
     "serial": re.compile(r"(sensor )?(serial|s/?n)( ?(number|no\.?))?|sensor", re.I),
@@ -74,13 +81,29 @@ def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:
             f"{path}: XLSX needs openpyxl: pip install shakerproc[xlsx], or save it as CSV"
         ) from error
     try:
+        with zipfile.ZipFile(path) as archive:
+            unpacked = sum(entry.file_size for entry in archive.infolist())
+        if unpacked > MOST_UNPACKED:
+            raise LogError(
+                f"{path}: expected a calibration sheet, got {unpacked / 1e6:.0f} MB once "
+                f"unpacked; {MOST_UNPACKED / 1e6:g} MB are the most"
+            )
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         try:
-            rows = list(book.worksheets[0].iter_rows(values_only=True))
+            some = book.worksheets[0].iter_rows(
+                max_row=MOST_ROWS + 1, max_col=MOST_COLUMNS, values_only=True
+            )
+            rows = list(some)
         finally:
             book.close()
+    except LogError:
+        raise
     except Exception as error:
         raise LogError(f"{path}: no sheet that can be read: {error}") from error
+    if len(rows) > MOST_ROWS:
+        raise LogError(
+            f"{path}: expected at most {MOST_ROWS} rows; delete the empty ones below"
+        )
     return [(line, [_text(cell) for cell in cells]) for line, cells in enumerate(rows, 1)]
 
 

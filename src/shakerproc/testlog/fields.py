@@ -105,7 +105,9 @@ def as_text(written: object) -> object:
 
 
 UnitText: TypeAlias = Annotated[str, AfterValidator(_checked_unit)]
-SensitivityText: TypeAlias = Annotated[str, AfterValidator(_checked_sensitivity)]
+SensitivityText: TypeAlias = Annotated[
+    str, BeforeValidator(as_text), AfterValidator(_checked_sensitivity)
+]
 HashText: TypeAlias = Annotated[str, AfterValidator(_checked_hash)]
 Direction: TypeAlias = Annotated[tuple[float, float, float], BeforeValidator(_direction)]
 Written: TypeAlias = Annotated[str, BeforeValidator(as_text)]

@@ -55,7 +55,8 @@ def merged_channels(
         If two used channels go by one name, or one has two scales or none to override with.
     """
     uses = [
-        ChannelUse(key, **dict(section)) for key, section in (dict(log) | dict(test)).items()
+        ChannelUse(key, **dict(section), default=key not in test)
+        for key, section in (dict(log) | dict(test)).items()
     ]
     named: dict[str, Key] = {}
     for use in uses:
@@ -147,6 +148,7 @@ def merged_processing(
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
         hammer=_overridden(base.hammer, section.hammer),
+        inherited=base.inherited - section.model_fields_set,
     )
 
 

@@ -201,6 +201,9 @@ class Processing:
         Between channels other than the controls and the responses.
     hammer : Hammer
         How the blows of a hammer test are cut out and windowed.
+    inherited : frozenset of str
+        Keys that the log says for every test and this test does not say itself: what it
+        cannot have of these is left out.
     """
 
     crop: Crop | None = ThresholdCrop()
@@ -229,6 +232,7 @@ class Processing:
     fatigue: Fatigue | None = None
     response_functions: tuple[ResponseFunction, ...] = ()
     hammer: Hammer = field(default_factory=Hammer)
+    inherited: frozenset[str] = field(default=frozenset(), compare=False)
 
 
 @final

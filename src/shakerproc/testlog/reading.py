@@ -1,5 +1,6 @@
 """The YAML log sheet, read into a TestLog: cross-checked, every message with its place."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, final
@@ -89,7 +90,9 @@ class _Reader:
         with _At(document, "channels"):
             self.channels = calibrated(merged_channels(section.channels, {}), self.calibrations)
         with _At(document, "processing"):
-            self.processing = merged_processing(Processing(), section.processing, self.channels)
+            merged = merged_processing(Processing(), section.processing, self.channels)
+            said = frozenset(section.processing.model_fields_set)
+            self.processing = replace(merged, inherited=said)
         with _At(document, "modal"):
             self.modal = modal_of(section.modal)
         self.expect = merged_expectation(Expectation(), section.expect)

@@ -33,7 +33,9 @@ def measures(name: str, unit: str) -> str:
     from shakerproc.recordings.si import quantity_of
 
     match = _SAYS.match(name)
-    return quantity_of(unit) or (_QUANTITIES[match[0].lower()] if match else "")
+    said = _QUANTITIES[match[0].lower()] if match else ""
+    stated = quantity_of(unit)
+    return said if stated == "V" and said == FORCE else stated or said
 
 
 def ignored(name: str, unit: str, length: int, seen: Seen) -> str:
@@ -49,6 +51,12 @@ def ignored(name: str, unit: str, length: int, seen: Seen) -> str:
     if quantity not in {_ACCELERATION, FORCE} and accelerations > 1:
         return f"{unit or quantity or 'no unit'}, others are accelerations"
     return ""
+
+
+def is_struck(seen: Seen) -> bool:
+    """Return whether a force drives a recording and no channel is on a table."""
+    pairs = zip(seen.names, seen.units, strict=True)
+    return any(measures(*pair) == FORCE for pair in pairs) and not controls_of_seen(seen)
 
 
 def controls_of(names: Sequence[str]) -> list[str]:

@@ -11,6 +11,7 @@ from shakerproc.workflows.draft_channels import (
     FORCE,
     controls_of_seen,
     ignored,
+    is_struck,
     measures,
     quoted,
 )
@@ -72,7 +73,8 @@ def begin(
     seen = [one for path in paths for one in seen_of(path, sample_rate, warn, advance)]
     if not seen:
         raise LogError(f"{recordings}: none of the recordings can be read; nothing was written")
-    seen.sort(key=lambda one: not one.rms)  # what can be used speaks first
+    # what can be used speaks first, and of that what a shaker drives
+    seen.sort(key=lambda one: (not one.rms, is_struck(one)))
     files.write_text(log, log_text(folder, recordings, seen, sample_rate, warn))
     files.write_text(model, _model_text(seen[0]))
     return log, model

@@ -56,6 +56,8 @@ class Wish:
         Units of the page, as `chosen_units` returns them; by default the usual ones.
     earlier : Earlier, optional
         Campaign to set this one beside.
+    thesis : bool
+        Whether trends that the thesis has carry the numbers of its figures.
     """
 
     channel: str | None = None
@@ -67,6 +69,7 @@ class Wish:
     watched: Watched | None = None
     units: ChosenUnits = field(default_factory=dict)
     earlier: Earlier | None = None
+    thesis: bool = False
 
 
 def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
@@ -117,7 +120,7 @@ def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
     channel = _channel(wish, runs)
     requests = [
         *(trends.chosen_trend(runs, x, wish.by) for x in wish.against),
-        *trends.standard_trends(runs),
+        *trends.standard_trends(runs, thesis=wish.thesis),
     ]
     drawn = {request.title: trends.trend(runs, request, channel) for request in requests}
     return Trends(

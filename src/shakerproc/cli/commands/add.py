@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.workflows import folders
 
@@ -90,6 +90,7 @@ def add(
         output.message(note)
     found.save(new, modes=modes)
     _tell(effect, found.added, new, json)
+    next_step.say("see whether the error has fallen", json, "compare", new, testlog)
 
 
 def _pairs(given: list[str]) -> dict[str, str]:

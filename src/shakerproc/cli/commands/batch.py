@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import Campaign
@@ -150,6 +150,7 @@ def batch(
         tried_header(log),
         units=shown,
         earlier=None if against is None else read_earlier(against),
+        thesis=thesis,
     )
     with locked(root):
         campaign = work_through_log(
@@ -168,7 +169,15 @@ def batch(
     output.write_json(document, json)
     tell(campaign, document, root, json)
     output.print_if(pdf, root / "report.html")
-    if any(summary.status == "failed" for summary in campaign.runs):
+    _end(campaign, None if model is not None else testlog, json)
+
+
+def _end(campaign: "Campaign", to_compare: Path | None, json: str | None) -> None:
+    """Say what comes next, of a log that no model was compared with; end with the status."""
+    states = {run.status for run in campaign.runs}
+    if to_compare is not None and "done" in states:
+        next_step.after_batch(to_compare, json)
+    if "failed" in states:
         output.finish(1)
 
 
@@ -192,6 +201,7 @@ def _with_more(
 ) -> dict[str, Any]:
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
     from shakerproc.campaign.remote import at_hand
+    from shakerproc.diagnosis.headline import headline
     from shakerproc.workflows.evidence import NONE, held_against
     from shakerproc.workflows.write_up import write_up
 
@@ -204,7 +214,8 @@ def _with_more(
             evidence = held_against(
                 model, seen, log.path, campaign.runs, tell=advance, warn=output.warning
             )
-    verdict = evidence.diagnosis.sentence if evidence.diagnosis else ""
+    found = evidence.diagnosis
+    verdict = f"{headline(found, log.active)} {found.sentence}".strip() if found else ""
     return write_up(
         log.title, campaign, root, wish, evidence=evidence, verdict=verdict, further=further
     )

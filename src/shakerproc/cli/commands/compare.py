@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def compare(
     nothing drives it, frequency and damping over amplitude are compared with free decays.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.comparison import document_of, sentence
+    from shakerproc.comparison import document_of, explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence_models import Models
@@ -106,6 +106,7 @@ def compare(
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
+    next_step.after_comparing(model, log, json, explained=explained(found))
 
 
 def _decays(

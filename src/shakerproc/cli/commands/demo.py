@@ -97,6 +97,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.comparison import compare, scored_alike, sentence
     from shakerproc.diagnosis import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
+    from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
     from shakerproc.report.evidence_models import Models
@@ -114,7 +115,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     _say("diagnose", model_path, log_path, json=json)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
-    show(diagnosis, json)
+    show(diagnosis, json, headline(diagnosis, log.active))
     if not diagnosis.effects:
         output.finish(1)
     kind = diagnosis.effects[0].kind

@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Tried
+
+_NOT_FITTED = "not fitted: others explain more"
 
 
 def diagnose(
@@ -30,6 +32,7 @@ def diagnose(
     from shakerproc.campaign.remote import at_hand
     from shakerproc.cli.compiling import announce
     from shakerproc.diagnosis.data.from_files import tests_of
+    from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.runs.remarks import by_tests
@@ -56,7 +59,7 @@ def diagnose(
         models = evidence.judged(known, result, measured, advance, output.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
-    show(result, json)
+    show(result, json, headline(result, log.active))
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
     for text in models.before.warnings if models is not None else ():
@@ -68,15 +71,22 @@ def diagnose(
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
         page = evidence.write_evidence(
-            folder, log.title, result.sentence, found, command=output.command()
+            folder,
+            log.title,
+            f"{headline(result, log.active)} {result.sentence}".strip(),
+            found,
+            command=output.command(),
         )
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
+    next_step.after_diagnosis(result, model, testlog, json)
 
 
-def show(result: "Diagnosis", json_target: str | None) -> None:
-    """Print verdict, errors before and after, and candidates."""
+def show(result: "Diagnosis", json_target: str | None, numbers: str) -> None:
+    """Print verdict, errors before and after, and candidates; `numbers` as `headline` says."""
     output.data(f"verdict: {result.verdict}", json_target=json_target)
+    if numbers:
+        output.data(numbers, json_target=json_target)
     output.data(result.sentence, json_target=json_target)
     if result.confidence is not None:
         output.data(
@@ -108,9 +118,15 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
         )
     output.print_table(
         ["candidate", "between", "held_out_error"],
-        [[_label(c), " - ".join(c.between), c.held_out_error] for c in result.candidates],
-        title="Candidates, best first; without an error: "
-        "not fitted to the end, as others explain more",
+        [
+            [
+                _label(c),
+                " - ".join(c.between),
+                _NOT_FITTED if c.held_out_error is None else c.held_out_error,
+            ]
+            for c in result.candidates
+        ],
+        title="Candidates, best first",
         json_target=json_target,
     )
     for test in result.next_test:
@@ -120,10 +136,6 @@ def show(result: "Diagnosis", json_target: str | None) -> None:
             f"next test: {test.excitation} at {test.level}, {low:.4g} to {high:.4g} Hz{like}: "
             f"{test.reason}",
             json_target=json_target,
-        )
-    if result.outside is not None:
-        output.message(
-            "`shakerproc add table` writes the missing force into a model, without a name."
         )
     for note in result.notes:
         output.message(note)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import options, output
+from shakerproc.cli import next_step, options, output
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -187,6 +187,7 @@ def process(
         output.warning(f"{flag.kind}{where}: {flag.message}")
     output.write_json(summary, json)
     _print(summary, folder, json)
+    next_step.after_processing(recording, log, json)
 
 
 def _unlogged(recording: Path) -> "Test":
@@ -213,9 +214,18 @@ def _logged(log_path: Path, wanted: str | None, recording: Path) -> "Test":
     for test in log.tests:
         if test.recording is not None and test.recording.resolve() == resolved:
             return test
+    whose = [f"test {t.id} ({t.recording})" for t in log.tests if recording.name in _files(t)]
+    told = f", but a file of that name belongs to {' and '.join(whose[:3])}" if whose else ""
     raise LogError(
-        f"{log_path}: no test has the recording {recording}. Name the test with --test."
+        f"{log_path}: no test has the recording {recording}{told}. Give the path of the test's "
+        "recording, or name the test with --test."
     )
+
+
+def _files(test: "Test") -> set[str]:
+    """Return the names of the files of a test, with those that follow and those beside."""
+    beside = (one.recording for one in test.beside)
+    return {Path(one).name for one in (test.recording, *test.continued, *beside) if one}
 
 
 def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | None:

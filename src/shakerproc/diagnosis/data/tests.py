@@ -22,9 +22,6 @@ NYQUIST_SHARE: Final = 0.45
 LOW_SHARE: Final = 0.7
 """Lowest compared frequency over the lowest excited one [-]."""
 
-SHORTEST_S: Final = 1.0
-"""Shortest test that tells an effect from another [s]."""
-
 FLOOR_SHARE: Final = 2e-4
 """Least uncertainty of a response over its rms: what sensors are linear to [-]."""
 
@@ -227,16 +224,11 @@ def check(test: TestArrays, n_sensors: int) -> None:
     Raises
     ------
     DiagnosisError
-        If it does not fit the sensors, is too short, or lacks samples.
+        If it does not fit the sensors, or lacks samples.
     """
     if test.responses.shape[0] != n_sensors:
         raise DiagnosisError(
             f"{test.name}: {test.responses.shape[0]} responses for {n_sensors} sensors."
-        )
-    if test.responses.shape[1] < SHORTEST_S * test.sample_rate:
-        raise DiagnosisError(
-            f"{test.name}: {test.responses.shape[1]} samples are too few; a diagnosis needs a "
-            "second at least. Leave the test out with discarded: true."
         )
     if not (np.all(np.isfinite(test.responses)) and np.all(np.isfinite(test.controls))):
         raise DiagnosisError(f"{test.name}: samples are missing (NaN); crop the test.")

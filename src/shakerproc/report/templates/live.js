@@ -4,6 +4,7 @@ const look = JSON.parse(document.body.dataset.look);
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 const DIGIT = new Uint8Array(128);
 for (let i = 0; i < 64; i++) DIGIT[LETTERS.charCodeAt(i)] = i;
+const dark = matchMedia("(prefers-color-scheme: dark)");
 const LINE = 0, THIN = 1, WIDE = 2, MARKS = 3, DOTS = 4, AREA = 5;
 
 function values(text, axis, places) {
@@ -106,26 +107,45 @@ function marked(_u, _axis, low, high) {
   }
   return out;
 }
-// One table with a column for each curve: the script that draws wants the same x for all.
+// One table with a column for each curve: the script that draws wants the same x for all. A place
+// has as many rows as the curve that has most points there, so that none covers another.
 function table(curves) {
-  const tables = [];
+  const queues = new Map(), columns = [], x = [];
   for (const c of curves) {
     const rows = c.low ? [c.y, c.low] : c.kind !== MARKS || !c.hollow.length ? [c.y]
       : [c.y.map((v, i) => (c.hollow.includes(i) ? null : v)),
          c.y.map((v, i) => (c.hollow.includes(i) ? v : null))];
-    const last = tables.at(-1);
-    if (last && last.of === c.x) last.rows.push(...rows);
-    else tables.push({ of: c.x, rows });
+    if (!queues.has(c.x)) queues.set(c.x, { of: c.x, order: rising(c.x), next: 0, taken: [] });
+    for (const row of rows) columns.push({ row, queue: queues.get(c.x) });
   }
-  const sorted = tables.map(({ of, rows }) => {
-    let rising = true;
-    for (let i = 1; i < of.length && rising; i++) rising = of[i] >= of[i - 1];
-    if (rising) return [of, ...rows];
-    const order = of.map((_, i) => i).sort((a, b) => of[a] - of[b]);
-    return [of, ...rows].map((row) => order.map((i) => row[i]));
+  for (;;) {
+    let least = Infinity;
+    for (const { of, order, next } of queues.values()) {
+      if (next < order.length) least = Math.min(least, of[order[next]]);
+    }
+    if (least === Infinity) break;
+    x.push(least);
+    for (const queue of queues.values()) {
+      const i = queue.order[queue.next], here = queue.of[i] === least;
+      queue.taken.push(here ? i : -1);
+      queue.next += here;
+    }
+  }
+  return [x, ...columns.map(({ row, queue }) => broken(queue.taken.map((i) => (i < 0 ? undefined : row[i]))))];
+}
+// The order in which places rise; of a line that falls, back along it.
+function rising(places) {
+  const order = places.map((_, i) => i);
+  if (places[0] > places.at(-1)) order.reverse();
+  return order.sort((a, b) => places[a] - places[b]);
+}
+// A line that is broken stays so up to its next value, whatever others have between.
+function broken(column) {
+  column.forEach((value, i) => {
+    if (value !== null) return;
+    for (const step of [-1, 1]) for (let j = i + step; column[j] === undefined && j in column; j += step) column[j] = null;
   });
-  // 2: where a line is broken it stays so, up to its next value, whatever others have between
-  return sorted.length === 1 ? sorted[0] : uPlot.join(sorted, sorted.map((table) => table.map(() => 2)));
+  return column;
 }
 function dashed(dash) {
   return dash ? dash.split(" ").map(Number) : [];
@@ -173,7 +193,7 @@ function pointed(path, size, colour, hollow, bars) {
   };
 }
 function seriesOf(curve, index) {
-  const style = curve.style % 8, colour = curve.colour ?? look.colours[style];
+  const style = curve.style % look.colours.length, colour = curve.colour ?? look.colours[style];
   const grey = curve.kind === WIDE || (curve.kind === DOTS && style === 7);
   const stroke = grey ? "#a9a9a9" : colour;
   const base = { label: curve.name, stroke, width: 1.35, points: { show: false },
@@ -219,9 +239,10 @@ function readOut(figure, hidden) {
           const first = figure.curves.find((c) => !hidden.has(c.name) && c.kind !== THIN);
           if (first) lines[0] = `${figure.x.label.replace(/ \[.*/, "")} ${shown(first.x[nearest(first.x, at)], 5)} ${unit(figure.x.label)}`;
           for (const c of figure.curves) {
-            if (!c.label || hidden.has(c.name) || c.x.length < 3) continue;
+            if (!c.label || hidden.has(c.name) || (c.kind !== MARKS && c.x.length < 3)) continue;
             const i = nearest(c.x, at);
-            lines.push(`${c.label}: ${c.low ? `${shown(c.low[i], 3)} to ` : ""}${shown(c.y[i], 3)}`);
+            const here = c.kind === MARKS ? c.y.filter((_, j) => c.x[j] === c.x[i]) : [c.y[i]];
+            lines.push(`${c.label}: ${c.low ? `${shown(c.low[i], 3)} to ` : ""}${here.map((v) => shown(v, 3)).join(", ")}`);
           }
           if (unit(figure.y.label)) lines[0] += `; ${unit(figure.y.label)}:`;
         }
@@ -260,6 +281,7 @@ function shading(figure) {
         u.ctx.rect(left, top, width, height);
         u.ctx.clip();
         u.ctx.imageSmoothingEnabled = false;
+        if (dark.matches) u.ctx.filter = "invert(1) hue-rotate(180deg)"; // as the whole figure is
         u.ctx.drawImage(image.picture, across(u, x.low), up(y.high), across(u, x.high) - across(u, x.low), up(y.low) - up(y.high));
         u.ctx.restore();
       }],
@@ -279,6 +301,13 @@ function shading(figure) {
           g.stroke();
           const end = x > left + 0.8 * width;
           g.textAlign = end ? "right" : "left";
+          g.lineWidth = 3 * ratio;
+          g.strokeStyle = "#fff";
+          g.setLineDash([]);
+          g.strokeText(label, x + (end ? -4 : 4) * ratio, top + 11 * ratio);
+          g.lineWidth = ratio;
+          g.strokeStyle = "#000";
+          g.setLineDash([4 * ratio, 3 * ratio]);
           g.fillText(label, x + (end ? -4 : 4) * ratio, top + 11 * ratio);
         }
         if (figure.spread) {
@@ -305,7 +334,7 @@ function draw(host, figure, hidden, width, height) {
   for (const curve of figure.curves) {
     const made = seriesOf(curve);
     if (curve.kind === AREA) {
-      const colour = curve.colour ?? look.colours[curve.style % 8];
+      const colour = curve.colour ?? look.colours[curve.style % look.colours.length];
       bands.push({ series: [series.length, series.length + 1], fill: `${colour}cc` });
     }
     for (const one of made) series.push({ ...one, scale: "y", show: !hidden.has(curve.name) });

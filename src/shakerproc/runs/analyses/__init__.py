@@ -1,17 +1,19 @@
 """Further analyses of a run that the log asks for: one file a kind, one mapping."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final, final
 
 from shakerproc.data import Recording
+from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
 from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
 from shakerproc.runs.analysis import Analysis
+from shakerproc.runs.pairs import functions_left_out
 from shakerproc.runs.result import RunResult
 
-__all__ = ["ANALYSES", "analyses_of"]
+__all__ = ["ANALYSES", "with_analyses"]
 
 
 @final
@@ -53,7 +55,7 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "integration": _Kind("IntegrationAnalysis", _asked("integration")),
     "octaves": _Kind("OctaveAnalysis", _asked("octaves")),
     "distribution": _Kind("DistributionAnalysis", _asked("distribution")),
-    "orders": _Kind("OrderAnalysis", _asked("orders")),
+    "orders": _Kind("OrderAnalysis", lambda result: result.shaft is not None),
     "waterfall": _Kind("WaterfallAnalysis", _asked("waterfall")),
     "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
     "shock": _Kind("ShockAnalysis", _asked("shock")),
@@ -62,17 +64,31 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
 """Every kind by its key in the log, in the order of the report."""
 
 
-def analyses_of(recording: Recording, result: RunResult) -> tuple[Analysis, ...]:
-    """Return the analyses that the log asks for.
+def with_analyses(recording: Recording, result: RunResult) -> RunResult:
+    """Return a result with the analyses that the log asks for.
+
+    What the log asks of every test and this recording does not allow is left out, and a note
+    says which and why.
 
     Raises
     ------
     SpectrumError
-        If the recording does not allow one.
+        If the recording does not allow what is asked of this test itself.
     """
-    there = [_analysis(kind) for kind, one in ANALYSES.items() if one.wanted(result)]
-    found = (analysis.of(recording, result) for analysis in there)
-    return tuple(one for one in found if one is not None)
+    found: list[Analysis] = []
+    notes = [*result.notes, *functions_left_out(result)]
+    for kind, one in ANALYSES.items():
+        if not one.wanted(result):
+            continue
+        try:
+            analysis = _analysis(kind).of(recording, result)
+        except SpectrumError as error:
+            if kind not in result.test.processing.inherited:
+                raise
+            notes.append(f"Left out: {error}")
+        else:
+            found += [] if analysis is None else [analysis]
+    return replace(result, analyses=tuple(found), notes=tuple(notes))
 
 
 def _analysis(kind: str) -> AbstractAnalysis:

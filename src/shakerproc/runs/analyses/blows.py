@@ -112,8 +112,7 @@ def _problems(found: Blows) -> list[str]:
             f"the blows of {name} are negative: the hammer is the wrong way round. All phases "
             "are off by 180°; give its sensitivity the other sign"
         )
-    left = float(np.mean([blow.left for blow in found.kept]))
-    cut = found.setup.cut
+    left, cut = found.left, found.setup.cut
     if left * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
         problems.append(
             f"{left:.0%} of a response is left at the end of the blocks (rms over its largest "
@@ -123,8 +122,7 @@ def _problems(found: Blows) -> list[str]:
     problems += _silent(found)
     if len(found.kept) == 1:
         problems.append(
-            "one blow is averaged: its coherence is 1 whatever the noise and tells nothing; "
-            "strike three times or more"
+            "one blow is averaged, and one average has no coherence; strike three times or more"
         )
     if cut.quiet < LEAST_QUIET:
         problems.append(_unknown_noise(found))

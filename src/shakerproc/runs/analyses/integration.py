@@ -44,7 +44,7 @@ class IntegrationAnalysis(AbstractAnalysis):
         how = "from rest, no high-pass" if corner is None else f"high-pass {corner:.4g} Hz"
         return Analysis(
             kind=self.kind,
-            title=f"Velocity and displacement ({how}, baseline: {wanted.baseline})",
+            title=f"Velocity and displacement ({how}, baseline: {wanted.baseline_taken})",
             columns=motion.columns(names),
             summary=tuple(motion.row(i, name) for i, name in enumerate(names)),
             panels=tuple(motion.panel(k, names) for k in range(2)),
@@ -77,8 +77,8 @@ def _integrals(
 ) -> Iterator[FloatArray]:
     """Return the integrals of the run in blocks, its baseline taken out first."""
     part = (result.crop.start, result.crop.stop)
-    baseline = result.test.processing.integration
-    kind = "none" if baseline is None else baseline.baseline
+    wanted = result.test.processing.integration
+    kind = "none" if wanted is None else wanted.baseline_taken
     middle = slope = np.zeros((len(recording.channels), 1))
     if kind != "none":
         middle, slope = straight_baseline(recording.samples, part, sloped=kind == "line")

@@ -81,6 +81,7 @@ def _columns(reading: Reading, result: RunResult) -> dict[str, Any]:
         "line": grid.number,
         "frequency_hz": grid.frequency,
         "kind": kinds.astype(object),
+        "excited_realisations": grid.carried,
         f"input_{name}{spelled(unit)}": np.where(
             grid.excited, factor * reading.spectra[0].input, np.nan
         ),
@@ -94,9 +95,9 @@ def _columns(reading: Reading, result: RunResult) -> dict[str, Any]:
         columns[f"magnitude_{over}{ratio}"] = np.abs(function)
         columns[f"phase_{over}_deg"] = np.degrees(np.angle(function))
         for what, values in (
-            ("response", np.where(grid.excited, one.level, np.nan)),
+            ("response", one.level),
             ("noise", one.noise),
-            ("distortion_and_noise", np.where(grid.excited, np.nan, one.level)),
+            ("distortion_and_noise", one.distortion),
             ("scatter", one.scatter),
         ):
             columns[f"{what}_{response.name}{spelled(of)}"] = scale * values
@@ -141,9 +142,9 @@ def _panel(i: int, reading: Reading, result: RunResult) -> Panel:
     every = np.ones(grid.number.size, dtype=bool)
     for label, chosen, values in (
         ("noise", every, one.noise),
-        ("even distortion", grid.even, one.level),
-        ("odd distortion", grid.odd, one.level),
-        ("scatter of realisations", grid.excited, one.scatter),
+        ("even distortion", grid.even, one.distortion),
+        ("odd distortion", grid.odd, one.distortion),
+        ("scatter of realisations", grid.carried > 1, one.scatter),
     ):
         if chosen.any() and not np.isnan(values[chosen]).any():
             width = max(1, int(chosen.sum()) // SMOOTHED)

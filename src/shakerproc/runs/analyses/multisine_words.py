@@ -3,8 +3,10 @@
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+import numpy as np
+
 from shakerproc.runs.multisines import Reading
-from shakerproc.spectra.multisines import Share
+from shakerproc.spectra.multisines import Grid, Share
 from shakerproc.spectra.multisines.judging import Kind
 
 NAMES: Final[Mapping[Kind, str]] = {
@@ -91,6 +93,8 @@ def about(reading: Reading) -> Iterator[str]:
         f"are excited, {spacing:.4g} Hz apart, {int(grid.even.sum())} even and "
         f"{int(grid.odd.sum())} odd ones detect distortion."
     )
+    if not grid.common:
+        yield _own_lines(grid)
     if layout.left_out:
         yield (
             f"The first {layout.left_out} of {layout.periods} periods do not repeat (a "
@@ -114,15 +118,31 @@ def problems(reading: Reading) -> Iterator[str]:
             "one period only: the noise is not known, and distortion holds it; record two "
             "periods or more of each realisation, better eight"
         )
-    if not reading.grid.even.any() and reading.layout.realisations == 1:
-        yield (
-            "no detection lines and one realisation: noise is known and distortion is not; "
-            "excite odd lines only and leave some of them out, or record several realisations"
-        )
+    if reading.grid.even.any() or np.any(reading.grid.carried > 1):
+        return
+    alone = "one realisation" if reading.layout.realisations == 1 else "no line excited twice"
+    yield (
+        f"no detection lines and {alone}: noise is known and distortion is not; "
+        "excite odd lines only and leave some of them out, or record several realisations of "
+        "the same lines"
+    )
+
+
+def _own_lines(grid: Grid) -> str:
+    """Return how far the realisations share their lines."""
+    shared = int(np.sum(grid.carried > 1))
+    each = grid.excited_in.sum(axis=1)
+    told = (
+        f"Each realisation excites lines of its own, {each.min()} to {each.max()} of them; "
+        f"{shared} are excited in two or more"
+    )
+    if not shared:
+        return f"{told}: distortion at the excited lines is not known."
+    return f"{told} and tell the scatter. Each line is averaged over the realisations it has."
 
 
 def _no_detection(reading: Reading) -> str:
-    if reading.grid.excited.all():
+    if reading.grid.excited_in.all():
         return (
             "No detection lines: every line is excited, so that even and odd distortion are "
             "not told apart."

@@ -14,6 +14,8 @@ from shakerproc.runs.analysis import Analysis, Cell, Line, Look, Panel, Scale
 from shakerproc.runs.control import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
+from shakerproc.spectra import CrossSpectra
+from shakerproc.spectra.exceedance import surely_beyond
 from shakerproc.spectra.profiles import profile_at, profile_rms
 from shakerproc.testlog import Profile
 from shakerproc.testlog.excitation import FORCES
@@ -40,14 +42,14 @@ class Judged:
         Mean density, or amplitude, of the controls [unit of the profile].
     responses : mapping
         The same of each response by name.
-    chance : float
-        How far chance alone may carry a value of the control, 95 % of the time [dB].
+    spectra : CrossSpectra, optional
+        Of which a density is, so that chance is known; None of an amplitude.
     """
 
     frequency: FloatArray
     control: FloatArray
     responses: Mapping[str, FloatArray]
-    chance: float
+    spectra: CrossSpectra | None
 
 
 @final
@@ -163,7 +165,7 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
             for i in result.responses
             if result.channels[i].unit == unit and i not in rows
         },
-        flags.chance(result, rows[0]),
+        result.spectra,
     )
 
 
@@ -187,21 +189,25 @@ def _judged_sweep(result: RunResult, profile: Profile) -> Judged:
             for i in result.responses
             if parts and result.channels[i].unit == unit
         },
-        0.0,
+        None,
     )
 
 
 def _verdict(name: str, line: FloatArray, judged: Judged, profile: Profile) -> dict[str, Cell]:
     """Return by how much the control lies beyond a line at worst, and whether that is kept.
 
-    An abort line is kept where no value lies beyond it by more than chance; an alarm line
-    where 5 % of them do at most.
+    An abort line is kept where no line or band lies beyond it by more than chance; an alarm
+    line where 5 % of the lines do at most.
     """
     look, side = LINES[name]
     with np.errstate(divide="ignore"):
         beyond = side * _decibels(profile, judged.control / line)
     worst = int(np.argmax(beyond))
-    share = float(np.mean(beyond > judged.chance))
+    sure = beyond > 0.0
+    if judged.spectra is not None:
+        ratio, anywhere = judged.control / line, look == "abort"
+        sure = surely_beyond(ratio, judged.spectra, above=side > 0, anywhere=anywhere)
+    share = float(np.mean(sure))
     allowed = BEYOND_ALARM if look == "alarm" else 0.0
     return {
         "profile": profile.name,

@@ -62,12 +62,13 @@ def shares_of(spectra: LineSpectra) -> dict[Kind, Share]:
     spectra : LineSpectra
         What the response does at every line.
     """
-    grid, m = spectra.grid, spectra.realisations
+    grid = spectra.grid
+    silent = spectra.realisations - grid.carried
     found: dict[Kind, Share] = {}
-    kinds: tuple[tuple[Kind, NDArray[np.bool_], FloatArray, int], ...] = (
-        ("even", grid.even, spectra.level, m),
-        ("odd", grid.odd, spectra.level, m),
-        ("all", grid.excited & (m > 1), spectra.scatter, m - 1),
+    kinds: tuple[tuple[Kind, NDArray[np.bool_], FloatArray, NDArray[np.int_]], ...] = (
+        ("even", grid.even, spectra.distortion, silent),
+        ("odd", grid.odd, spectra.distortion, silent),
+        ("all", grid.carried > 1, spectra.scatter, grid.carried - 1),
     )
     for kind, chosen, amplitude, repeats in kinds:
         if chosen.any():
@@ -80,29 +81,34 @@ def _share(
     kind: Kind,
     lines: NDArray[np.int_],
     power: FloatArray,
-    repeats: int,
+    repeats: NDArray[np.int_],
 ) -> Share:
-    """Return the share of one kind, seen at `lines` with so many `repeats` at each."""
+    """Return the share of one kind, seen at `lines` with so many `repeats` at each.
+
+    Lines count by their repeats, so that every observation counts once.
+    """
     excited = np.flatnonzero(spectra.grid.excited)
-    carried = spectra.level**2
-    whole = float(np.mean(carried[excited]))
+    whole, carried = spectra.response_power, spectra.level**2
     known = spectra.periods > 1
     noise = spectra.noise**2 if known else np.zeros(power.size)
     noisy = spectra.realisations * (spectra.periods - 1)
-    value = max(float(np.mean(power[lines] - noise[lines])), 0.0)
+    count = repeats[lines]
+    value = max(float(np.average(power[lines] - noise[lines], weights=count)), 0.0)
     seen, quiet = np.maximum(power[lines], noise[lines]), noise[lines]
-    spread = np.sum((2.0 * seen - quiet) * quiet) / repeats
-    spread += np.sum(quiet**2) / noisy if known else 0.0
-    limit = value + LIMIT * float(np.sqrt(spread)) / lines.size
+    spread = np.sum(count * (2.0 * seen - quiet) * quiet)
+    spread += np.sum((count * quiet) ** 2) / noisy if known else 0.0
+    limit = value + LIMIT * float(np.sqrt(spread)) / float(count.sum())
     blocks = np.array_split(lines, max(1, lines.size // BLOCK))
     share, place, stands = [], [], []
     for block in blocks:
         near = excited[np.argsort(np.abs(excited - block.mean()))[: block.size]]
-        over = float(np.mean(power[block] - noise[block]) / np.mean(carried[near]))
-        share.append(np.sqrt(max(over, 0.0)))
+        each = repeats[block]
+        over = np.average(power[block] - noise[block], weights=each) / np.mean(carried[near])
+        share.append(float(np.sqrt(max(over, 0.0))))
         place.append(float(spectra.grid.frequency[block].mean()))
-        stands.append(known and _stands(power[block], noise[block], (repeats, noisy),
-                                        CHANCE / len(blocks)))  # fmt: skip
+        stands.append(
+            known and _stands(power[block], noise[block], (each, noisy), CHANCE / len(blocks))
+        )
     top = int(np.argmax(np.where(stands, share, -1.0)))
     any_stands = bool(np.any(stands))
     return Share(
@@ -117,12 +123,21 @@ def _share(
 
 
 def _stands(
-    power: FloatArray, noise: FloatArray, repeats: tuple[int, int], chance: float
+    power: FloatArray,
+    noise: FloatArray,
+    repeats: tuple[NDArray[np.int_], int],
+    chance: float,
 ) -> bool:
-    """Return whether the power of lines is more than noise makes of it by chance."""
-    above, below = (2 * power.size * count for count in repeats)
+    """Return whether the power of lines is more than noise makes of it by chance.
+
+    Each line holds as many observations as it has repeats. The noise, of which a line has the
+    same number everywhere, is weighted alike: Satterthwaite's degrees of freedom.
+    """
+    each, noisy = repeats
+    above = 2 * int(each.sum())
+    below = 2.0 * noisy * float(each.sum()) ** 2 / float(np.sum(each**2))
     limit = 1.0 / scipy.special.fdtri(below, above, chance)  # F's upper quantile
-    return bool(np.sum(power) > limit * np.sum(noise))
+    return bool(np.sum(each * power) > limit * np.sum(each * noise))
 
 
 def _bands(

@@ -89,12 +89,13 @@ def gain_random_error(coherence: FloatArray, n_averages: float) -> FloatArray:
     Returns
     -------
     (..., n_frequencies) array
-        One standard deviation [-]; infinite where the coherence is 0.
+        One standard deviation [-]; infinite where the coherence is 0, and of one average,
+        which tells nothing of its error.
 
     Raises
     ------
     ValueError
-        If a coherence lies outside 0 to 1, or `n_averages` is not above 1.
+        If a coherence lies outside 0 to 1, or `n_averages` is below 1.
 
     References
     ----------
@@ -103,8 +104,10 @@ def gain_random_error(coherence: FloatArray, n_averages: float) -> FloatArray:
     outside = coherence[(coherence < 0.0) | (coherence > 1.0 + 1e-9)]
     if outside.size:
         raise ValueError(f"coherence must lie in 0 to 1, not {outside[0]:g}")
-    if not n_averages > 1.0:
-        raise ValueError(f"n_averages must be above 1, not {n_averages:g}")
+    if n_averages < 1.0 - 1e-9:
+        raise ValueError(f"n_averages must be at least 1, not {n_averages:g}")
+    if n_averages <= 1.0:
+        return np.full_like(coherence, np.inf)
     missing = np.maximum(1.0 - coherence, 0.0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.array(np.sqrt(missing / (2.0 * coherence * (n_averages - 1.0))))
@@ -142,9 +145,12 @@ def response_bounds(
     Raises
     ------
     ValueError
-        If the confidence does not lie between 0 and 1, or there is but one average.
+        If the confidence does not lie between 0 and 1.
     """
     averages = spectra.effective_averages
+    if averages <= 1.0:
+        unknown = np.full((len(responses), spectra.frequency.size), np.pi)
+        return Bounds(np.zeros_like(unknown), np.full_like(unknown, np.inf)), unknown
     student = scipy.special.stdtrit(2.0 * averages - 2.0, 1.0 - _tail(confidence))
     gain = np.abs(h1(spectra, controls, responses))
     error = gain_random_error(coherence(spectra, controls, responses), averages)

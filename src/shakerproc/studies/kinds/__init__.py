@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from shakerproc.studies.kinds.base import AbstractKind
+from shakerproc.studies.kinds.base import AbstractKind, Option
 from shakerproc.studies.kinds.curves import BackboneKind, ForceLaw, ResponseKind
 from shakerproc.studies.kinds.formula import Formula
 from shakerproc.studies.kinds.grid import Grid
@@ -26,6 +26,6 @@ KINDS: Final[Mapping[str, AbstractKind]] = MappingProxyType({
     "formula": Formula(),
 })
 
-OPTIONS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType({
+OPTIONS: Final[Mapping[str, Mapping[str, Option]]] = MappingProxyType({
     name: kind.options for name, kind in KINDS.items()
 })

@@ -12,15 +12,46 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
+from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.checks import Check, Checked, above, below, equals, trends
 from shakerproc.studies.placing import placed
 from shakerproc.studies.results import Columns, Panel, StudyResult
+from shakerproc.studies.run_validation import check_measure, check_run
 from shakerproc.studies.study import Run, Study
 
 EXACT: Final = 1e-9
 """Resolution of a quantity that is computed without bins, as a share of the largest [-]."""
 
 _NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Option:
+    """What may be said of one option of a kind.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit.
+    least, most : float
+        Between which it lies [unit of the option].
+    whole : bool
+        Whether it counts something.
+    """
+
+    unit: str
+    least: float = 0.0
+    most: float = MOST_SAMPLES
+    whole: bool = False
+
+    def problem(self, value: float) -> str:
+        """Return what is wanted of a value that does not suit; nothing where it does."""
+        if self.least <= value <= self.most and not (self.whole and value % 1.0):
+            return ""
+        kind = "a whole number" if self.whole else "a value"
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"expected {kind} from {self.least:g} to {self.most:g}{unit}"
 
 
 @final
@@ -105,8 +136,8 @@ class AbstractKind(ABC):
 
     Attributes
     ----------
-    options : mapping of str to str
-        Options it knows and their SI units.
+    options : mapping of str to Option
+        Options it knows.
     needs : tuple of str
         What it cannot do without: ``model``, ``run``, ``vary``.
     averages : bool
@@ -116,7 +147,7 @@ class AbstractKind(ABC):
         ``growth`` and ``chaotic`` among them.
     """
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({})
     needs: ClassVar[tuple[str, ...]] = ("model",)
     averages: ClassVar[bool] = False
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({})
@@ -124,6 +155,18 @@ class AbstractKind(ABC):
     @abstractmethod
     def compute(self, study: Study, job: Job) -> Finding:
         """Return what one job finds; jobs run side by side."""
+
+    def check_job(self, study: Study, job: Job) -> None:
+        """Pass a job that can be computed; a kind that steps through no run says what it needs.
+
+        Raises
+        ------
+        ValueError
+            If it cannot be.
+        """
+        if job.run is not None:
+            check_run(job.run)
+            check_measure(study.measure, job.run)
 
     @abstractmethod
     def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:

@@ -18,9 +18,18 @@ from shakerproc.simulation.harmonic_balance import (
     gap_severity,
     samples_of_branch,
 )
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, Option, label_of
 from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.study import Study
+from shakerproc.studies.study import Run, Study
+
+SMALLEST: Final = 1e-12
+"""Of what must be above 0: any option in SI is larger."""
+
+MOST_POINTS: Final = 1_000_000
+"""Of a curve in a table."""
+
+HARMONICS: Final = Option("1", least=1, most=1000, whole=True)
+"""A balance of 1000 harmonics solves 2001 equations for each mass."""
 
 HALVINGS: Final = 40
 """Of the interval in which a jump is sought."""
@@ -32,10 +41,10 @@ Force: TypeAlias = Callable[[FloatArray], FloatArray]
 class ForceLaw(AbstractKind):
     """Static force against displacement, of all elements between base and first mass."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "to": "m",
-        "points": "1",
-        "load": "N",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "to": Option("m", least=SMALLEST),
+        "points": Option("1", least=3, most=MOST_POINTS, whole=True),
+        "load": Option("N"),
     })
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
         "inner_stiffness_n_per_m": "N/m",
@@ -44,6 +53,9 @@ class ForceLaw(AbstractKind):
         "nonlinearity": "1",
         "displacement_at_load_m": "m",
     })
+
+    def check_job(self, study: Study, job: Job) -> None:
+        """Pass any model: nothing is driven."""
 
     def compute(self, study: Study, job: Job) -> Finding:
         if job.model is None:
@@ -93,10 +105,10 @@ class ForceLaw(AbstractKind):
 class ResponseKind(AbstractKind):
     """Amplitude against frequency by harmonic balance, stable and unstable."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "harmonics": "1",
-        "from": "Hz",
-        "to": "Hz",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "harmonics": HARMONICS,
+        "from": Option("Hz", least=SMALLEST),
+        "to": Option("Hz", least=SMALLEST),
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
@@ -106,13 +118,24 @@ class ResponseKind(AbstractKind):
         "difference_from_simulation": "1",
     })
 
+    @staticmethod
+    def _band(study: Study, run: Run) -> tuple[float, float]:
+        return study.option("from", run.from_hz), study.option("to", run.to_hz)
+
+    def check_job(self, study: Study, job: Job) -> None:
+        _, run = job.require()
+        _check_rising(self._band(study, run), "Hz")
+        if not run.level > 0.0:
+            raise ValueError(f"harmonic balance needs a level above 0, not {run.level:g}")
+
     def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
+        low, high = self._band(study, run)
         found = frequency_response(
             model,
             run.level,
-            from_hz=study.option("from", run.from_hz),
-            to_hz=study.option("to", run.to_hz),
+            from_hz=low,
+            to_hz=high,
             harmonics=int(study.option("harmonics", 31)),
         )
         severity = max(gap_severity(model, run.level).values(), default=np.nan)
@@ -161,10 +184,10 @@ class ResponseKind(AbstractKind):
 class BackboneKind(AbstractKind):
     """Frequency of free motion against its amplitude, by harmonic balance."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "harmonics": "1",
-        "from": "m",
-        "to": "m",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "harmonics": HARMONICS,
+        "from": Option("m", least=SMALLEST),
+        "to": Option("m", least=SMALLEST),
     })
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({
         "first_hz": "Hz",
@@ -173,12 +196,19 @@ class BackboneKind(AbstractKind):
         "least_step_hz": "Hz",
     })
 
+    @staticmethod
+    def _amplitudes(study: Study) -> tuple[float, float]:
+        return study.option("from", 1e-4), study.option("to", 1e-2)
+
+    def check_job(self, study: Study, job: Job) -> None:
+        _check_rising(self._amplitudes(study), "m")
+
     def compute(self, study: Study, job: Job) -> Finding:
         if job.model is None:
             raise ValueError("a backbone needs a model")
         found = backbone(
             job.model,
-            (study.option("from", 1e-4), study.option("to", 1e-2)),
+            self._amplitudes(study),
             harmonics=int(study.option("harmonics", 31)),
         )
         rising = found.frequency[np.argsort(found.amplitude, kind="stable")]
@@ -211,6 +241,22 @@ class BackboneKind(AbstractKind):
             columns=_numbered(found),
             panels=(Panel("amplitude [m]", "frequency of free motion [Hz]", lines),),
             method=f"harmonic balance, {study.option('harmonics', 31):g} harmonics",
+        )
+
+
+def _check_rising(ends: tuple[float, float], unit: str) -> None:
+    """Pass a range above 0 that rises.
+
+    Raises
+    ------
+    ValueError
+        If it does not.
+    """
+    low, high = ends
+    if not 0.0 < low < high:
+        raise ValueError(
+            f"expected from above 0 {unit}, and to above from, got {low:g} {unit} to "
+            f"{high:g} {unit}"
         )
 
 

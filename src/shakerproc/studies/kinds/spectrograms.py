@@ -8,9 +8,10 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra import spectrogram
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, Option
 from shakerproc.studies.kinds.driving import driven
 from shakerproc.studies.results import Columns, Image, Panel
+from shakerproc.studies.run_validation import check_run, samples_left
 from shakerproc.studies.simulated import excitation_of, simulated
 from shakerproc.studies.study import Study
 
@@ -19,10 +20,10 @@ from shakerproc.studies.study import Study
 class SpectrogramKind(AbstractKind):
     """Spectrogram of one run; option ``of excitation`` (1) for what drives it."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "of excitation": "1",
-        "segment": "1",
-        "to": "Hz",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "of excitation": Option("1", most=1, whole=True),
+        "segment": Option("1", least=16, whole=True),
+        "to": Option("Hz"),
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
 
@@ -33,6 +34,15 @@ class SpectrogramKind(AbstractKind):
         "growth": "1",
         "chaotic": "1",
     })
+
+    def check_job(self, study: Study, job: Job) -> None:
+        _, run = job.require()
+        check_run(run)
+        segment = study.option("segment", 256)
+        if segment > samples_left(run):
+            raise ValueError(
+                f"a run of {samples_left(run):g} samples holds no segment of {segment:g}"
+            )
 
     def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()

@@ -7,19 +7,25 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.kinds.base import (
     AbstractKind,
     Drawing,
     Finding,
     Job,
+    Option,
     column_of,
     label_of,
 )
 from shakerproc.studies.kinds.driving import begun
 from shakerproc.studies.motion_readings import chaotic_once_settled, period_of
 from shakerproc.studies.results import Columns, Line, Panel
+from shakerproc.studies.run_validation import check_run
 from shakerproc.studies.simulated import strobe
 from shakerproc.studies.study import Study
+
+PERIODS: Final = Option("1", least=1, most=MOST_SAMPLES / 360.0, whole=True)
+SETTLING: Final = Option("1", most=MOST_SAMPLES / 360.0, whole=True)
 
 QUANTITIES: Final[Mapping[str, str]] = MappingProxyType({
     "period": "1",
@@ -32,12 +38,15 @@ QUANTITIES: Final[Mapping[str, str]] = MappingProxyType({
 class Bifurcation(AbstractKind):
     """Displacement once a period against a parameter, after the motion has settled."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "periods": "1",
-        "settle periods": "1",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "periods": PERIODS,
+        "settle periods": SETTLING,
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
     quantities: ClassVar[Mapping[str, str]] = QUANTITIES
+
+    def check_job(self, study: Study, job: Job) -> None:
+        _check_sine(job)
 
     def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
@@ -80,13 +89,16 @@ class Bifurcation(AbstractKind):
 class Poincare(AbstractKind):
     """Displacement and velocity once a period, also at a sequence of phases."""
 
-    options: ClassVar[Mapping[str, str]] = MappingProxyType({
-        "periods": "1",
-        "settle periods": "1",
-        "phases": "1",
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "periods": PERIODS,
+        "settle periods": SETTLING,
+        "phases": Option("1", least=1, most=360, whole=True),
     })
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
     quantities: ClassVar[Mapping[str, str]] = QUANTITIES
+
+    def check_job(self, study: Study, job: Job) -> None:
+        _check_sine(job)
 
     def compute(self, study: Study, job: Job) -> Finding:
         model, run = job.require()
@@ -120,6 +132,20 @@ class Poincare(AbstractKind):
                 f"{study.option('periods', 2000):g} periods, the sine begun {_begun(study)}"
             ),
         )
+
+
+def _check_sine(job: Job) -> None:
+    """Pass a run of a sine, which has periods.
+
+    Raises
+    ------
+    ValueError
+        If it is driven by something else.
+    """
+    _, run = job.require()
+    check_run(run)
+    if run.excitation != "sine":
+        raise ValueError(f"looking once a period needs a sine, not {run.excitation}")
 
 
 def _told(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:

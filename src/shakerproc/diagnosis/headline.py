@@ -1,0 +1,61 @@
+"""The numbers of a verdict that matter, in one line: what was found, how large, how surely."""
+
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+from shakerproc.testlog import Test
+
+BOTH_SIDES: Final = ("gap", "contact_damping")
+"""Kinds whose clearance is that of one side, the same on both."""
+
+
+def headline(diagnosis: Diagnosis, tests: Iterable[Test]) -> str:
+    """Return effects with their numbers and the probability; empty where none was found.
+
+    A clearance stands there per side and in total, beside what the log says.
+    """
+    if not diagnosis.effects:
+        return ""
+    values = [t.clearance if t.actual_clearance is None else t.actual_clearance for t in tests]
+    logged = sorted({value for value in values if value is not None})
+    found = "; ".join(_finding(effect, logged) for effect in diagnosis.effects)
+    surely = diagnosis.confidence
+    return found + ("." if surely is None else f"; probability {surely:.2f}.")
+
+
+def _finding(found: Finding, logged: Sequence[float]) -> str:
+    """Return an effect and its numbers. `logged` are clearances of the log [m]."""
+    numbers = [
+        _clearance(found, logged)
+        if name == "clearance"
+        else f"{name.replace('_', ' ')} {_text(estimate)}"
+        for name, estimate in found.parameters.items()
+    ]
+    numbers.sort(key=lambda text: not text.startswith("clearance"))
+    where = " and ".join(found.between)
+    joined = "between" if len(found.between) > 1 else "of"
+    kind = found.kind.replace("_", " ")
+    return ": ".join(filter(None, (f"{kind} {joined} {where}", ", ".join(numbers))))
+
+
+def _clearance(found: Finding, logged: Sequence[float]) -> str:
+    estimate = found.parameters["clearance"]
+    if not isinstance(estimate.value, float):
+        return f"clearance {estimate.value}"
+    beside = ""
+    if logged:
+        beside = f"the log says {' and '.join(f'{1e3 * v:.2f}' for v in logged)} mm"
+    if found.kind not in BOTH_SIDES:
+        return f"clearance {_text(estimate)}" + (f" ({beside})" if beside else "")
+    total = f"{2e3 * estimate.value:#.3g} mm in total"
+    return f"clearance +-{_text(estimate)} ({'; '.join(filter(None, (total, beside)))})"
+
+
+def _text(estimate: Estimate) -> str:
+    value = estimate.value
+    if not isinstance(value, float):
+        return str(value)
+    if estimate.unit == "m":
+        return f"{1e3 * value:#.3g} mm"
+    return f"{value:.4g} {estimate.unit}".removesuffix(" -").strip()

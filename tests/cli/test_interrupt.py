@@ -1,0 +1,32 @@
+"""Ctrl-C while the program is still being loaded."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
+def test_an_interrupt_while_the_program_is_loaded_is_one_word_and_130():
+    """A module of the command line that takes its time: the signal comes while it loads."""
+    slow = (
+        "import sys, time, types\n"
+        "class Slow:\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        "        if name == 'shakerproc.cli':\n"
+        "            print('loading', flush=True)\n"
+        "            time.sleep(30)\n"
+        "sys.meta_path.insert(0, Slow())\n"
+        "from shakerproc.__main__ import main\n"
+        "main()\n"
+    )
+    program = subprocess.Popen(
+        [sys.executable, "-c", slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert program.stdout.readline() == "loading\n"
+    time.sleep(0.05)
+    program.send_signal(signal.SIGINT)
+    _, said = program.communicate(timeout=20)
+    assert (program.returncode, said) == (130, "interrupted\n")

@@ -1,0 +1,50 @@
+"""The line of numbers that a verdict opens with."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from shakerproc.diagnosis.headline import headline
+from shakerproc.diagnosis.result import Diagnosis, Errors, Estimate, Finding, Pair, Where
+from shakerproc.testlog import Test
+
+ERRORS = Errors(Pair(0.8, 0.01), Pair(0.9, 0.011), 0.01)
+GAP = Finding(
+    "gap",
+    ("base", "coupon"),
+    {
+        "stiffness": Estimate(5e4, 4.9e4, 5.1e4, "N/m"),
+        "clearance": Estimate(5e-5, 4.9e-5, 5.1e-5, "m"),
+    },
+)
+FOUND = Diagnosis("effect found", "", (GAP,), (), ERRORS, (), Where(), (), confidence=0.968)
+
+
+@pytest.mark.parametrize(("per_side", "total"), [(5e-5, "0.100"), (1.25e-4, "0.250")])
+def test_a_clearance_stands_per_side_and_in_total_beside_that_of_the_log(per_side, total):
+    gap = replace(GAP, parameters={"clearance": Estimate(per_side, None, None, "m")})
+    told = headline(replace(FOUND, effects=(gap,)), [Test(id=1, clearance=1e-4), Test(id=2)])
+    side = float(re.search(r"\+-([\d.]+) mm", told)[1])
+    assert side == pytest.approx(1e3 * per_side, rel=5e-3)
+    assert f"({total} mm in total; the log says 0.10 mm)" in told
+
+
+def test_kind_joint_numbers_and_probability_are_in_one_line():
+    told = headline(FOUND, [])
+    assert told == (
+        "gap between base and coupon: clearance +-0.0500 mm (0.100 mm in total), "
+        "stiffness 5e+04 N/m; probability 0.97."
+    )
+
+
+def test_a_stop_has_one_side_and_a_fault_no_joint():
+    side = Estimate("positive", None, None, "")
+    numbers = {"clearance": Estimate(3e-5, None, None, "m"), "side": side}
+    stop = Finding("stop", ("base", "tip"), numbers)
+    fault = Finding("sensor_polarity", ("ch3",), {})
+    told = headline(replace(FOUND, effects=(stop, fault), confidence=None), [])
+    assert told == (
+        "stop between base and tip: clearance 0.0300 mm, side positive; sensor polarity of ch3."
+    )
+    assert headline(replace(FOUND, effects=()), []) == ""
