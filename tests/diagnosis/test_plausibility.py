@@ -103,10 +103,9 @@ def test_a_short_rest_at_25_hz_tells_no_noise_and_ends_in_no_traceback():
     assert quiet_of(rows[:1], rows[1:], 25.0) is None
 
 
-@pytest.mark.parametrize("seconds", [4.0, 20.0])
-def test_a_sine_between_two_lines_is_compared_and_not_diagnosed(tmp_path, seconds):
+def test_a_sine_between_two_lines_is_compared_and_not_diagnosed(tmp_path):
     """A component test of a spring and a damper, against a spring of half the stiffness."""
-    t = np.arange(int(256 * seconds)) / 256.0
+    t = np.arange(256 * 20) / 256.0
     z, v = 1e-3 * np.sin(np.pi * t), 1e-3 * np.pi * np.cos(np.pi * t)
     table = np.column_stack([t, z, 2e3 * z + 50.0 * v])
     head = "time [s],stroke [m],force [N]"
@@ -123,16 +122,10 @@ def test_a_sine_between_two_lines_is_compared_and_not_diagnosed(tmp_path, second
         "excitation: {displacement of: rod}\nsensors: {force: {at: rod, measures: force}}\n"
     )
     files = [str(tmp_path / "model.yaml"), str(tmp_path / "log.yaml")]
-    out = ["--out", str(tmp_path / "out")]
-    if seconds < 10.0:
-        done = CliRunner().invoke(build_app(), ["compare", *files, "--no-figures", *out])
-        assert done.exit_code == 0, done.output
     expected = 1e3 / np.hypot(2e3, 50.0 * np.pi)
     model = read_model(tmp_path / "model.yaml")
     found = compare_tests(model, measured_tests(read_testlog(tmp_path / "log.yaml"), model))
     assert found.error == pytest.approx(expected, rel=0.02)
-    if seconds < 10.0:  # two periods: not told to be periodic
-        return
     again = CliRunner().invoke(build_app(), ["diagnose", *files, "--out", f"{tmp_path}/d"])
     assert isinstance(again.exception, DiagnosisError)
     assert "nothing can be held out" in str(again.exception)
