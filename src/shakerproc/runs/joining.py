@@ -10,7 +10,14 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
+from shakerproc.data import (
+    Channel,
+    FloatArray,
+    Recording,
+    SampleSource,
+    SourceFile,
+    UnusedChannel,
+)
 from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
@@ -251,7 +258,7 @@ def side_by_side(
     )
     return replace(
         main,
-        channels=(*main.channels, *other.channels),
+        channels=(*main.channels, *_slower(other, rate)),
         rows=tuple(range(len(main.channels) + len(other.channels))),
         n_samples=last - first,
         start_time=main.start_time and main.start_time + timedelta(seconds=first / rate),
@@ -266,6 +273,14 @@ def side_by_side(
         unused=_left_over(main, other),
         in_file=None,
     )
+
+
+def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
+    """Return the channels of a recording, with their own rate where it is the lower one."""
+    if recording.sample_rate >= rate:
+        return recording.channels
+    own = recording.sample_rate
+    return tuple(replace(c, own_rate=c.own_rate or own) for c in recording.channels)
 
 
 def _left_over(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
