@@ -44,6 +44,7 @@ def _over_a_force(result: RunResult) -> bool:
 
 ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "profile": _Kind("ProfileJudgement", lambda result: result.test.profile is not None),
+    "tones": _Kind("ToneAnalysis", lambda result: result.tones is not None),
     "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None),
     "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force),
     "resonances": _Kind("ResonanceAnalysis", _over_a_force),
