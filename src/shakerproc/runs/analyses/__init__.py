@@ -57,6 +57,7 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "octaves": _Kind("OctaveAnalysis", _asked("octaves")),
     "distribution": _Kind("DistributionAnalysis", _asked("distribution")),
     "orders": _Kind("OrderAnalysis", lambda result: result.shaft is not None),
+    "dwell": _Kind("DwellAnalysis", _asked("dwell")),
     "waterfall": _Kind("WaterfallAnalysis", _asked("waterfall")),
     "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
     "shock": _Kind("ShockAnalysis", _asked("shock")),
