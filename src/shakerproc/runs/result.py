@@ -102,7 +102,8 @@ class Responses:
     Attributes
     ----------
     h1, h2, hv : complex arrays
-        Response functions against the mean control [response unit/control unit].
+        Response functions against the mean control, not a number where it has no power to
+        divide by [response unit/control unit].
     psd_ratio : array
         Response density over the mean control density; what the thesis calls FRF.
     coherence, multiple_coherence : arrays
