@@ -2,13 +2,15 @@
 
 Runs are simulated: linear and nonlinear specimens, driven at random, by a sine or a sweep,
 in a burst, or left to decay, with one to eight channels, noise, and converters of 16 and 24 bit
-whose range is wider than the signal. Then a channel of driven runs is made dead in five ways.
+whose range is wider than the signal. Then a channel of driven runs is made dead in five
+ways, and one of random runs wrong in three.
 """
 
 import sys
 from dataclasses import replace
 
 import numpy as np
+from scipy import signal
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
@@ -137,6 +139,50 @@ def found(fault, seed):
     return lost == {recording.channels[row].name}
 
 
+def spiked(samples, rng):
+    """One of the first or last 32 samples 60 standard deviations off."""
+    out, at = samples.copy(), int(rng.integers(32))
+    out[at if rng.integers(2) else -1 - at] += 60.0 * np.std(samples)
+    return out
+
+
+def clipped_and_coupled(samples, rng):
+    """Clip 20 to 40 % of the samples, then couple them by a high-pass of 1 part in 2000."""
+    limit = float(np.quantile(np.abs(samples), rng.uniform(0.6, 0.8)))
+    clipped = np.clip(samples, -limit, limit)
+    return signal.lfilter(*signal.butter(1, 0.001, "high"), clipped)
+
+
+TOLD = {
+    "spike at an end": ("spike", spiked, 0.95),
+    "wrong by ten": ("gain", lambda x, rng: x * 10.0 ** rng.choice([-1, 1]), 0.95),
+    "clipped and coupled": (
+        "short tails",
+        clipped_and_coupled,
+        0.35,
+    ),  # half: a lightly damped mass tells little in 10 s
+}
+"""What is told of one response of a driven run: kind, fault, share that must be found."""
+
+
+def is_told(fault, seed):
+    """Whether one response of a random run of 8.5 s or more, with a control, is named."""
+    rng = np.random.default_rng([14, seed])
+    while True:
+        recording, _ = healthy_run(len(KINDS) * int(rng.integers(200_000)))  # random ones
+        roles = [channel.role for channel in recording.channels]
+        if len(set(roles)) == 2 and recording.duration > 8.5:
+            break
+    row = int(rng.choice([i for i, role in enumerate(roles) if role == "response"]))
+    samples = recording.samples()
+    samples[row] = TOLD[fault][1](samples[row], rng)
+    spoiled = recording_of_arrays("run", recording.channels, samples, recording.sample_rate)
+    flags = health(replace(spoiled, driven=True))
+    return {(f.kind, f.channel) for f in flags} == {
+        (TOLD[fault][0], recording.channels[row].name)
+    }
+
+
 def main(count=500):
     """Print what is flagged of healthy runs, and what is missed of dead channels."""
     false = []
@@ -153,6 +199,12 @@ def main(count=500):
     for fault in FAULTS:
         not_found = [seed for seed in range(each) if not found(fault, seed)]
         rarely |= len(not_found) > (1.0 - LEAST_FOUND) * each
+        sys.stdout.write(f"{fault}: {each - len(not_found)} of {each} found\n")
+        if not_found:
+            sys.stdout.write(f"  missed: {not_found}\n")
+    for fault, (_, _, least) in TOLD.items():
+        not_found = [seed for seed in range(each) if not is_told(fault, seed)]
+        rarely |= len(not_found) > (1.0 - least) * each
         sys.stdout.write(f"{fault}: {each - len(not_found)} of {each} found\n")
         if not_found:
             sys.stdout.write(f"  missed: {not_found}\n")

@@ -162,7 +162,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         functions=functions,
         density=density_of(cross, cross.n_channels - len(first.sensors), band),
         unexplained=_unexplained(modes, len(first.sensors)),
-        notes=(*modes.notes, *remarks),
+        notes=(*(note for one in taken for note in one.remarks), *modes.notes, *remarks),
         recordings=tuple(
             (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
         ),
@@ -175,7 +175,7 @@ def _identified(
     """Return the modes, spectra of inputs, then responses, and response functions."""
     blows = [one.struck for one in taken if one.struck is not None]
     if blows:
-        found, functions = identify_blows(blows, settings)
+        found, functions = identify_blows(blows, taken[0].sample_rate, settings)
         return found, blows[0].cross, functions
     rate = taken[0].sample_rate
     records = [(rows, one.responses) for rows, one in zip(inputs, taken, strict=True)]

@@ -11,8 +11,10 @@ from shakerproc.errors import SpectrumError
 from shakerproc.modal.analysis import Place
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES, band_of, inputs_of, responses_of
 from shakerproc.modal.struck import Struck, struck_of
+from shakerproc.recordings import FAULTS, measuring, unusable
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.roles import uses_of
+from shakerproc.spectra import Crop
 from shakerproc.testlog import Modal, Test, TestLog
 
 APART: Final = "analyse them apart (tracks.csv follows each mode from test to test)"
@@ -52,6 +54,8 @@ class Gathered:
         Whether the recording was cut short.
     sha256 : str
         Of the recording.
+    remarks : tuple of str
+        What the health checks say of the sensors.
     """
 
     test: Test
@@ -69,6 +73,7 @@ class Gathered:
     struck: Struck | None
     incomplete: bool
     sha256: str
+    remarks: tuple[str, ...] = ()
 
     @property
     def seats(self) -> list[tuple[str, Place | None, Place | None]]:
@@ -105,6 +110,8 @@ def _gathered(recording: Recording, test: Test, wish: Modal) -> Gathered:
     rows = responses_of(recording, taken)
     samples = recording.source.read(recording.rows, crop.start, crop.stop)
     uses = uses_of(recording, test)
+    inputs = {recording.channels[row].name for row in taken}
+    remarks = _checked(recording, crop, inputs, {recording.channels[row].name for row in rows})
     return Gathered(
         test=test,
         run=recording.run,
@@ -121,6 +128,34 @@ def _gathered(recording: Recording, test: Test, wish: Modal) -> Gathered:
         struck=struck_of(recording, crop, test, rows) if groups and test.struck else None,
         incomplete=recording.incomplete,
         sha256=recording.file.sha256() if recording.file is not None else "",
+        remarks=remarks,
+    )
+
+
+def _checked(
+    recording: Recording, crop: Crop, inputs: set[str], sensors: set[str]
+) -> tuple[str, ...]:
+    """Return what the health checks say of the sensors in the crop.
+
+    Raises
+    ------
+    SpectrumError
+        If an input did not measure: no response function has a meaning.
+    """
+    start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
+    found = measuring(recording)
+    lost = unusable(found, start, stop)
+    for flag in lost:
+        if flag.channel in inputs:
+            raise SpectrumError(
+                f"{recording.run}: input {flag.channel} {FAULTS.get(flag.kind, flag.kind)}. "
+                f"{flag.message}"
+            )
+    return tuple(
+        f"{flag.channel} {FAULTS.get(flag.kind, flag.kind)}: its modes may be wrong. "
+        f"{flag.message}"
+        for flag in lost
+        if flag.channel in sensors
     )
 
 

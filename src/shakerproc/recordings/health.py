@@ -47,6 +47,8 @@ def health(
     found = [*_incomplete(recording), *_skipped(recording), *_rate(recording), *gaps.flags()]
     for check in looking:
         found += check.flags()
+    clipped = {flag.channel for flag in found if flag.kind == "clipping"}
+    found = [f for f in found if f.kind != "short tails" or f.channel not in clipped]
     return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
 
 

@@ -13,8 +13,16 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import lone_force
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.hammer.blows import Blow, Blows, Cut, Setup, noise_before, windowed
-from shakerproc.spectra.hammer.strikes import find_strikes, usual_length
+from shakerproc.spectra.hammer.blows import (
+    LEAST_QUIET,
+    Blow,
+    Blows,
+    Cut,
+    Setup,
+    noise_before,
+    windowed,
+)
+from shakerproc.spectra.hammer.strikes import Strikes, find_strikes, usual_length
 from shakerproc.spectra.range_ends import range_ends
 from shakerproc.testlog import Hammer, Test
 
@@ -110,7 +118,17 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
         rate,
     )
     names = tuple(channel.name for channel in recording.channels)
-    return Setup(row, names, range_ends(recording.blocks(crop.start, crop.stop)), strikes, cut)
+    ends = range_ends(recording.blocks(crop.start, crop.stop))
+    return Setup(row, names, ends, strikes, cut, _at_rest(recording, crop, strikes, cut))
+
+
+def _at_rest(recording: Recording, crop: Crop, strikes: Strikes, cut: Cut) -> FloatArray:
+    """Return the standard deviation of channels before the blow where each is quietest."""
+    starts = [s - cut.before + crop.start for s in strikes.samples if s >= cut.before]
+    if cut.quiet < LEAST_QUIET or not starts:
+        return np.zeros(len(recording.channels))
+    quiet = np.array([recording.samples(start, start + cut.quiet) for start in starts])
+    return np.asarray(quiet.std(axis=-1, ddof=1).min(axis=0))
 
 
 def _force(recording: Recording) -> int:

@@ -1,6 +1,10 @@
 """Which part of a recording is the run, and which channel says so."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
@@ -11,6 +15,12 @@ from shakerproc.runs.result import (
 from shakerproc.runs.roles import row_named, uses_of, without_tachometers
 from shakerproc.spectra import Crop
 from shakerproc.testlog import Test, ThresholdCrop, TimeCrop
+
+DECIDES: Final = 0.5
+"""Offset over the threshold from which on it decides the crop: more than what is left [-]."""
+
+MEDIAN_OF: Final = 2**17
+"""Samples from which a median is taken: to 0.4 % of the standard deviation, of noise."""
 
 
 def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
@@ -29,16 +39,37 @@ def find_crop(recording: Recording, test: Test) -> Crop:
             recording.n_samples, recording.sample_rate, crop.start, crop.stop
         )
     only = recording.select([crop_row(recording, test, crop.channel)])
-    return spectra.crop_by_threshold(
-        list(_first(only)) if crop.remove_offset else _first(only),
+    rest = 0.0 if crop.remove_offset else _rest(only)
+    decides = abs(rest) >= DECIDES * crop.threshold
+    blocks = (block - rest for block in _first(only)) if decides else _first(only)
+    unit, scale = shown_unit(only.channels[0].unit)
+    found = spectra.crop_by_threshold(
+        list(blocks) if crop.remove_offset else blocks,
         crop.threshold,
         recording.sample_rate,
         absolute=crop.absolute,
         hold=crop.hold,
         skip=crop.skip,
         remove_offset=crop.remove_offset,
-        shown=shown_unit(only.channels[0].unit),
+        shown=(unit, scale),
     )
+    if not decides:
+        return found
+    told = (
+        f"{only.channels[0].name} rests at {scale * rest:.4g} {unit}, against a threshold of "
+        f"{scale * crop.threshold:.4g} {unit}: the crop compares it without that offset"
+    )
+    return replace(found, warning="; ".join(filter(None, (told, found.warning))))
+
+
+def _rest(recording: Recording) -> float:
+    """Return the median of the one channel: where it rests, or moves about [its unit].
+
+    Of a long recording it is that of every so many samples; a shock does not shift it, as it
+    does the mean.
+    """
+    every = max(1, recording.n_samples // MEDIAN_OF)
+    return float(np.nanmedian(np.concatenate([block[::every] for block in _first(recording)])))
 
 
 def crop_channel(recording: Recording, test: Test) -> int | None:

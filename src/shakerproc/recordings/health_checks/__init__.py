@@ -12,12 +12,14 @@ from shakerproc.recordings.health_checks.drift import Drift
 from shakerproc.recordings.health_checks.extremes import Extremes
 from shakerproc.recordings.health_checks.flatlines import Flatlines
 from shakerproc.recordings.health_checks.repeats import Repeats
+from shakerproc.recordings.health_checks.short_tails import ShortTails
 from shakerproc.recordings.health_checks.spikes import Spikes
 from shakerproc.recordings.health_checks.transients import Transients
 
 HEALTH_CHECKS: Mapping[str, Callable[[Recording], AbstractHealthCheck]] = MappingProxyType({
     "flatlines": Flatlines,
     "extremes": Extremes,
+    "short_tails": ShortTails,
     "spikes": Spikes,
     "transients": Transients,
     "drift": Drift,

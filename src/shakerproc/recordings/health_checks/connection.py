@@ -61,6 +61,18 @@ HARMONICS: Final = 7
 HUM: Final = 0.5
 """Share of the power at the mains from which on it is hum, or the excitation itself [-]."""
 
+STEADY: Final = 1.5
+"""Unsteadiness half-way between that of a tone (1) and that of noise (2) [-]."""
+
+PASSING: Final = 3.0
+"""Unsteadiness from which on it is no stationary noise: over 24 pieces noise reaches 2.9 [-].
+
+The mean is 2, one standard deviation is 2 / sqrt(K), here 0.4; it is taken over many bins.
+"""
+
+LOUDER: Final = 10.0
+"""How many times as loud a channel that measures must be as one that is not connected [-]."""
+
 
 @final
 class _Averages:
@@ -80,6 +92,7 @@ class _Averages:
         self._line = np.array([np.full(size, size**-0.5), time / np.sqrt(time @ time)])
         bins = size // 2 + 1
         self.power = np.zeros((count, bins))
+        self.fourth = np.zeros((count, bins))  # squares of the powers of the pieces
         self.cross = [  # of each reference with all that follow: once is enough
             np.zeros((count - reference - 1, bins), dtype=np.complex128)
             for reference in range(min(REFERENCES, count))
@@ -101,7 +114,9 @@ class _Averages:
         seen = piece - (piece @ self._line.T) @ self._line
         seen *= self._window
         spectrum = np.fft.rfft(seen, axis=1)
-        self.power += spectrum.real**2 + spectrum.imag**2
+        power = spectrum.real**2 + spectrum.imag**2
+        self.power += power
+        self.fourth += power**2
         mirrored = spectrum.conj()
         for reference in range(len(self.cross)):
             self.cross[reference] += spectrum[reference + 1 :] * mirrored[reference]
@@ -110,6 +125,16 @@ class _Averages:
         """Return the mean power of each channel in the pieces [its unit, squared]."""
         both = 2.0 * self.power.sum(axis=1) - self.power[:, 0] - self.power[:, -1]  # Parseval
         return np.asarray(both / (self.size * np.sum(self._window**2) * max(self.pieces, 1)))
+
+    def unsteadiness(self) -> FloatArray:
+        """Return the mean square of the power over its squared mean, by channel and bin [-].
+
+        It is 1 of a tone that stands still, 2 of noise (its power is spread exponentially),
+        and K over the pieces that hold it of what passes by; 0 where there is no power.
+        """
+        found: FloatArray = np.zeros_like(self.power)
+        np.divide(self.pieces * self.fourth, self.power**2, out=found, where=self.power > 0.0)
+        return found
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with which others, by row and column."""
@@ -179,11 +204,51 @@ class Connection(AbstractHealthCheck):
         self._look_longer()
         common = self._common()
         judged = self._averages[0].moved & self._caught_enough()
-        return [
-            self._flag(row)
+        alone = [
+            row
             for row in np.flatnonzero(judged & ~common.any(axis=1)).tolist()
-            if self._should_move(row, common, judged)
+            if self._should_move(row, common, judged) and self._is_noise_or_hum(row)
         ]
+        return [self._flag(row) for row in alone if common.any() or self._is_quiet(row)]
+
+    def _spread(self, row: int) -> float:
+        """Return the standard deviation of a channel [its unit]."""
+        n = self._recording.n_samples
+        return float(np.sqrt(max(self._squares[row] / n - (self._sums[row] / n) ** 2, 0.0)))
+
+    def _is_quiet(self, row: int) -> bool:
+        """Return whether it may be the one that is not connected, where none is seen to be.
+
+        Of two channels without anything in common one measures, and by far the louder one.
+        """
+        unit = self._recording.channels[self._rows[row]].unit
+        largest = max(
+            self._spread(other)
+            for other, at in enumerate(self._rows)
+            if self._recording.channels[at].unit == unit
+        )
+        own = self._spread(row)
+        quietest = min(self._spread(other) for other in range(len(self._rows)))
+        return own * LOUDER <= largest or quietest * LOUDER > largest
+
+    def _is_noise_or_hum(self, row: int) -> bool:
+        """Return whether half of its power is what an open input shows.
+
+        Orders of a shaft and tones that no other channel shares come from something.
+        """
+        averages = self._averages[-1]
+        power, steady = averages.power[row], averages.unsteadiness()[row]
+        noise = float(power[(steady > STEADY) & (steady < PASSING)].sum() / power.sum())
+        return noise + max(self._hum(row, mains) for mains in MAINS) >= HUM
+
+    def _hum(self, row: int, mains: float) -> float:
+        """Return the share of its power that is steady, on multiples of the mains [-].
+
+        A resonance there holds noise, whose power varies from piece to piece.
+        """
+        averages = self._averages[-1]
+        near = self._near(averages, mains) & (averages.unsteadiness()[row] <= STEADY)
+        return float(_share(averages.power[[row]], near)[0])
 
     def _look_longer(self) -> None:
         """Take the averages of the longer pieces, in a pass of their own."""
@@ -246,14 +311,9 @@ class Connection(AbstractHealthCheck):
 
     def _flag(self, row: int) -> Flag:
         recording = self._recording
-        channel, n = recording.channels[self._rows[row]], recording.n_samples
-        spread = np.sqrt(max(self._squares[row] / n - (self._sums[row] / n) ** 2, 0.0))
-        averages = self._averages[-1]
-        shares = [
-            (float(_share(averages.power[[row]], self._near(averages, mains))[0]), mains)
-            for mains in MAINS
-        ]
-        hum, mains = max(shares)
+        channel = recording.channels[self._rows[row]]
+        spread = self._spread(row)
+        hum, mains = max((self._hum(row, mains), mains) for mains in MAINS)
         told = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
         time = recording.duration
         return Flag(

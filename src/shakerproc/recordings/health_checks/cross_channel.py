@@ -1,8 +1,9 @@
-"""Channels against each other: controls that differ, polarity."""
+"""Channels against each other: controls that differ, polarity, gain where none is possible."""
 
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.recordings.health_checks.base import (
@@ -33,6 +34,30 @@ Past a resonance the gain falls with a slope of -2 at least, before it does not 
 
 OPPOSED: Final = 30.0
 """How near 180 degrees the phase must be in the lower half of the band [degrees]."""
+
+FLAT: Final = 0.5
+"""Logarithmic slope of the gain up to which a response still follows its base.
+
+Below a resonance the gain is 1 / (1 - r^2): its slope is 0.5 at r = 0.45, where the gain is
+1.25. Of a system above its resonance it is -1 at least.
+"""
+
+FAR: Final = 2.0
+"""Gain, or its inverse, from which on no such response follows its base with the right units.
+
+Where the slope is at most `FLAT` a resonance adds 25 %; sensors of a table differ by less.
+"""
+
+REASONS: Final = (
+    (9.80665, "g taken for m/s^2"),
+    (10.0, "a decimal point of the sensitivity"),
+    (100.0, "a decimal point of the sensitivity"),
+    (1000.0, "mV taken for V"),
+)
+"""Factors that mistakes of units make, and which."""
+
+MATCHES: Final = 1.25
+"""Factor within which a gain is that of such a mistake: what a resonance may add."""
 
 
 @final
@@ -71,7 +96,7 @@ class CrossChannel(AbstractHealthCheck):
         self._pieces += 1
 
     def flags(self) -> list[Flag]:
-        return [*self._differing(), *self._opposed()]
+        return [*self._differing(), *self._opposed(), *self._out_of_proportion()]
 
     def _flag(self, kind: str, channel: str, message: str) -> Flag:
         return Flag(kind, channel, message, 0.0, self._recording.duration)
@@ -124,10 +149,63 @@ class CrossChannel(AbstractHealthCheck):
                 )
         return found
 
-    def _is_opposed(self, row: int) -> bool:
+    def _out_of_proportion(self) -> list[Flag]:
+        """Return the channels that follow the first control with a gain far from 1.
+
+        At the lowest frequencies a structure moves as one with the table. Where a force is
+        measured the control may be a point of a free structure, which turns as well.
+        """
+        channels = self._recording.channels
+        if not self._controls or any(channel.unit == "N" for channel in channels):
+            return []
+        control = channels[self._controls[0]]
+        others = [
+            row for row, channel in enumerate(channels)
+            if row != self._controls[0] and channel.unit == control.unit
+        ]  # fmt: skip
+        gains = {row: gain for row in others if (gain := self._following(row)) is not None}
+        far = {row: gain for row, gain in gains.items() if not 1.0 / FAR < gain < FAR}
+        if len(far) > 1 and len(far) == len(others) and (
+            max(far.values()) < MATCHES * min(far.values())
+        ):  # fmt: skip
+            inverse = 1.0 / float(np.median(list(far.values())))
+            return [self._disproportion(control.name, "every other channel", inverse)]
+        return [
+            self._disproportion(channels[row].name, control.name, gain)
+            for row, gain in far.items()
+        ]
+
+    def _disproportion(self, name: str, reference: str, gain: float) -> Flag:
+        size = max(gain, 1.0 / gain)
+        likely = [why for factor, why in REASONS if 1.0 / MATCHES < size / factor < MATCHES]
+        reason = f" Likely: {' or '.join(dict.fromkeys(likely))}." if likely else ""
+        return self._flag(
+            "gain",
+            name,
+            f"Follows {reference} at the lowest frequencies with a gain of {gain:.3g}, where "
+            f"it must be near 1.{reason} Check sensitivity and unit; a sensor across the "
+            "drive needs no change.",
+        )
+
+    def _following(self, row: int) -> float | None:
+        """Return the gain in the lowest octave, over a dozen bins at least [-]; else None."""
+        reference, good = self._power[self._controls[0]], self._good(row)
+        if good is None:
+            return None
+        low = good[: max(FEWEST_BINS, int(np.count_nonzero(good <= 2.0 * good[0])))]
+        cross = self._cross[row][low]
+        phase = np.abs(np.degrees(np.angle(cross)))
+        if not (np.all(phase < OPPOSED) or np.all(phase > 180.0 - OPPOSED)):
+            return None
+        gain = np.abs(cross) / reference[low]
+        slope = np.polyfit(np.log(low), np.log(gain), 1)[0]
+        return float(np.median(gain)) if abs(slope) <= FLAT else None
+
+    def _good(self, row: int) -> NDArray[np.intp] | None:
+        """Return the bins in which a channel moves with the first control, if enough do."""
         reference = self._power[self._controls[0]]
         if self._pieces < 4:
-            return False
+            return None
         product = reference * self._power[row]
         strong = reference > 1e-6 * reference.max()
         coherence = np.zeros_like(product)
@@ -135,6 +213,12 @@ class CrossChannel(AbstractHealthCheck):
         good = np.flatnonzero(strong & (coherence > COHERENT))
         good = good[good > 1]
         if good.size < FEWEST_BINS or good[-1] < 2.0**OCTAVES * good[0]:
+            return None
+        return good
+
+    def _is_opposed(self, row: int) -> bool:
+        reference, good = self._power[self._controls[0]], self._good(row)
+        if good is None:
             return False
         low = good[good <= np.sqrt(float(good[0]) * float(good[-1]))]
         phase = np.abs(np.degrees(np.angle(self._cross[row][low])))

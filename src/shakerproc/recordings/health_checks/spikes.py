@@ -28,6 +28,13 @@ AROUND: Final = 32
 ALONE: Final = 0.2
 """Largest departure around a spike, relative to it: an impact rings, a spike does not."""
 
+STEEP: Final = 0.5 * (1.0 - ALONE)
+"""Departure over height of a spike that is seen from one side only [-].
+
+A step of the whole height departs by half of it from the mean of its neighbours, give or take
+what is around; the rest of a pulse that the recording cuts through falls more slowly.
+"""
+
 MOST: Final = 200
 """Departures in a block beyond which it is a rough block, without isolated spikes."""
 
@@ -53,9 +60,10 @@ class Spikes(AbstractHealthCheck):
         if self._tail is not None:
             block = np.concatenate([self._tail, block], axis=1)
             first -= self._tail.shape[1]
+        ends = (first == 0, first + block.shape[1] == self._recording.n_samples)
         for row, samples in enumerate(block):
             if samples.size > 2 * edge:
-                spikes, rough = _spikes(first, samples)
+                spikes, rough = _spikes(first, samples, ends)
                 self._found[row] |= spikes
                 if rough.size and len(self._rough[row]) < MOST_BLOCKS:
                     self._rough[row].append(rough)
@@ -115,8 +123,13 @@ def _departure(samples: FloatArray) -> FloatArray:
     return np.abs(departure, out=departure)
 
 
-def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[np.int64]]:
-    """Return number and height of the spikes, and the number of everything that is rough."""
+def _spikes(
+    first: int, samples: FloatArray, ends: tuple[bool, bool]
+) -> tuple[dict[int, float], NDArray[np.int64]]:
+    """Return number and height of the spikes, and the number of everything that is rough.
+
+    `ends` says whether the recording begins and ends with the samples.
+    """
     departure = _departure(samples)
     limits = _limits(departure)
     largest = np.maximum.reduceat(departure, np.arange(0, departure.size, PART))
@@ -129,7 +142,7 @@ def _spikes(first: int, samples: FloatArray) -> tuple[dict[int, float], NDArray[
     if candidates.size > MOST:
         return {}, rough
     groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > WIDEST) + 1)
-    found = [_judge(samples, departure, group) for group in groups]
+    found = [_judge(samples, departure, group, ends) for group in groups]
     return {first + at: height for at, height in found if height}, rough
 
 
@@ -147,36 +160,52 @@ def _limits(departure: FloatArray) -> FloatArray:
 
 
 def _judge(
-    samples: FloatArray, departure: FloatArray, group: NDArray[np.int64]
-) -> tuple[int, float]:
+    samples: FloatArray, departure: FloatArray, group: NDArray[np.int64],
+    ends: tuple[bool, bool],
+) -> tuple[int, float]:  # fmt: skip
     """Return place and height of a spike, or a height of 0 where it is none.
 
-    A spike of w samples makes w + 2 samples depart: one on each side of it as well.
+    A spike of w samples makes w + 2 samples depart: one on each side of it as well. Near an
+    end of the recording it is judged by the samples that are there; what another block shows
+    whole is left to that.
     """
     low, high = int(group[0]), int(group[-1])
-    if low < AROUND + 2 or high >= samples.size - AROUND - 2 or high - low + 1 > WIDEST + 2:
+    near = (low < AROUND + 2, high >= samples.size - AROUND - 2)
+    unseen = any(close and not end for close, end in zip(near, ends, strict=True))
+    if unseen or high - low + 1 > WIDEST + 2:
         return 0, 0.0
-    before, after = samples[low - AROUND : low - 1], samples[high + 2 : high + AROUND + 1]
-    level = 0.5 * (float(before[-3:].mean()) + float(after[:3].mean()))
-    inside = samples[low - 1 : high + 2] - level
+    if low <= WIDEST:  # no more samples than a spike has lie before it: they may be part of it
+        low = 1
+    if high >= samples.size - 1 - WIDEST:
+        high = samples.size - 2
+    before = samples[max(0, low - AROUND) : max(0, low - 1)]
+    after = samples[high + 2 : high + AROUND + 1]
+    sides = [float(side.mean()) for side in (before[-3:], after[:3]) if side.size]
+    level = sum(sides) / len(sides)
+    start = max(0, low - 1)
+    inside = samples[start : high + 2] - level
     peak = int(np.argmax(np.abs(inside)))
     height = float(inside[peak])
-    around = max(
-        float(departure[low - 1 - AROUND : low - 3].max()),
-        float(departure[high + 2 : high + AROUND].max()),
+    parts = (
+        departure[max(0, low - 1 - AROUND) : max(0, low - 3)],
+        departure[high + 2 : high + AROUND],
     )
-    step = abs(float(before[-3:].mean()) - float(after[:3].mean()))
-    if around > ALONE * abs(height) or step > ALONE * abs(height):
+    around = max(float(part.max(initial=0.0)) for part in parts)
+    if around > ALONE * abs(height) or max(sides) - min(sides) > ALONE * abs(height):
         return 0, 0.0
-    if _width(samples, low - 1 + peak, level) > WIDEST:
+    if len(sides) == 1 and departure[low - 1 : high].max() < STEEP * abs(height):
         return 0, 0.0
-    return low - 1 + peak, height
+    if _width(samples, start + peak, level) > WIDEST:
+        return 0, 0.0
+    return start + peak, height
 
 
 def _width(samples: FloatArray, peak: int, level: float) -> int:
     """Return how many samples in a row lie beyond half the height of a peak."""
-    near = samples[peak - AROUND : peak + AROUND + 1] - level
-    inside = np.flatnonzero(near * np.sign(near[AROUND]) <= 0.5 * abs(near[AROUND]))
-    before, after = inside[inside < AROUND], inside[inside > AROUND]
+    start = max(0, peak - AROUND)
+    near = samples[start : peak + AROUND + 1] - level
+    top = peak - start
+    inside = np.flatnonzero(near * np.sign(near[top]) <= 0.5 * abs(near[top]))
+    before, after = inside[inside < top], inside[inside > top]
     first = int(before[-1]) if before.size else -1
     return (int(after[0]) if after.size else near.size) - first - 1

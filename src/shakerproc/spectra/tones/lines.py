@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.peaks.chance import smearing_of
-from shakerproc.spectra.peaks.finding import BY_CHANCE, find_peaks
+from shakerproc.spectra.peaks.finding import find_peaks
 from shakerproc.spectra.responses.masks import NOTCH_BINS
 from shakerproc.spectra.welch.cross import CrossSpectra
 from shakerproc.spectra.welch.density import psd
+
+ACCUSED: Final = 1e-4
+"""Probability that chance makes a tone of a random run, by the normal law [-].
+
+It is more than that, since the share of lit segments is skewed.
+"""
 
 
 @final
@@ -41,8 +47,8 @@ def steady_lines(
     A tone is a peak of the density that chance does not make and whose power is the same in
     every segment. Of random vibration the number of segments that light a bin,
     :math:`(\sum P)^2 / \sum P^2`, is half of them, give or take :math:`1 / \sqrt{n_e}` of
-    that; of a tone it is all of them. What lies above chance, for all peaks together with a
-    probability of 95 %, is a tone.
+    that; of a tone it is all of them. What lies above chance, for all peaks together but for
+    a probability of `ACCUSED`, is a tone.
 
     Parameters
     ----------
@@ -138,7 +144,7 @@ def beside_lines(
 
 def _most_by_chance(spectra: CrossSpectra, n_tries: int) -> float:
     """Return how many segments random vibration lights at most, in so many bins."""
-    z = float(scipy.special.ndtri(1.0 - BY_CHANCE / max(1, n_tries)))
+    z = float(scipy.special.ndtri(1.0 - ACCUSED / max(1, n_tries)))
     return 0.5 * spectra.n_segments * (1.0 + z / float(np.sqrt(spectra.effective_averages)))
 
 
