@@ -143,7 +143,8 @@ def test_every_kind_is_in_tables_figures_and_report(results, kind):
     assert list((results / "process").glob(f"{kind}*.png"))
     assert table(results / "process" / f"{kind}.csv")
     page = (results / "batch" / "report.html").read_text()
-    titles = re.findall(r"<p class=\"made screen\">([^<]*):</p>\s*<div class=\"wide screen\">", page)
+    title = r"<p class=\"made screen\">([^<]*):</p>\s*<div class=\"wide screen\">"
+    titles = re.findall(title, page)
     assert len(titles) >= len(ASKED)
 
 
