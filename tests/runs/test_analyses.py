@@ -42,7 +42,7 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine"}
+UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine", "tones", "dwell"}
 """What nobody asks for: it comes with a force that drives the run, or with an excitation."""
 
 REFUSED = {
@@ -55,6 +55,7 @@ REFUSED = {
     "orders: {tachometer: tacho, track: [1, 4]}": "above half the sample rate of 2048 Hz",
     "orders: {tachometer: tacho, track: [1, 1.1]}": "not separable within 10 revolutions",
     "orders: {tachometer: tacho, pulses_per_revolution: 5000}": "revolutions in the run, where",
+    "dwell: {}": "expected a test with excitation: sine",
     "splitting: {}": "a stationary part at least 5 s; give splitting: {shortest: ...}",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
@@ -74,6 +75,7 @@ MISTAKEN = {
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
+    "dwell: {every: 0 s}": "more than 0",
     "waterfall: {spectra: 1}": "waterfall.spectra",
     "orders: {track: []}": "orders.track",
     "orders: {track: [0]}": "orders.track",
@@ -144,7 +146,8 @@ def test_every_kind_is_in_tables_figures_and_report(results, kind):
     assert list((results / "process").glob(f"{kind}*.png"))
     assert table(results / "process" / f"{kind}.csv")
     page = (results / "batch" / "report.html").read_text()
-    titles = re.findall(r"<p class=\"made\">([^<]*):</p>\s*<div class=\"wide\">", page)
+    title = r"<p class=\"made screen\">([^<]*):</p>\s*<div class=\"wide screen\">"
+    titles = re.findall(title, page)
     assert len(titles) >= len(ASKED)
 
 

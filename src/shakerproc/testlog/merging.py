@@ -10,6 +10,7 @@ from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
 from shakerproc.testlog.analyses import (
     Distribution,
+    Dwell,
     Fatigue,
     Integration,
     Octaves,
@@ -142,6 +143,7 @@ def merged_processing(
             base.distribution, section.distribution, Distribution(), "distribution"
         ),
         orders=_asked(base.orders, section.orders, Orders(), "orders"),
+        dwell=_asked(base.dwell, section.dwell, Dwell(), "dwell"),
         waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
         spectrogram=_asked(
             base.spectrogram, section.spectrogram, ShownSpectrogram(), "spectrogram"

@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, Measurement
 from shakerproc.testlog.analyses import (
     Distribution,
+    Dwell,
     Fatigue,
     Integration,
     Octaves,
@@ -189,6 +190,8 @@ class Processing:
         Probability density and exceedance of every channel.
     orders : Orders, optional
         Orders against the speed that a tachometer shows.
+    dwell : Dwell, optional
+        Gain, phase and frequency of a long sine over time.
     waterfall : Waterfall, optional
         Spectra one after the other.
     spectrogram : ShownSpectrogram, optional
@@ -229,6 +232,7 @@ class Processing:
     integration: Integration | None = None
     distribution: Distribution | None = None
     orders: Orders | None = None
+    dwell: Dwell | None = None
     waterfall: Waterfall | None = None
     spectrogram: ShownSpectrogram | None = None
     splitting: Splitting | None = None

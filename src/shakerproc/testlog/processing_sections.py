@@ -8,6 +8,7 @@ from shakerproc.data import BadRows
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analysis_sections import (
     DistributionSection,
+    DwellSection,
     FatigueSection,
     IntegrationSection,
     OctavesSection,
@@ -153,6 +154,7 @@ class ProcessingSection(Section):
     integration: IntegrationSection | None = None
     distribution: DistributionSection | None = None
     orders: OrdersSection | None = None
+    dwell: DwellSection | None = None
     waterfall: WaterfallSection | None = None
     spectrogram: SpectrogramSection | None = None
     splitting: SplittingSection | None = None
