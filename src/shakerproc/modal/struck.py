@@ -125,7 +125,7 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
         records.append((_in_contact(block[setup.force], blow, setup)[np.newaxis], block[rows]))
     chosen = [setup.force, *rows]
     return Struck(
-        replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)]),
+        cross.of(chosen),
         tuple(records),
         np.array([blow.force for blow in blows.kept]),
         blows.left,

@@ -37,7 +37,9 @@ BRIEF: Final = 0.9
 """Share of a block's energy around its largest value from which on a channel strikes [-]."""
 
 
-def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra, Blows]:
+def averaged_blows(
+    recording: Recording, crop: Crop, test: Test, inputs: Sequence[int] | None = None
+) -> tuple[CrossSpectra, Blows]:
     """Return the spectra of a hammer test, averaged over its blows, and these.
 
     Parameters
@@ -48,6 +50,8 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
         The part of it in which blows are looked for.
     test : Test
         How they are cut and windowed.
+    inputs : sequence of int, optional
+        Rows of the channels whose spectra with the others are kept, by default all.
 
     Raises
     ------
@@ -74,6 +78,7 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
         segment=cut.length,
         overlap=0,
         window=cut.window,
+        inputs=inputs,
     )
     absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
     return (

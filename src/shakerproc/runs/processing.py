@@ -160,7 +160,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
+        notes=(*recording.notes, *_why_not(test, cross, channels, controls, lines)),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -233,12 +233,27 @@ def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]
     ]
 
 
+def _no_shapes(cross: spectra.CrossSpectra) -> str:
+    """Return why shapes at peaks are missing; empty where there are such, or none are made."""
+    n = cross.n_channels
+    if len(cross.inputs) == n or cross.window_name == "blows":
+        return ""
+    return (
+        f"No shapes at the peaks: spectra of all pairs of {n} channels are too many to hold. "
+        "Shorten the segment (welch: {segment: ...}), or process fewer channels."
+    )
+
+
 def _why_not(
-    test: Test, channels: Sequence[Channel], controls: Sequence[int], lines: Sequence[Line]
+    test: Test,
+    cross: spectra.CrossSpectra,
+    channels: Sequence[Channel],
+    controls: Sequence[int],
+    lines: Sequence[Line],
 ) -> list[str]:
     """Return why the level is not checked, why no response function is there, and tones."""
     why = "" if test.rings else _why_no_response(channels, controls)
-    said = (levels.unseen(test, channels), why, told(lines))
+    said = (levels.unseen(test, channels), why, told(lines), _no_shapes(cross))
     return [sentence for sentence in said if sentence]
 
 
