@@ -10,7 +10,8 @@ from shakerproc.cli import options, output
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from shakerproc.models import Model, Motion
+    from shakerproc.models import Model
+    from shakerproc.models.motion import Motion
     from shakerproc.planning import Staging
 
 QUANTITIES = ("m/s^2", "N", "m", "m/s", "V")
