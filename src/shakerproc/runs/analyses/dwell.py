@@ -139,7 +139,8 @@ def _dwell(result: RunResult, tones: Sequence[Tone | None], n_samples: int) -> _
     known = np.isfinite(frequency)
     phase = np.full(gain.shape, np.nan)
     phase[:, known] = np.degrees(np.unwrap(np.angle(gain[:, known])))
-    time = (result.crop.start + (number + 0.5) * n_samples) / result.sample_rate
+    middle = result.crop.start + (number + 0.5) * n_samples
+    time: FloatArray = np.asarray(middle / result.sample_rate)
     return _Dwell(time, frequency, control, np.abs(gain), phase)
 
 

@@ -89,7 +89,7 @@ def _row(
 
 def _responses(result: RunResult, tones: MixedTones) -> dict[str, Sequence[float]]:
     """Return the amplitude of every channel at each tone."""
-    columns = {}
+    columns: dict[str, Sequence[float]] = {}
     for channel, values in zip(result.channels, np.abs(tones.amplitude), strict=True):
         unit, factor = shown_unit(channel.unit)
         columns[f"amplitude_{channel.name}{spelled(unit)}"] = list(values * factor)
