@@ -39,7 +39,8 @@ def judged(force, responses, at, length=1000):
     cut = Cut(50, length, None, 0.0, RATE)
     names = ("hammer", *(f"a{i}" for i in range(1, len(rows))))
     block = rows[:, at - 50 : at - 50 + length]
-    return judge(block, at, Setup(0, names, ends, strikes, cut))
+    rest = block[:, : cut.quiet].std(axis=1, ddof=1) if cut.quiet > 1 else np.zeros(len(block))
+    return judge(block, at, Setup(0, names, ends, strikes, cut, rest))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -162,7 +163,10 @@ def test_windows_take_offsets_away_and_the_force_outside_the_pulse():
     cut = Cut(50, 1000, 20, 5.0, RATE)
     block = np.array([force_of([(45, 100.0)], 1000, 0.1, 3.0), np.full(1000, -2.0)])
     names, ends = ("hammer", "a1"), np.full((2, 2), np.nan)
-    found = windowed(block, Setup(0, names, ends, Strikes((50,), 1, 10.0, 0.1, 3.0), cut))
+    found = windowed(
+        block,
+        Setup(0, names, ends, Strikes((50,), 1, 10.0, 0.1, 3.0), cut, np.zeros(len(names))),
+    )
     assert_allclose(found[1], 0.0, atol=1e-12)
     assert (found[0, :30] == 0.0).all()
     assert (found[0, 70:] == 0.0).all()

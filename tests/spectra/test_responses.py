@@ -122,6 +122,8 @@ def analyser_spectra(data) -> CrossSpectra:
     return CrossSpectra(
         frequency=data["Freq_domain"].ravel(),
         matrix=matrix,
+        inputs=(0, 1),
+        density=np.array([one, two]),
         sample_rate=1280.0,
         n_samples=4096,
         segment=4096,

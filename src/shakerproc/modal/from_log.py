@@ -175,7 +175,7 @@ def _identified(
     """Return the modes, spectra of inputs, then responses, and response functions."""
     blows = [one.struck for one in taken if one.struck is not None]
     if blows:
-        found, functions = identify_blows(blows, settings)
+        found, functions = identify_blows(blows, taken[0].sample_rate, settings)
         return found, blows[0].cross, functions
     rate = taken[0].sample_rate
     records = [(rows, one.responses) for rows, one in zip(inputs, taken, strict=True)]

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.modal.held_out import confirmed, parts_of
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
@@ -110,7 +111,9 @@ def identify_records(
     outputs = lines.outputs[:, np.newaxis]
     diagram = _diagram(lines, driven, outputs, settings)
     more = _of_parts(lines, driven, outputs)
-    found = _modes(lines, diagram, more, settings, "input and response spectra")
+    # poles of one resonance that moves are told from modes where parts of the record differ
+    halves = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
+    found = _modes(lines, diagram, more, settings, "input and response spectra", halves=halves)
     return found if len(parts) == 1 else with_scatter(found, parts)
 
 
@@ -208,8 +211,9 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
 
 
 def _modes(
-    lines: Lines, diagram: Diagram, parts: ComplexArray, settings: Settings, method: Method
-) -> ModeSet:
+    lines: Lines, diagram: Diagram, parts: ComplexArray, settings: Settings, method: Method,
+    *, halves: Sequence[Lines] = (),
+) -> ModeSet:  # fmt: skip
     thin = thinned(lines)
     poles, _, counts = candidates(diagram)
     by_count = np.argsort(-counts)
@@ -219,6 +223,7 @@ def _modes(
     low = diagram.poles[diagram.order <= LOW_ORDERS]
     doubtful = np.concatenate([ordered[~certain], parts, low])
     thin, model = selected(thin, ordered[certain], doubtful, settings.band)
+    model = confirmed(thin, model, halves)
     model, more = as_wanted(thin, model, diagram, settings)
     shapes, participation = split_residues(model.residues)
     errors = np.sqrt(np.diag(model.covariance)).reshape(-1, 2)

@@ -151,9 +151,12 @@ def _losses(linear: _Linear, n_modes: int, n_columns: int, independent: float) -
     losses = np.empty(n_modes)
     for mode in range(n_modes):
         own = slice(mode * n_columns, (mode + 1) * n_columns)
-        spread = linear.inverse[own] @ linear.inverse[own].T
-        part = linear.scaled[own]
-        more = np.sum(part * np.linalg.solve(spread, part), axis=0)
+        # (A A^T)^-1 by the singular values of A: columns of a blow's response and of what rang
+        # before it are nearly dependent, and their products singular
+        turned, sizes, _ = np.linalg.svd(linear.inverse[own], full_matrices=False)
+        least = np.finfo(np.float64).eps * sizes.max()
+        along = turned.T @ linear.scaled[own] / np.maximum(sizes, least)[:, np.newaxis]
+        more = np.sum(along**2, axis=0)
         losses[mode] = independent * n * np.sum(np.log1p(2.0 * more / n / linear.noise))
     return losses
 
@@ -269,7 +272,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
     return Fit(
         poles=poles[by_frequency],
         residues=residues[by_frequency],
-        rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), -1), 0, 1),
+        rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), n_outputs), 0, 1),
         reference=reference_of(lines),
         covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
         synthesis=lines.outputs - left / lines.weights,

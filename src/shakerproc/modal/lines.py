@@ -197,9 +197,9 @@ def taken(lines: Lines, kept: slice | NDArray[np.bool_]) -> Lines:
     )
 
 
-def thinned(lines: Lines) -> Lines:
-    """Return every n-th line where there are more than the likelihood takes at once."""
-    every = -(-lines.frequency.size // MOST_LINES)
+def thinned(lines: Lines, most: int = MOST_LINES) -> Lines:
+    """Return every n-th line where there are more than `most`, which the likelihood takes."""
+    every = -(-lines.frequency.size // most)
     if every == 1:
         return lines
     kept = np.zeros(lines.frequency.size, dtype=bool)

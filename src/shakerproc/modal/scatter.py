@@ -21,7 +21,7 @@ MOST_LINES: Final = 4_000
 """Lines of a record that its own poles are refined on."""
 
 
-def with_scatter(modes: ModeSet, records: Sequence[Lines]) -> ModeSet:
+def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests") -> ModeSet:
     """Return the modes with their scatter over the records, and intervals that allow for it.
 
     Each record is fitted alone, from the common poles. Where they scatter more than their own
@@ -33,6 +33,8 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines]) -> ModeSet:
         Of all records together.
     records : sequence of Lines
         What it was found from, each alone.
+    named : str
+        What the records are, in words.
 
     References
     ----------
@@ -51,7 +53,7 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines]) -> ModeSet:
     wider = np.maximum(ratio, 1.0)
     scatter = _deviation(values)
     moving = [
-        f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the tests by "
+        f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the {named} by "
         f"{100.0 * scatter[0, i]:.2g} % in frequency and {100.0 * scatter[1, i]:.2g} % in "
         f"damping, {ratio[:, i].max():.2g} times what their intervals allow: the structure is "
         "not the same in all of them, or not linear; analyse them apart"
@@ -63,7 +65,7 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines]) -> ModeSet:
         frequency_error=modes.frequency_error * wider[0],
         damping_error=modes.damping_error * wider[1],
         scatter=scatter,
-        interval_from=f"{modes.interval_from}, wider where the tests scatter more",
+        interval_from=f"{modes.interval_from}, wider where the {named} scatter more",
         notes=(*modes.notes, *moving),
     )
 

@@ -46,13 +46,18 @@ def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.Cross
             segment=segment,
             window="periodic hann",
             detrend="mean",
+            inputs=range(len(record[0])),
         )
         for record in records
     ]
     counts = [one.n_segments for one in found]
-    mean = np.average([one.matrix for one in found], axis=0, weights=counts)
+    matrix = np.average([one.matrix for one in found], axis=0, weights=counts)
+    density = np.average([one.density for one in found], axis=0, weights=counts)
     return replace(
-        found[0], matrix=np.asarray(mean, dtype=np.complex128), n_segments=sum(counts)
+        found[0],
+        matrix=np.asarray(matrix, dtype=np.complex128),
+        density=np.asarray(density, dtype=np.float64),
+        n_segments=sum(counts),
     )
 
 

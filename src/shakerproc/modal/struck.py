@@ -1,31 +1,41 @@
-"""Modes of a hammer test, from the response functions over the blows that are kept."""
+r"""Modes of a hammer test, from the samples of the blows that are kept.
 
-from collections.abc import Sequence
+Force and responses of a block obey the equations of the structure whatever it did before: what
+still rings of earlier blows, and what a block cuts off, is a free decay of the same modes,
+which the fit takes up as the transient of a record (`lines_of_samples`). So does any sum of
+blocks.
+The sum weighted by the forces,
+
+.. math:: f = \sum_b a_b f_b / \sum_b a_b^2, \quad x = \sum_b a_b x_b / \sum_b a_b^2,
+
+holds all that blows of one shape tell of the structure, with the noise of one record.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
-from numpy.typing import NDArray
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.modal.analysis import Functions
-from shakerproc.modal.identification import identify_functions
-from shakerproc.modal.lines import Scatter, lines_of_functions
+from shakerproc.modal.identification import identify_records
+from shakerproc.modal.lines import lines_of_samples
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.scatter import with_scatter
-from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
+from shakerproc.spectra.hammer.blows import Blow, Setup, windowed
+from shakerproc.spectra.hammer.strikes import LOUD
 from shakerproc.testlog import Test
 
-FEWEST: Final = 3
-"""Blows from which on their scatter tells the noise of a line."""
+Record = tuple[FloatArray, FloatArray]
 
-SMOOTHED: Final = 5
-"""Lines over which that noise is smoothed: few blows tell it of one line badly."""
+RINGS: Final = 0.01
+"""Share of a response at the end of its block from which on it is told [-]: 40 dB."""
 
 
 @final
@@ -37,25 +47,54 @@ class Struck:
     ----------
     cross : CrossSpectra
         Of the force, then of the responses, over the blows that are kept.
+    records : tuple of ((1, n) array, (n_responses, n) array)
+        Force [N] and responses [unit of the channel] of the block of each.
+    forces : (n_blows,) array
+        Largest force of each, with its sign [N].
+    left : float
+        Mean share of a response that is left at the end of its block [-].
     kept : str
         How many of how many.
     """
 
     cross: CrossSpectra
+    records: tuple[Record, ...]
+    forces: FloatArray
+    left: float
     kept: str
 
     @property
-    def rate(self) -> float:
-        """By how much the window makes all motion decay faster [1/s]."""
-        return self.cross.decay_rate or 0.0
+    def mean(self) -> Record:
+        """Force and responses of all blows, weighted by their forces, for a force of 1 N."""
+        share = self.forces / np.sum(self.forces**2)
+        force = np.einsum("b,bif->if", share, np.array([one[0] for one in self.records]))
+        response = np.einsum("b,bif->if", share, np.array([one[1] for one in self.records]))
+        return force, response
 
     def differs(self, other: "Struck") -> str:
         """Return what keeps blows of two tests from one fit, and the remedy; empty: nothing."""
         if self.cross.segment != other.cross.segment:
             return "length; give processing: {hammer: {length: ...}} for all of them"
-        if not np.isclose(self.rate, other.rate):
+        if not np.isclose(self.cross.decay_rate or 0.0, other.cross.decay_rate or 0.0):
             return "exponential window; give processing: {hammer: {exponential: ...}} for all"
         return ""
+
+    @property
+    def notes(self) -> Iterator[str]:
+        """Which blows went in, and how the fit takes what is cut off."""
+        yield self.kept
+        rate = self.cross.decay_rate
+        if self.left > RINGS:
+            yield (
+                f"{self.left:.0%} of a response is left at the end of the blocks: the fit "
+                "allows for it, and for what rings of earlier blows; the measured functions "
+                "that are drawn do not"
+            )
+        if rate:
+            yield (
+                f"the exponential window ({rate:.4g} 1/s) is in the response functions that "
+                "are drawn, not in the fit"
+            )
 
 
 def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> Struck:
@@ -78,108 +117,100 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
         If no blow can be used.
     """
     cross, blows = averaged_blows(recording, crop, test)
-    chosen = [blows.setup.force, *rows]
+    setup, cut = blows.setup, blows.setup.cut
+    records = []
+    for blow in blows.kept:
+        start = blow.sample - cut.before
+        block = windowed(recording.samples(start, start + cut.length), setup)
+        records.append((_in_contact(block[setup.force], blow, setup)[np.newaxis], block[rows]))
+    chosen = [setup.force, *rows]
     return Struck(
-        replace(cross, matrix=cross.matrix[np.ix_(chosen, chosen)]),
+        cross.of(chosen),
+        tuple(records),
+        np.array([blow.force for blow in blows.kept]),
+        blows.left,
         f"{len(blows.kept)} of {len(blows.blows)} blows are averaged",
     )
 
 
-def identify_blows(tests: Sequence[Struck], settings: Settings) -> tuple[ModeSet, Functions]:
-    """Return the modes of hammer tests, in one fit, and what was fitted.
+def _in_contact(force: FloatArray, blow: Blow, setup: Setup) -> FloatArray:
+    """Return the force of a block, 0 further than a width of the pulse from all that is loud.
+
+    A hammer that does not touch has no force. Its noise there would be an input without a
+    response, the worst at resonances; noise of the time of a pulse is as smooth over frequency
+    as the pulse, and bends no resonance.
+    """
+    loud = np.abs(force) > LOUD * setup.strikes.noise
+    width = max(round(blow.width * setup.cut.sample_rate), 1)
+    near = scipy.ndimage.maximum_filter1d(loud, 2 * width + 1, mode="constant")
+    return np.where(near, force, 0.0)
+
+
+def identify_blows(
+    tests: Sequence[Struck], sample_rate: float, settings: Settings
+) -> tuple[ModeSet, Functions]:
+    """Return the modes of hammer tests, in one fit, and their response functions.
 
     Parameters
     ----------
     tests : sequence of Struck
-        With the same sensors and blocks; each has a force of its own.
+        With the same sensors; each has a force of its own.
+    sample_rate : float
+        Samples per second [Hz].
     settings : Settings
         Band, number of modes, highest order.
 
     Returns
     -------
     ModeSet
-        Without the damping that an exponential window adds.
+        With intervals that are wider where tests, or the blows of a single one, scatter more
+        than the lines about the model.
     Functions
-        Measured and synthesised, both with that damping; an input for each test.
+        Measured and synthesised, both with the damping of an exponential window; an input for
+        each test.
 
     Raises
     ------
     ValueError
         If the band holds too few lines.
     """
-    crosses = [test.cross for test in tests]
-    first = crosses[0]
-    outputs = range(1, first.n_channels)
-    low, high = settings.band
-    shown = (first.frequency >= max(low, first.bin_width)) & (first.frequency <= high)
-    frequency = first.frequency[shown]
-    measured = np.stack([spectra.h1(one, [0], outputs)[:, shown] for one in crosses], axis=1)
-    highest = frequency.size // (len(tests) + len(outputs))
-    order = min(settings.order, highest - highest % 2)
-    settings = replace(settings, order=order)
-    modes = identify_functions(frequency, measured, settings, _scatter(tests, shown))
-    if len(tests) > 1:
-        each = [
-            lines_of_functions(frequency, measured[:, [k]], _scatter([one], shown))
-            for k, one in enumerate(tests)
-        ]
-        modes = with_scatter(modes, each)
-    if modes.model is None:
-        raise ValueError("response functions were fitted without a model")
-    synthesis = response_functions(modes.model, frequency).reshape(measured.shape)
-    coherence = [spectra.multiple_coherence(one, [0], outputs)[:, shown] for one in crosses]
-    functions = Functions(frequency, measured, synthesis, np.min(coherence, axis=0))
-    kept = "; ".join(test.kept for test in tests)
-    return _without_window(modes, tests[0].rate, kept), functions
+    records = [
+        (np.concatenate([one.mean[0] if i == k else np.zeros_like(one.mean[0])
+                         for i in range(len(tests))]), one.mean[1])
+        for k, one in enumerate(tests)
+    ]  # fmt: skip
+    fewest = min(one.records[0][0].shape[1] for one in tests) / sample_rate
+    n_lines = len(tests) * int(fewest * (settings.band[1] - settings.band[0]))
+    highest = n_lines // (2 * len(tests) + 1)
+    settings = replace(settings, order=min(settings.order, highest - highest % 2))
+    modes = identify_records(records, sample_rate, settings)
+    blows = tests[0].records
+    if len(tests) == 1 and len(blows) > 1:
+        each = [lines_of_samples(*one, sample_rate, settings.band) for one in blows]
+        modes = replace(with_scatter(modes, each, "blows"), scatter=None)
+    modes = replace(modes, notes=(*modes.notes, *(x for one in tests for x in one.notes)))
+    return modes, _functions(tests, modes, settings.band)
 
 
-def _scatter(tests: Sequence[Struck], shown: NDArray[np.bool_]) -> Scatter | None:
-    """Return how functions scatter over the blows; None where there are too few of them.
+def _functions(tests: Sequence[Struck], modes: ModeSet, band: tuple[float, float]) -> Functions:
+    """Return the response functions of blows, and those of the model with their window.
 
-    Their covariance is that of what the force does not explain, which sensors share where it
-    is noise of the force; a window that takes most of a block ties neighbouring lines.
+    Raises
+    ------
+    ValueError
+        If there is no model.
     """
-    if min(test.cross.n_segments for test in tests) < FEWEST:
-        return None
-    n, n_lines = tests[0].cross.n_channels - 1, int(shown.sum())
-    found = np.zeros((n, len(tests), n, len(tests), n_lines), dtype=np.complex128)
-    for k, test in enumerate(tests):
-        matrix = test.cross.matrix[..., shown]
-        force = matrix[0, 0].real
-        left = matrix[1:, 1:] - matrix[1:, :1] * matrix[:1, 1:] / force
-        own = left.conj() / force / (test.cross.n_segments - 1)  # matrix is conj(X_i) X_j
-        found[:, k, :, k] = scipy.ndimage.uniform_filter1d(own, SMOOTHED, axis=-1)
-    square = tests[0].cross.window ** 2
-    independent = float(square.sum() ** 2 / square.size / np.sum(square**2))
-    size = n * len(tests)
-    return Scatter(found.reshape(size, size, n_lines), independent)
-
-
-def _without_window(modes: ModeSet, rate: float, kept: str) -> ModeSet:
-    """Return modes that decay more slowly by the rate of a window [1/s]."""
-    poles = modes.poles + rate
-    share: FloatArray = np.abs(modes.poles.real / poles.real)
-    notes = [kept]
-    if rate:
-        notes.append(
-            f"the exponential window's {rate:.4g} 1/s are taken from the decay of every mode; "
-            "the response functions that are drawn have them"
-        )
-    lost = ", ".join(f"{f:.4g} Hz" for f in frequency_of(poles[poles.real >= 0.0]))
-    if lost:
-        notes.append(
-            f"no damping is left at {lost}: the exponential window adds all that was measured; "
-            "take a longer block and a longer time constant"
-        )
-    return replace(
-        modes,
-        poles=poles,
-        diagram=replace(modes.diagram, poles=modes.diagram.poles + rate),
-        damping_error=modes.damping_error * share,
-        scatter=(
-            None
-            if modes.scatter is None
-            else modes.scatter * np.stack([np.ones_like(share), share])
-        ),
-        notes=(*modes.notes, *notes),
+    if modes.model is None:
+        raise ValueError("blows were fitted without a model")
+    first = tests[0].cross
+    shown = (first.frequency >= max(band[0], first.bin_width)) & (first.frequency <= band[1])
+    outputs = range(1, first.n_channels)
+    measured = [spectra.h1(one.cross, [0], outputs)[:, shown] for one in tests]
+    coherence = [spectra.multiple_coherence(one.cross, [0], outputs)[:, shown] for one in tests]
+    windowed_model = replace(modes.model, poles=modes.poles - (first.decay_rate or 0.0))
+    return Functions(
+        first.frequency[shown],
+        np.stack(measured, axis=1),
+        response_functions(windowed_model, first.frequency[shown]),
+        np.min(coherence, axis=0),
     )

@@ -27,7 +27,13 @@ from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import FEWEST, is_time
 
 LOOK: Final = 1 << 16
-"""Bytes at the start from which the format is judged."""
+"""Bytes at the start from which the format is judged, where its lines are short."""
+
+ROOM: Final = 8
+"""Lines as long as the longest that the look has room for: headers, units, rows of numbers."""
+
+FARTHEST: Final = 1 << 24
+"""Bytes that are looked at for the end of a long line at most."""
 
 LARGEST: Final = 1 << 31
 """Bytes of text that are read at most; its numbers are held in memory whole."""
@@ -108,13 +114,14 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
             file.close()
             file, encoding = io.BytesIO(text.encode("utf-8", errors="replace")), "utf-8-sig"
             start = file.read(LOOK)
+        start = _with_room(start, file)
         lines = [line.decode(encoding, errors="replace") for line in start.splitlines()]
-        if len(start) == LOOK and not start.endswith((b"\n", b"\r")):
+        if len(start) >= LOOK and not start.endswith((b"\n", b"\r")):
             lines.pop()  # the look ends inside it
             if not lines:
                 raise RecordingError(
-                    f"{run}: line 1 is longer than {LOOK} bytes. A table with a line for each "
-                    "sample is read; turn rows into columns."
+                    f"{run}: line 1 does not end within {len(start)} bytes. A table with "
+                    "a line for each sample is read; turn rows into columns."
                 )
     except OSError as error:
         file.close()
@@ -123,6 +130,17 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
         file.close()
         raise
     return file, encoding, lines
+
+
+def _with_room(start: bytes, file: BinaryIO) -> bytes:
+    """Return the start of a file with room for several lines as long as the longest."""
+    while True:
+        longest = max(map(len, start.splitlines()))
+        missing = min(ROOM * longest, FARTHEST) - len(start)
+        more = file.read(missing) if missing > 0 else b""
+        if not more:
+            return start
+        start += more
 
 
 def encoding_of(start: bytes) -> str:

@@ -1,19 +1,20 @@
 """The spectra of a run, averaged as the log wants it, and the band they are good for."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Final
 
 from shakerproc import spectra
-from shakerproc.data import FloatArray, Recording
+from shakerproc.data import Channel, FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.blows import averaged_blows
+from shakerproc.runs.roles import is_called
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blows import Blows
 from shakerproc.testlog import Test
 
-STEADY: Final = (None, "random", "measured")
+STEADY: Final = (None, "random", "sine on random", "measured")
 """Kinds of excitation of which longer segments show the same spectrum, finer."""
 
 FINER: Final = 16
@@ -26,19 +27,39 @@ LINES_APART: Final = 4
 """Distance that excited lines of a multisine may have, so that segments do not resolve them
 [lines]; whole periods are read by an analysis of their own."""
 
+ALL_PAIRS: Final = 1e8
+"""Cross spectra of all pairs are kept up to this size, for the shapes at peaks [byte]: as much
+as samples are; of more channels, only those that response functions need."""
+
 _DEFAULT_BAND: Final = (1.5, 0.45)  # bins, and share of the sample rate
 
 
 def averaged(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra, Blows | None]:
     """Return the spectra of a run; the segments of a hammer test are its blows."""
+    inputs = inputs_of(recording.channels, test)
     if test.struck:
-        return averaged_blows(recording, crop, test)
+        return averaged_blows(recording, crop, test, inputs)
     if test.rings:
         test = _short_segments(test, crop.n_samples)
     if test.multisine is not None:
         period = round(test.multisine.period * recording.sample_rate)
         test = _short_segments(test, max(period // LINES_APART, 8))
-    return welch(recording.blocks(crop.start, crop.stop), recording.sample_rate, test), None
+    blocks = recording.blocks(crop.start, crop.stop)
+    averaging, count = test.processing.welch, len(recording.channels)
+    bins = (averaging.n_fft or averaging.segment) // 2 + 1
+    kept = None if 16 * count**2 * bins <= ALL_PAIRS else inputs
+    return welch(blocks, recording.sample_rate, test, kept), None
+
+
+def inputs_of(channels: Sequence[Channel], test: Test) -> tuple[int, ...]:
+    """Return the rows that response functions are over: controls, forces, those asked for."""
+    named = {one.input for one in test.processing.response_functions}
+    return tuple(
+        i
+        for i, channel in enumerate(channels)
+        if channel.role in {"control", "force"}
+        or any(is_called(channel, name) for name in named)
+    )
 
 
 def _short_segments(test: Test, n_samples: int) -> Test:
@@ -55,10 +76,16 @@ def _short_segments(test: Test, n_samples: int) -> Test:
     return replace(test, processing=replace(test.processing, welch=shorter))
 
 
-def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> CrossSpectra:
-    """Return the cross-spectral matrix as the log wants it.
+def welch(
+    blocks: Iterable[FloatArray],
+    sample_rate: float,
+    test: Test,
+    inputs: Sequence[int] | None = None,
+) -> CrossSpectra:
+    """Return the cross spectra as the log wants them.
 
-    `blocks` are in the units of the channels, `sample_rate` in [Hz].
+    `blocks` are in the units of the channels, `sample_rate` in [Hz]; `inputs` are the rows
+    whose spectra with the others are kept, by default all.
     """
     averaging = test.processing.welch
     return spectra.cross_spectra(
@@ -69,6 +96,7 @@ def welch(blocks: Iterable[FloatArray], sample_rate: float, test: Test) -> Cross
         n_fft=averaging.n_fft,
         window=averaging.window,
         detrend=test.processing.detrend,
+        inputs=inputs,
     )
 
 
@@ -115,6 +143,7 @@ def finer_spectra(
             segment=times * averaging.segment,
             window=averaging.window,
             detrend=test.processing.detrend,
+            inputs=inputs_of(recording.channels, test),
         )
 
     return make

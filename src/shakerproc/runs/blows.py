@@ -13,8 +13,16 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs.result import lone_force
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.hammer.blows import Blow, Blows, Cut, Setup, noise_before, windowed
-from shakerproc.spectra.hammer.strikes import find_strikes, usual_length
+from shakerproc.spectra.hammer.blows import (
+    LEAST_QUIET,
+    Blow,
+    Blows,
+    Cut,
+    Setup,
+    noise_before,
+    windowed,
+)
+from shakerproc.spectra.hammer.strikes import Strikes, find_strikes, usual_length
 from shakerproc.spectra.range_ends import range_ends
 from shakerproc.testlog import Hammer, Test
 
@@ -29,7 +37,9 @@ BRIEF: Final = 0.9
 """Share of a block's energy around its largest value from which on a channel strikes [-]."""
 
 
-def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossSpectra, Blows]:
+def averaged_blows(
+    recording: Recording, crop: Crop, test: Test, inputs: Sequence[int] | None = None
+) -> tuple[CrossSpectra, Blows]:
     """Return the spectra of a hammer test, averaged over its blows, and these.
 
     Parameters
@@ -40,6 +50,8 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
         The part of it in which blows are looked for.
     test : Test
         How they are cut and windowed.
+    inputs : sequence of int, optional
+        Rows of the channels whose spectra with the others are kept, by default all.
 
     Raises
     ------
@@ -66,6 +78,7 @@ def averaged_blows(recording: Recording, crop: Crop, test: Test) -> tuple[CrossS
         segment=cut.length,
         overlap=0,
         window=cut.window,
+        inputs=inputs,
     )
     absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
     return (
@@ -110,7 +123,17 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
         rate,
     )
     names = tuple(channel.name for channel in recording.channels)
-    return Setup(row, names, range_ends(recording.blocks(crop.start, crop.stop)), strikes, cut)
+    ends = range_ends(recording.blocks(crop.start, crop.stop))
+    return Setup(row, names, ends, strikes, cut, _at_rest(recording, crop, strikes, cut))
+
+
+def _at_rest(recording: Recording, crop: Crop, strikes: Strikes, cut: Cut) -> FloatArray:
+    """Return the standard deviation of channels before the blow where each is quietest."""
+    starts = [s - cut.before + crop.start for s in strikes.samples if s >= cut.before]
+    if cut.quiet < LEAST_QUIET or not starts:
+        return np.zeros(len(recording.channels))
+    quiet = np.array([recording.samples(start, start + cut.quiet) for start in starts])
+    return np.asarray(quiet.std(axis=-1, ddof=1).min(axis=0))
 
 
 def _force(recording: Recording) -> int:

@@ -206,7 +206,11 @@ class BesideSource(SampleSource):
 
 
 def side_by_side(
-    main: Recording, other: Recording, common: tuple[str | int, str | int] | None
+    main: Recording,
+    other: Recording,
+    common: tuple[str | int, str | int] | None,
+    *,
+    stamped: bool = True,
 ) -> Recording:
     """Return the channels of two recorders as one recording, at the times of the first.
 
@@ -217,13 +221,17 @@ def side_by_side(
     common : (str or int, str or int), optional
         A channel of each that measured the same motion; it gives the clock of the other.
         Without it both have one clock.
+    stamped : bool
+        Whether that clock says when each begins; else they begin together.
 
     Raises
     ------
     RecordingError
         If there is no such channel, they have nothing in common, or no time.
     """
-    clock, told = Clock(_by_stamps(main, other)), "they have one clock"
+    clock, told = Clock(0.0), "they begin together (starts: ignore)"
+    if stamped:
+        clock, told = Clock(_by_stamps(main, other)), "they have one clock"
     if common is not None:
         clock, told = _clock(main, other, common)
     names = {channel.name for channel in main.channels}

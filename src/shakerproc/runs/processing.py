@@ -22,6 +22,7 @@ from shakerproc.runs.result import (
     lone_force,
 )
 from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
+from shakerproc.runs.tones import tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.testlog import Test, TestLog
@@ -29,7 +30,7 @@ from shakerproc.testlog import Test, TestLog
 IN_MEMORY: Final = 1e8
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
 
-STILL: Final = (None, "random")
+STILL: Final = (None, "random", "sine on random")
 """Kinds of excitation, or none said, in which a steady tone of the control is odd."""
 
 
@@ -136,11 +137,12 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
     channels = recording.channels
     controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
     responses = tuple(i for i, c in enumerate(channels) if c.role != "control")
-    cross, blows = averaged(recording, crop, test)
+    tones, floor = tones_taken_out(recording, crop, test)
+    cross, blows = averaged(floor, crop, test)
     band = excited_band(test, cross)
     still = test.excitation in STILL
     lines = spectra.steady_lines(cross, controls, (0.0, band[1])) if still else ()
-    search = Search(cross, test, band, finer_spectra(recording, crop, test), lines)
+    search = Search(cross, test, band, finer_spectra(floor, crop, test), lines)
     against = against_controls(search, controls, responses)
     density = spectra.psd(cross)
     notch, problem = notched(recording, crop, test)
@@ -158,7 +160,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         n_samples=recording.n_samples,
         expected_samples=recording.expected_samples if recording.incomplete else None,
         start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, channels, controls, lines)),
+        notes=(*recording.notes, *_why_not(test, cross, channels, controls, lines)),
         unused=(*recording.unused, *_unread_tachometers(whole, test)),
         crop=crop,
         crop_channel=crop_channel(whole, test),
@@ -185,6 +187,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
+        tones=tones,
     )
     result = _with_shaft(whole, _told_of_averages(result))
     if pictured or test.processing.spectrogram is not None:
@@ -230,12 +233,27 @@ def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]
     ]
 
 
+def _no_shapes(cross: spectra.CrossSpectra) -> str:
+    """Return why shapes at peaks are missing; empty where there are such, or none are made."""
+    n = cross.n_channels
+    if len(cross.inputs) == n or cross.window_name == "blows":
+        return ""
+    return (
+        f"No shapes at the peaks: spectra of all pairs of {n} channels are too many to hold. "
+        "Shorten the segment (welch: {segment: ...}), or process fewer channels."
+    )
+
+
 def _why_not(
-    test: Test, channels: Sequence[Channel], controls: Sequence[int], lines: Sequence[Line]
+    test: Test,
+    cross: spectra.CrossSpectra,
+    channels: Sequence[Channel],
+    controls: Sequence[int],
+    lines: Sequence[Line],
 ) -> list[str]:
     """Return why the level is not checked, why no response function is there, and tones."""
     why = "" if test.rings else _why_no_response(channels, controls)
-    said = (levels.unseen(test, channels), why, told(lines))
+    said = (levels.unseen(test, channels), why, told(lines), _no_shapes(cross))
     return [sentence for sentence in said if sentence]
 
 

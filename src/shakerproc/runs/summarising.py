@@ -211,8 +211,10 @@ def _shape(
     result: RunResult, i: int, found: ResonancePeak
 ) -> Mapping[str, tuple[float, float]]:
     """Return how the responses of a channel's quantity move at a peak of it, over it [-]."""
-    column = result.spectra.matrix[i, :, found.peak.index]
-    if i not in result.responses or not column[i].real > 0.0:
+    if i not in result.responses or i not in result.spectra.inputs:
+        return {}
+    column = result.spectra.between([i], range(len(result.channels)))[0, :, found.peak.index]
+    if not column[i].real > 0.0:
         return {}
     unit = result.channels[i].unit
     alike = [j for j in result.responses if result.channels[j].unit == unit]

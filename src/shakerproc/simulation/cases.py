@@ -22,6 +22,8 @@ from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, S
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13
 _ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
+_FINER = 0.1  # tolerance of the run that tells the error of another, over that one's
+_ALLOWED = 1.5  # a run whose error fell to a third only, not to a tenth, is that far from exact
 
 Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853"]
 
@@ -115,13 +117,13 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
     motion, relative, stats = _run(case)
     n = len(case.system.names)
     grown = _growth(case, motion) if growth else None
+    truncated = _truncation(case, motion, stats)
     given = case.given
     samples = given.samples if given.imposed is None else given.imposed[0]
     absolute = relative[:, :n].T
     if case.model.excitation.moves_base:
         absolute = absolute + samples
-    error = _truncation(motion, stats, n) + case.given.missed
-    error += _ROUNDING * float(np.sqrt(1.0 + stats[1]))
+    error = case.given.missed + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
     simulation = Simulation(
         sample_rate=given.sample_rate,
         outputs={},
@@ -133,7 +135,7 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
         states=motion[:, 2 * n :].T,
         solver=case.solver,
         switchings=int(stats[1]),
-        error=error * max(1.0, grown or 1.0),
+        error=truncated + error * max(1.0, grown or 1.0),
         growth=grown,
         notes=_notes(grown, stats) + _remarks(case, motion),
         interpolation=given.interpolation,
@@ -215,18 +217,32 @@ def _growth(case: Case, motion: FloatArray) -> float:
     disturbed[:n] += _DISTURBANCE * sizes[0]
     pushed = replace(case.given, pieces=case.given.pieces * (1.0 + _DISTURBANCE))
     other, _, _ = _run(replace(case, first=disturbed, given=pushed))
+    return max(_shares(other, motion, n)) / _DISTURBANCE
+
+
+def _truncation(case: Case, motion: FloatArray, stats: FloatArray) -> float:
+    """Return what truncation makes of the trajectory, as a share of the largest motion.
+
+    The distance to the same run at a tenth of the tolerance: errors of single steps add up,
+    shift the phase and grow with the motion as no sum of theirs tells. Half as much again
+    allows for what the finer run misses itself, and for steps that do not shrink in proportion.
+    """
+    if not stats[2] + stats[6] > 0.0:
+        return 0.0
+    n = len(case.system.names)
+    finer, _, _ = _run(replace(case, tolerance=_FINER * case.tolerance))
+    return _ALLOWED * max(_shares(finer, motion, n))
+
+
+def _shares(other: FloatArray, motion: FloatArray, n: int) -> tuple[float, float]:
+    """Return the largest distances of displacements and velocities, over the largest motion."""
+    sizes = [float(np.max(np.abs(motion[:, k * n : (k + 1) * n]))) for k in (0, 1)]
     apart = np.abs(other - motion)
-    shares = np.max(apart[:, :n]) / sizes[0], np.max(apart[:, n : 2 * n]) / sizes[1]
-    return float(max(shares)) / _DISTURBANCE
-
-
-def _truncation(motion: FloatArray, stats: FloatArray, n: int) -> float:
-    """Return the sum of truncation errors, as a share of the largest motion."""
-    sizes = np.max(np.abs(motion[:, :n])), np.max(np.abs(motion[:, n : 2 * n]))
-    return max(
-        float(sum_ / size) if size > 0.0 else 0.0
-        for sum_, size in zip((stats[2], stats[6]), sizes, strict=True)
+    first, second = (
+        float(np.max(apart[:, k * n : (k + 1) * n])) / size if size > 0.0 else 0.0
+        for k, size in enumerate(sizes)
     )
+    return first, second
 
 
 def _remarks(case: Case, motion: FloatArray) -> tuple[str, ...]:

@@ -38,23 +38,31 @@ def window_segments(  # noqa: PLR0917  (compiled functions have no keyword-only 
 
 @jit
 def add_products(
-    spectra: FloatArray, real: FloatArray, imaginary: FloatArray, fourth: FloatArray
+    spectra: FloatArray,
+    real: FloatArray,
+    imaginary: FloatArray,
+    powers: FloatArray,
+    fourth: FloatArray,
 ) -> None:
-    """Add conj(X_i) X_j of every segment and pair i <= j to the real and imaginary sums.
+    """Add conj(X_i) X_j of every segment and pair i < j to the real and imaginary sums.
 
-    The fourth powers of the magnitudes are added to `fourth`, (n_channels, n_frequencies).
+    The squares of the magnitudes are added to `powers`, (n_channels, n_frequencies), and their
+    fourth powers to `fourth`.
 
     `spectra` is (n_segments, n_channels, 2 n_frequencies), real and imaginary parts in turn;
-    the sums are (n_channels, n_channels, n_frequencies).
+    the sums are (n_inputs, n_channels, n_frequencies), for the first channels are the inputs.
     """
+    n_inputs = real.shape[0]
     n_segments, n_channels, n_values = spectra.shape
     n_frequencies = n_values // 2
     for s in range(n_segments):
         for i in range(n_channels):
             for k in range(n_frequencies):
                 power = spectra[s, i, 2 * k] ** 2 + spectra[s, i, 2 * k + 1] ** 2
-                real[i, i, k] += power
+                powers[i, k] += power
                 fourth[i, k] += power * power
+            if i >= n_inputs:
+                continue
             for j in range(i + 1, n_channels):
                 for k in range(n_frequencies):
                     a_real = spectra[s, i, 2 * k]

@@ -140,14 +140,15 @@ class _Averages:
         return found
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which channels share a motion with which others, by row and column."""
-        count = self.moved.size
-        found = np.zeros((count, count), dtype=bool)
+        """Return which channels share a motion with any other."""
+        found = np.zeros(self.moved.size, dtype=bool)
         for reference in range(len(self.cross)):
-            for row in range(reference + 1, count):
+            for row in range(reference + 1, self.moved.size):
+                if found[reference] and found[row]:
+                    continue  # another pair has shown it of both
                 if self.moved[reference] and self.moved[row]:
                     chance = self._p_value(row, reference, keep)
-                    found[row, reference] = chance < SIGNIFICANCE
+                    found[[reference, row]] |= chance < SIGNIFICANCE
         return found
 
     def _p_value(self, row: int, reference: int, keep: NDArray[np.bool_]) -> float:
@@ -201,18 +202,17 @@ class Connection(AbstractHealthCheck):
     def flags(self) -> list[Flag]:
         if not self._averages:
             return []
-        common = self._common()
-        if not np.any(self._averages[0].moved & ~common.any(axis=1)):
+        if not np.any(self._averages[0].moved & ~self._connected()):
             return []  # what many short pieces show to be connected needs no longer ones
         self._look_longer()
-        common = self._common()
+        connected = self._connected()
         judged = self._averages[0].moved & self._caught_enough()
         alone = [
             row
-            for row in np.flatnonzero(judged & ~common.any(axis=1)).tolist()
-            if self._should_move(row, common, judged) and self._is_noise_or_hum(row)
+            for row in np.flatnonzero(judged & ~connected).tolist()
+            if self._should_move(row, connected, judged) and self._is_noise_or_hum(row)
         ]
-        return [self._flag(row) for row in alone if common.any() or self._is_quiet(row)]
+        return [self._flag(row) for row in alone if connected.any() or self._is_quiet(row)]
 
     def _spread(self, row: int) -> float:
         """Return the standard deviation of a channel [its unit]."""
@@ -262,12 +262,10 @@ class Connection(AbstractHealthCheck):
             for averages in self._averages[1:]:
                 averages.add(number * AT_ONCE, judged)
 
-    def _common(self) -> NDArray[np.bool_]:
-        """Return which channels share a motion with which others, by row and column."""
-        common = np.zeros((len(self._rows), len(self._rows)), dtype=bool)
-        for averages in self._averages:
-            common |= averages.coherent(self._without_hum(averages))
-        return common | common.T
+    def _connected(self) -> NDArray[np.bool_]:
+        """Return which channels share a motion with any other."""
+        found = [one.coherent(self._without_hum(one)) for one in self._averages]
+        return np.asarray(np.any(found, axis=0))
 
     def _caught_enough(self) -> NDArray[np.bool_]:
         """Return which channels the pieces show as they are, and not between two blows."""
@@ -277,7 +275,7 @@ class Connection(AbstractHealthCheck):
         return np.asarray(caught >= SEEN * power)
 
     def _should_move(
-        self, row: int, common: NDArray[np.bool_], judged: NDArray[np.bool_]
+        self, row: int, connected: NDArray[np.bool_], judged: NDArray[np.bool_]
     ) -> bool:
         """Return whether it is known that the channel must share a motion with another.
 
@@ -286,13 +284,12 @@ class Connection(AbstractHealthCheck):
         controls with anything. Half of their power must lie where the channel sees it, which
         one with a low rate of its own does not.
         """
-        reach = self._reach(row)
-        others = [i for i in range(len(self._rows)) if i != row and reach[i] >= HALF]
+        others = (np.arange(len(self._rows)) != row) & (self._reach(row) >= HALF)
         if self._recording.driven:
             return bool(judged[others].any())
         if self._rows[row] in self._inputs:
-            others = [i for i in others if self._rows[i] in self._inputs]
-        return bool(common[others].any())
+            others[len(self._inputs) :] = False  # the inputs come first
+        return bool(connected[others].any())
 
     def _reach(self, row: int) -> FloatArray:
         """Return the share of each channel's power below half the own rate of one [-]."""

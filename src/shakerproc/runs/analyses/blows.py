@@ -112,8 +112,7 @@ def _problems(found: Blows) -> list[str]:
             f"the blows of {name} are negative: the hammer is the wrong way round. All phases "
             "are off by 180°; give its sensitivity the other sign"
         )
-    left = float(np.mean([blow.left for blow in found.kept]))
-    cut = found.setup.cut
+    left, cut = found.left, found.setup.cut
     if left * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
         problems.append(
             f"{left:.0%} of a response is left at the end of the blocks (rms over its largest "

@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Cut, Setup
@@ -19,6 +20,10 @@ SOON: Final = 0.25
 
 LAST: Final = 0.05
 """Share of a block at its end in which is read how far the response has decayed [-]."""
+
+
+ALARMS: Final = 1000
+"""Blows of which one quiet part is said to ring although it holds noise alone [-]."""
 
 
 def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
@@ -38,7 +43,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
     pulse = _pulse(force, setup)
     peak = float(force[pulse].max())
     answers = {
-        name: _left(row, pulse.start, setup.cut.quiet)
+        name: _left(row, pulse.start, setup.cut.quiet, float(setup.rest[i]))
         for i, (name, row) in enumerate(zip(setup.names, block, strict=True))
         if i != setup.force
     }
@@ -54,7 +59,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
         width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
         reason="; ".join(reason for reason in reasons if reason),
         left=max(heard, default=0.0),
-        silent=tuple(name for name, left in answers.items() if left is None),
+        silent=tuple(n for n, left in answers.items() if left is None),
     )
 
 
@@ -124,17 +129,25 @@ def _overload(block: FloatArray, setup: Setup) -> str:
     return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
 
 
-def _left(row: FloatArray, begins: int, quiet: int) -> float | None:
+def _left(row: FloatArray, begins: int, quiet: int, rest: float) -> float | None:
     """Return what is left of a response at the end; None where it does not respond.
 
-    Where too little lies before the blow to tell its noise, it responds, and what is left has
-    the noise in it.
+    It responds where it rises above its motion before the blow. It may where that is more than
+    its noise at rest (F test of two variances): what rings of earlier blows hides the answer to
+    this one, but no broken cable. Where too little lies before the blow to tell its noise, it
+    responds, and what is left has the noise in it.
     """
-    rest = row - row[: max(quiet, 1)].mean()
-    noise = float(row[:quiet].std(ddof=1)) if quiet >= LEAST_QUIET else 0.0
+    off = row - row[: max(quiet, 1)].mean()
+    before = float(row[:quiet].std(ddof=1)) if quiet >= LEAST_QUIET else 0.0
     soon = begins + max(int(SOON * row.size), 1)
-    if float(np.abs(rest[begins:soon]).max()) <= RISE * noise:
+    rings = quiet >= LEAST_QUIET and before**2 > _most(quiet) * rest**2
+    if float(np.abs(off[begins:soon]).max()) <= RISE * before and not rings:
         return None
-    end = rest[-max(int(LAST * row.size), 1) :]
-    power = float(np.mean(end**2)) - noise**2
-    return float(np.sqrt(max(power, 0.0))) / float(np.abs(rest[begins:]).max())
+    end = off[-max(int(LAST * row.size), 1) :]
+    power = float(np.mean(end**2)) - rest**2
+    return float(np.sqrt(max(power, 0.0))) / float(np.abs(off[begins:]).max())
+
+
+def _most(n: int) -> float:
+    """Return the ratio of variances of n samples each that chance makes once in `ALARMS`."""
+    return float(scipy.special.fdtri(n - 1, n - 1, 1.0 - 1.0 / ALARMS))

@@ -79,6 +79,9 @@ class Setup:
         Where the force strikes.
     cut : Cut
         How blocks are cut.
+    rest : (n_channels,) array
+        Standard deviation of each channel where it is quietest before a blow, 0 where it is not
+        known [unit of the channel].
     """
 
     force: int
@@ -86,6 +89,7 @@ class Setup:
     ends: FloatArray
     strikes: Strikes
     cut: Cut
+    rest: FloatArray
 
 
 @final
@@ -150,6 +154,11 @@ class Blows:
     def kept(self) -> list[Blow]:
         """Those that are averaged."""
         return [blow for blow in self.blows if blow.kept]
+
+    @property
+    def left(self) -> float:
+        """Mean share of a response that is left at the end of the blocks that are kept [-]."""
+        return float(np.mean([blow.left for blow in self.kept]))
 
     @property
     def noise_density(self) -> FloatArray:

@@ -215,7 +215,9 @@ def _damping(
     found: FittedModes | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
-        bins, inside = bins_around(usable, maxima, peak, reach)
+        # one blow has a coherence of 1 and no error by which a neighbour could be weighed
+        weighed = width if spectra.effective_averages > 1.0 else 0.0
+        bins, inside = bins_around(data, usable, maxima, peak, reach, width=weighed)
         if bins.size < LEAST_BINS:
             break
         found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)

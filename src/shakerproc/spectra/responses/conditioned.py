@@ -45,8 +45,11 @@ def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
             "apart"
         )
     s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
-    explained = np.einsum("gif,fgh,hjf->ijf", s_xy.conj(), inverse, s_xy, optimize=True)
-    left = spectra.matrix - explained
-    left[list(given)] = 0.0
+    gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)
+    left = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
+    density = spectra.density - np.einsum("gjf,gjf->jf", s_xy.conj(), gains).real
+    left[[rows.index(i) for i in given]] = 0.0
     left[:, list(given)] = 0.0
-    return replace(spectra, matrix=left, effective_averages=averages)
+    density[list(given)] = 0.0
+    left[range(len(rows)), rows] = density[rows]
+    return replace(spectra, matrix=left, density=density, effective_averages=averages)

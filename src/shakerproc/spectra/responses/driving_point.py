@@ -46,7 +46,7 @@ def power_share(
     """
     inside = excited(spectra.frequency, band) & (spectra.frequency > 0.0)
     s = (spectra.decay_rate or 0.0) + 2j * np.pi * spectra.frequency[inside]
-    cross = spectra.matrix[force, response, inside]
+    cross = spectra.between([force], [response])[0, 0, inside]
     power = (cross * s ** -INTEGRATIONS[unit]).real
     gross = float(np.abs(power).sum())
     return float(power.sum()) / gross if gross > 0.0 else 0.0

@@ -184,8 +184,8 @@ def scaled_inputs(
     inputs, outputs = list(controls), list(responses)
     scale = np.sqrt(psd(spectra)[inputs])
     scale[scale == 0.0] = 1.0
-    s_xx = spectra.matrix[np.ix_(inputs, inputs)] / (scale[:, np.newaxis] * scale)
-    s_xy = spectra.matrix[np.ix_(inputs, outputs)] / scale[:, np.newaxis]
+    s_xx = spectra.between(inputs, inputs) / (scale[:, np.newaxis] * scale)
+    s_xy = spectra.between(inputs, outputs) / scale[:, np.newaxis]
     inverse = np.linalg.pinv(np.moveaxis(s_xx, -1, 0), rcond=SAME_MOTION, hermitian=True)
     return s_xy, inverse, scale
 
@@ -203,8 +203,8 @@ def _against_mean(
     inputs, outputs = list(controls), list(responses)
     if not inputs:
         raise ValueError("a response function needs at least one control channel")
-    control = spectra.matrix[np.ix_(inputs, inputs)].mean(axis=(0, 1)).real
-    cross = spectra.matrix[np.ix_(inputs, outputs)].mean(axis=0)
+    control = spectra.between(inputs, inputs).mean(axis=(0, 1)).real
+    cross = spectra.between(inputs, outputs).mean(axis=0)
     return control, cross, psd(spectra)[outputs]
 
 

@@ -1,6 +1,7 @@
-"""The full matrix of cross spectra of a recording, and what it is worth statistically."""
+"""The cross spectra of a recording, and what they are worth statistically."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
 import numpy as np
@@ -13,14 +14,19 @@ Detrend: TypeAlias = Literal["none", "mean", "segment mean"]
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class CrossSpectra:
-    """One-sided cross-spectral densities of every pair of channels.
+    """One-sided cross-spectral densities of inputs with every channel.
 
     Attributes
     ----------
     frequency : (n_frequencies,) array
         Middle of each bin, from 0 to half the sample rate [Hz].
-    matrix : (n_channels, n_channels, n_frequencies) complex array
+    matrix : (n_inputs, n_channels, n_frequencies) complex array
         Mean of conj(X_i) X_j over the segments [unit_i unit_j/Hz].
+    inputs : tuple of int
+        Rows of the channels that are the rows of `matrix`, rising; all where every pair is
+        kept.
+    density : (n_channels, n_frequencies) array
+        Mean of |X_j|² over the segments [unit²/Hz].
     sample_rate : float
         Samples per second [Hz].
     n_samples : int
@@ -47,6 +53,8 @@ class CrossSpectra:
 
     frequency: FloatArray
     matrix: ComplexArray
+    inputs: tuple[int, ...]
+    density: FloatArray
     sample_rate: float
     n_samples: int
     segment: int
@@ -63,7 +71,45 @@ class CrossSpectra:
     @property
     def n_channels(self) -> int:
         """Number of channels."""
-        return int(self.matrix.shape[0])
+        return len(self.density)
+
+    def between(self, inputs: Sequence[int], outputs: Sequence[int]) -> ComplexArray:
+        """Return the cross spectra of some inputs with some channels.
+
+        Parameters
+        ----------
+        inputs, outputs : sequence of int
+            Rows of channels, from 0.
+
+        Returns
+        -------
+        (n_inputs, n_outputs, n_frequencies) complex array
+            Mean of conj(X_i) X_j [unit_i unit_j/Hz].
+
+        Raises
+        ------
+        ValueError
+            If the spectra of an input are not kept.
+        """
+        missing = sorted(set(inputs) - set(self.inputs))
+        if missing:
+            raise ValueError(
+                f"row {missing[0]} is no input of these spectra, {self.inputs or 'none'} are: "
+                "give the channel the role control or force, or name it in response_functions"
+            )
+        rows = [self.inputs.index(i) for i in inputs]
+        return np.asarray(self.matrix[np.ix_(rows, list(outputs))])
+
+    def of(self, channels: Sequence[int]) -> "CrossSpectra":
+        """Return the spectra of every pair of some channels, in their order."""
+        rows = list(channels)
+        return replace(
+            self,
+            matrix=self.between(rows, rows),
+            inputs=tuple(range(len(rows))),
+            density=self.density[rows],
+            lit_segments=self.lit_segments[rows],
+        )
 
     @property
     def bin_width(self) -> float:

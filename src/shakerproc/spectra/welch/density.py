@@ -1,6 +1,4 @@
-"""Densities from the matrix of cross spectra."""
-
-import numpy as np
+"""Densities from the cross spectra."""
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.welch.cross import CrossSpectra
@@ -19,4 +17,4 @@ def psd(spectra: CrossSpectra) -> FloatArray:
     (n_channels, n_frequencies) array
         One-sided densities [unit²/Hz].
     """
-    return np.array(np.einsum("iif->if", spectra.matrix).real)
+    return spectra.density.copy()

@@ -1,6 +1,6 @@
-"""One pass over the samples to the full matrix of cross spectra, in bounded memory."""
+"""One pass over the samples to the cross spectra of channels, in bounded memory."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def cross_spectra(
     window: str | FloatArray = "hamming",
     n_fft: int | None = None,
     detrend: Detrend = "none",
+    inputs: Sequence[int] | None = None,
 ) -> CrossSpectra:
     r"""Return the cross-spectral matrix by Welch's method, in one pass.
 
@@ -56,11 +57,15 @@ def cross_spectra(
     detrend : str
         ``none``; ``mean``, which removes the mean of all samples once; or ``segment mean``,
         which also takes away what the segments hold of slow motion.
+    inputs : sequence of int, optional
+        Rows of the channels whose spectra with every other are wanted, from 0; by default all,
+        which takes memory and time that grow with the square of the number of channels.
 
     Returns
     -------
     CrossSpectra
-        Densities of every pair of channels, with the effective number of averages.
+        Densities of every channel, and of each input with every channel, with the effective
+        number of averages.
 
     Raises
     ------
@@ -82,16 +87,19 @@ def cross_spectra(
         raise ValueError(f"overlap must be 0 to {segment - 1} samples, not {shared}")
     if length < segment:
         raise ValueError(f"n_fft must be at least the segment of {segment}, not {length}")
-    sums = _Sums(weights, segment - shared, length, detrend)
+    sums = _Sums(weights, segment - shared, length, detrend, inputs)
     for block in in_order(blocks):
         sums.add(block)
-    products = sums.finish()
-    lit = sums.lit_segments()
-    matrix = products / (sample_rate * sums.n_segments * float(weights @ weights))
-    matrix[..., 1 : (length + 1) // 2] *= 2.0
+    matrix, density = sums.finish()
+    scale = sample_rate * sums.n_segments * float(weights @ weights)
+    for found in (matrix, density):  # in place: of all pairs of many channels it is large
+        np.divide(found, scale, out=found)
+        found[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
         frequency=np.array(np.fft.rfftfreq(length, 1.0 / sample_rate), dtype=np.float64),
         matrix=matrix,
+        inputs=sums.inputs,
+        density=density,
         sample_rate=sample_rate,
         n_samples=sums.n_samples,
         segment=segment,
@@ -101,7 +109,7 @@ def cross_spectra(
         window=weights,
         detrend=detrend,
         n_segments=sums.n_segments,
-        lit_segments=lit,
+        lit_segments=sums.lit_segments(),
         effective_averages=effective_averages(weights, segment - shared, sums.n_segments),
     )
 
@@ -125,12 +133,24 @@ def _window(window: str | FloatArray, segment: int) -> tuple[str, FloatArray]:
 
 
 class _Sums:
-    """Sums over segments, taken in groups whose limits do not depend on the blocks."""
+    """Sums over segments, taken in groups whose limits do not depend on the blocks.
 
-    def __init__(self, window: FloatArray, step: int, n_fft: int, detrend: Detrend) -> None:
+    Inside, the inputs stand first: `order` has the row of each channel in the blocks.
+    """
+
+    def __init__(
+        self,
+        window: FloatArray,
+        step: int,
+        n_fft: int,
+        detrend: Detrend,
+        inputs: Sequence[int] | None,
+    ) -> None:
         if detrend not in {"none", "mean", "segment mean"}:
             raise ValueError(f"detrend must be none, mean or segment mean, not {detrend!r}")
         self.window, self.step, self.n_fft, self.detrend = window, step, n_fft, detrend
+        self.wanted = inputs
+        self.inputs: tuple[int, ...] = ()
         self.n_samples = 0
         self.n_segments = 0
         self.n_channels = 0
@@ -148,6 +168,8 @@ class _Sums:
             self._begin(block.shape[0])
         if block.shape[0] != self.n_channels:
             raise ValueError(f"a block has {block.shape[0]} channels, not {self.n_channels}")
+        if self.order != sorted(self.order):
+            block = block[self.order]
         self.n_samples += block.shape[1]
         used = 0
         while self.held and used < block.shape[1]:
@@ -166,12 +188,18 @@ class _Sums:
     def _begin(self, n_channels: int) -> None:
         n_frequencies = self.n_fft // 2 + 1
         self.n_channels = n_channels
+        every = range(n_channels)
+        self.inputs = tuple(every if self.wanted is None else sorted(set(self.wanted)))
+        if not set(self.inputs) <= set(every):
+            raise ValueError(f"inputs must be rows 0 to {n_channels - 1}, not {self.inputs}")
+        self.order = [*self.inputs, *(i for i in every if i not in set(self.inputs))]
         self.group = max(1, GROUP_VALUES // (n_channels * self.n_fft))
         self.span = (self.group - 1) * self.step + self.window.size
         self.tail = np.zeros((n_channels, self.span))
         self.segments = np.zeros((self.group, n_channels, self.n_fft))
         shape = (n_channels, n_frequencies)
-        self.products = np.zeros((n_channels, *shape), dtype=np.complex128)
+        self.products = np.zeros((len(self.inputs), *shape), dtype=np.complex128)
+        self.powers = np.zeros(shape)
         self.transformed = np.zeros((self.group, *shape), dtype=np.complex128)
         self.conjugates = np.zeros_like(self.transformed)
         self.pairs = np.zeros_like(self.transformed)
@@ -238,14 +266,17 @@ class _Sums:
         window_segments(samples, first, self.step, self.window, self.offset, segments)
 
     def _multiply(self, spectra: ComplexArray) -> None:
-        """Add the products of pairs i <= j, and the fourth powers of the magnitudes."""
+        """Add the products of inputs with what follows, and the powers of all channels."""
         count = len(spectra)
         conjugates = np.conjugate(spectra, out=self.conjugates[:count])
         for i in range(self.n_channels):
-            pairs = self.pairs[:count, i:]
-            np.multiply(conjugates[:, i : i + 1], spectra[:, i:], out=pairs)
-            self.products[i, i:] += np.add.reduce(pairs, axis=0)
+            stop = self.n_channels if i < len(self.inputs) else i + 1
+            pairs = self.pairs[:count, i:stop]
+            np.multiply(conjugates[:, i : i + 1], spectra[:, i:stop], out=pairs)
+            if i < len(self.inputs):
+                self.products[i, i:] += np.add.reduce(pairs, axis=0)
             power = pairs[:, 0].real
+            self.powers[i] += np.add.reduce(power, axis=0)
             self.fourth[i] += np.einsum("sf,sf->f", power, power)
 
     def _multiply_compiled(self, spectra: ComplexArray) -> None:
@@ -253,7 +284,9 @@ class _Sums:
         from shakerproc.spectra.kernels import add_products  # loads the compiler: late
 
         real, imaginary = np.zeros((2, *self.products.shape))
-        add_products(spectra.view(np.float64), real, imaginary, self.fourth)
+        powers = np.zeros(self.powers.shape)
+        add_products(spectra.view(np.float64), real, imaginary, powers, self.fourth)
+        self.powers += powers
         self.products.real += real
         self.products.imag += imaginary
 
@@ -264,8 +297,11 @@ class _Sums:
         part = samples[:, first : first + count]
         self.totals += np.sum(part - self.offset[:, np.newaxis], axis=1)
 
-    def finish(self) -> ComplexArray:
-        """Return the sums of conj(X_i) X_j, the last, smaller group included.
+    def finish(self) -> tuple[ComplexArray, FloatArray]:
+        """Return the sums of conj(X_i) X_j and |X_j|², the last, smaller group included.
+
+        The first are (n_inputs, n_channels, n_frequencies), Hermitian among the inputs to the
+        last bit.
 
         Raises
         ------
@@ -282,40 +318,42 @@ class _Sums:
         count = max(0, (self.held - self.window.size) // self.step + 1)
         if count:
             self._add_group(self.tail, 0, count)
-        matrix = self._matrix()
+        powers = self.powers.copy()
         if self.detrend == "mean":
             rest = count * self.step
             self._add_means(self.tail, rest, self.held - rest)
-            self._remove_means(matrix)
-        broken = [i for i in range(self.n_channels) if not np.isfinite(matrix[i, i]).all()]
-        if broken:
+            self._remove_means(powers)
+        place = np.argsort(self.order)
+        powers = powers[place]
+        broken = np.flatnonzero(~np.isfinite(powers).all(axis=-1))
+        if broken.size:
             raise SpectrumError(
                 f"channel {broken[0] + 1} of {self.n_channels} holds samples that are not "
                 "numbers: crop them away or leave the channel out"
             )
-        return matrix
+        self._mirror()
+        matrix = self.products if np.all(np.diff(place) > 0) else self.products[:, place]
+        own = list(self.inputs)
+        matrix[range(len(own)), own] = powers[own]
+        return matrix, powers
 
     def lit_segments(self) -> FloatArray:
         """Return (sum of powers)² over the sum of their squares, for each channel and bin."""
-        total = np.diagonal(self.products).real.T ** 2
-        lit = np.zeros(total.shape)
-        np.divide(total, self.fourth, out=lit, where=self.fourth > 0.0)
-        return lit
+        lit = np.zeros(self.powers.shape)
+        np.divide(self.powers**2, self.fourth, out=lit, where=self.fourth > 0.0)
+        return lit[np.argsort(self.order)]
 
-    def _matrix(self) -> ComplexArray:
-        """Return the sums as a full matrix, Hermitian to the last bit."""
-        row, column = np.triu_indices(self.n_channels)
-        matrix = self.products.copy()
-        matrix[column, row] = matrix[row, column].conj()
-        every = np.arange(self.n_channels)
-        matrix[every, every] = matrix[every, every].real
-        return matrix
+    def _mirror(self) -> None:
+        """Fill in the sums of pairs of inputs j > i from those of i < j."""
+        for i in range(1, len(self.inputs)):
+            self.products[i, :i] = self.products[:i, i].conj()
 
-    def _remove_means(self, matrix: ComplexArray) -> None:
+    def _remove_means(self, powers: FloatArray) -> None:
         """Take the means of all samples out of the sums, in the frequency domain."""
         means = self.totals / self.n_samples
         shape = np.fft.rfft(self.window, self.n_fft)
         constant = means[:, np.newaxis] * shape
-        cross = constant.conj()[:, np.newaxis] * self.spectra[np.newaxis]
-        matrix -= cross + cross.conj().swapaxes(0, 1)
-        matrix += self.n_segments * constant.conj()[:, np.newaxis] * constant[np.newaxis]
+        own = self.spectra - 0.5 * self.n_segments * constant
+        powers -= 2.0 * (constant.conj() * own).real
+        for i in range(len(self.inputs)):
+            self.products[i] -= constant[i].conj() * own + own[i].conj() * constant

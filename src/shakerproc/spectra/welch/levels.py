@@ -159,7 +159,7 @@ def control_imbalance(
     inside = shares_in_band(spectra, band) > 0.5
     if len(inputs) < 2 or not inside.any():
         return None
-    matrix = spectra.matrix[np.ix_(inputs, inputs)][..., inside]
+    matrix = spectra.between(inputs, inputs)[..., inside]
     mean = matrix.mean(axis=(0, 1)).real
     own = np.einsum("iif->f", matrix).real / len(inputs)
     if not own.any() or not mean.any():
