@@ -149,6 +149,8 @@ class Channel:
         What the test log uses the channel as.
     at : str, optional
         Place or mass that the sensor sits on.
+    own_rate : float, optional
+        Samples per second that were taken of it, where the recording holds more [Hz].
     """
 
     name: str
@@ -157,6 +159,7 @@ class Channel:
     source_unit: str
     role: Role | None = None
     at: str | None = None
+    own_rate: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,7 @@ kilogram_force = 9.80665 * newton = kgf
 gram_force = 0.00980665 * newton = gf
 ounce = 28.349523125 * gram = oz
 ounce_force = 0.27801385095378125 * newton = ozf
-strain = 1 = strain
+strain = 1
 microstrain = 1e-6 = ustrain
 gravity = {STANDARD_GRAVITY!r} * metre / second**2 = g_n = gn = g0
 """

@@ -15,6 +15,7 @@ from tests.small_campaign import write_campaign, write_recording
 from shakerproc.campaign.arrivals import Stamp, looked, recordings_in, standing
 from shakerproc.campaign.jobs import Products
 from shakerproc.errors import LogError, RecordingError
+from shakerproc.recordings import Sampling
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
@@ -103,7 +104,9 @@ def test_each_new_recording_is_drafted_once_and_edits_are_kept(tmp_path):
     told, path = [], tmp_path / "testlog.yaml"
     for name, peak in (("run_1", 300.0), ("run_2", 250.0)):
         write_recording(tmp_path / f"{name}.tdms", peak, seconds=2.0)
-        drafted = DraftedLog(tmp_path, None, told.append)  # as a watch that was started again
+        drafted = DraftedLog(
+            tmp_path, Sampling(), told.append
+        )  # as a watch that was started again
         log = drafted(dict.fromkeys(recordings_in(tmp_path), Stamp(1, 1)))
         path.write_text(path.read_text("utf-8").replace("title: ", "title: my "), "utf-8")
     assert [str(test.id) for test in log.tests] == ["1", "2"]

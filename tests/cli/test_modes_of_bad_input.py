@@ -21,7 +21,9 @@ def blows():
 
 
 def noise(seconds=4.0):
+    """Sensors that follow the force as stiffly as a block: no pole, and noise."""
     rows = np.random.default_rng(1).standard_normal((3, int(RATE * seconds)))
+    rows[1:] += rows[0]
     return dict(zip("fab", rows, strict=True))
 
 

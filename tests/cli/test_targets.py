@@ -172,7 +172,7 @@ def test_a_folder_of_another_recording_is_refused_untouched(tmp_path, capsys):
     assert "holds the results of `shakerproc process`" in capsys.readouterr().err
     (out / "manifest.json").unlink()  # as after an older shakerproc
     assert processed(one, "--log", log, "--out", out) == 1
-    assert "nothing says of which recording" in capsys.readouterr().err
+    assert "peaks.csv, which shakerproc did not write" in capsys.readouterr().err
 
 
 def test_the_tables_of_an_earlier_run_of_the_recording_do_not_stay(tmp_path):

@@ -9,6 +9,7 @@ from pathlib import Path
 from tests.fuzz.judge import GOOD, OUTCOMES, Judge
 from tests.fuzz.mutants import mutants
 from tests.fuzz.seeds import make_seeds
+from tests.fuzz.time_seeds import make_time_seeds
 
 
 def share(number: int, count: int, every: int) -> tuple[Counter, list[str], float]:
@@ -19,7 +20,7 @@ def share(number: int, count: int, every: int) -> tuple[Counter, list[str], floa
     with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as name:
         folder = Path(name)
         with tempfile.TemporaryDirectory() as elsewhere:
-            seeds = make_seeds(Path(elsewhere))
+            seeds = [*make_seeds(Path(elsewhere)), *make_time_seeds(Path(elsewhere))]
         judge = Judge(folder, seeds)
         every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
         for i, mutant in enumerate(every_mutant):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from tests.fuzz.mutants import Mutant
-from tests.fuzz.seeds import Seed
+from tests.fuzz.seeds import RATE, Seed
 
 from shakerproc.data import Recording
 from shakerproc.errors import ShakerprocError
@@ -25,15 +25,17 @@ OUTCOMES = (
     "numbers differ, noted",
     "numbers differ",
     "rows gone at an end of a file without a count",
+    "times as the damaged file states them",
     "lost silently",
     "rows displaced",
-    "name, rate or unit wrong",
+    "name or unit wrong",
+    "times changed silently",
     "refusal not one line",
     "hang",
     "out of memory",
     "traceback",
 )
-GOOD = OUTCOMES[:6]
+GOOD = OUTCOMES[:7]
 
 
 hashing._TICK = 0
@@ -109,12 +111,17 @@ class Judge:
                 path.write_bytes(mutant.while_open)
             samples = recording.samples()
             if wrong_description(recording, mutant.seed):
-                return "name, rate or unit wrong", ""
+                return "name or unit wrong", ""
+            told = bool(said(recording) - self.usual[mutant.seed.name])
+            moved = times_moved(recording, samples, mutant.seed)
+            if moved and states_otherwise(mutant):
+                return "times as the damaged file states them", ""
+            if moved and not told:
+                return "times changed silently", moved
             outcome = compared(recording, samples, mutant)
-            if (
-                outcome[0] == "numbers differ"
-                and said(recording) - self.usual[mutant.seed.name]
-            ):
+            if outcome[0] == "lost silently" and states_otherwise(mutant):
+                return "times as the damaged file states them", ""
+            if outcome[0] == "numbers differ" and told:
                 return "numbers differ, noted", ""
             return outcome
 
@@ -128,10 +135,43 @@ def said(recording: Recording) -> set[tuple[str, str]]:
 def wrong_description(recording: Recording, seed: Seed) -> bool:
     names = tuple(channel.source_name for channel in recording.channels)
     units = {channel.source_unit for channel in recording.channels}
-    return (
-        names != seed.channels
-        or abs(recording.sample_rate / 1000.0 - 1.0) > 1e-4
-        or units != {"g"}
+    return names != seed.channels or units != {"g"}
+
+
+def times_moved(recording: Recording, samples: np.ndarray, seed: Seed) -> str:
+    """Return how rate or start differ from those of the original; empty where they do not.
+
+    The start is that of the row which is now the first: one before it may be gone.
+    """
+    if abs(recording.sample_rate / RATE - 1.0) > 1e-4:
+        return f"{recording.sample_rate:.9g} Hz"
+    if seed.start is None:
+        return ""
+    if recording.start_time is None:
+        return "no start"
+    ahead = (recording.start_time - seed.start).total_seconds() * RATE
+    whole, n = seed.values.shape[1], samples.shape[1]
+    differ = [
+        int((~alike(samples, seed.values[:, at : at + n])).sum())
+        for at in range(max(whole - n, 0) + 1)
+        if at + n <= whole
+    ]
+    first = int(np.argmin(differ)) if differ else 0
+    return f"starts {ahead:.6g} samples late" if abs(ahead - first) > 0.5 else ""
+
+
+def states_otherwise(mutant: Mutant) -> bool:
+    """Return whether damage reaches what only one place of the file says of the times."""
+    before, after = mutant.seed.content, mutant.content
+    short = min(len(before), len(after))
+    one = np.frombuffer(before, np.uint8)
+    other = np.frombuffer(after, np.uint8)
+    ahead = np.flatnonzero(one[:short] != other[:short])
+    first = int(ahead[0]) if ahead.size else short
+    behind = np.flatnonzero(one[::-1][:short] != other[::-1][:short])
+    last = len(before) - (int(behind[0]) if behind.size else short)
+    return any(
+        part.start < max(last, first + 1) and part.stop > first for part in mutant.seed.stated
     )
 
 

@@ -1,7 +1,10 @@
 """Small recordings of every layout, each with the log that says what to expect of it."""
 
-from collections.abc import Callable
+import re
+import struct
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 
 import h5py
@@ -14,6 +17,8 @@ from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.recordings import WRITERS
 
 RATE = 1000.0
+N_ROWS = 80
+CHANNELS = ("ch1", "ch2")
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,11 @@ class Seed:
         Between its cells.
     counted : bool
         Whether the file says how many values there are.
+    start : datetime, optional
+        When the first row was taken, where the file says it.
+    stated : tuple of range
+        Bytes that say rate, start or unit of the times and that nothing else in the file
+        repeats: once they are damaged, the file says something else.
     """
 
     name: str
@@ -48,22 +58,24 @@ class Seed:
     table: range | None = None
     delimiter: str = ","
     counted: bool = True
+    start: datetime | None = None
+    stated: tuple[range, ...] = ()
 
     def log(self) -> str:
         """The test log that describes the file, with a test for each use of bad rows.
 
         Of TDMS it says the duration too; of the others the readers have to find out by
-        themselves what is missing.
+        themselves what is missing. It says no rate: a wrong one is for the judge to see.
         """
         duration = ""
         if self.name.endswith(".tdms"):
             seconds = self.values.shape[1] / RATE
             duration = f"duration: {seconds!r} s, duration_tolerance: 0.01 %, "
-        roles = ", ".join(f"{name}: {{role: response}}" for name in self.channels)
+        roles = ", ".join(f'"{name}": {{role: response}}' for name in self.channels)
         return (
             f"testlog: 1\nrecordings: .\nchannels: {{{roles}}}\n"
-            f"expect: {{{duration}sample_rate: {RATE:g} Hz, channels: {len(self.channels)}, "
-            f"unit: g}}\ntests:\n  - {{id: 1, recording: {self.name}}}\n"
+            f"expect: {{{duration}channels: {len(self.channels)}, unit: g}}\ntests:\n"
+            f"  - {{id: 1, recording: {self.name}}}\n"
             f"  - {{id: 2, recording: {self.name}, processing: {{bad_rows: skip}}}}\n"
         )
 
@@ -146,10 +158,6 @@ def scaled() -> Seed:
     )
 
 
-N_ROWS = 80
-CHANNELS = ("ch1", "ch2")
-
-
 def numbers(seed: int) -> np.ndarray:
     """Two channels of noise with six decimals [g]."""
     return np.round(np.random.default_rng(seed).standard_normal((2, N_ROWS)), 6)
@@ -177,23 +185,35 @@ def taken(path: Path) -> bytes:
     return content
 
 
-def text(name: str, head: list[str], seed: int, delimiter: str, decimal: str = ".") -> Seed:
+def text(
+    name: str,
+    head: list[str],
+    seed: int,
+    delimiter: str,
+    decimal: str = ".",
+    *,
+    times: Sequence[str] = tuple(f"{i / RATE:.3f}" for i in range(N_ROWS)),
+    start: datetime | None = None,
+    channels: tuple[str, ...] = CHANNELS,
+) -> Seed:
     """A table of text below some lines."""
     values = numbers(seed)
     rows = [
-        delimiter.join([f"{i / RATE:.3f}", *(f"{value:.6f}" for value in row)])
-        for i, row in enumerate(values.T)
+        delimiter.join([time, *(f"{value:.6f}" for value in row)])
+        for time, row in zip(times, values.T, strict=True)
     ]
     lines = [*head, *(row.replace(".", decimal) for row in rows)]
     return Seed(
         name,
         ("\n".join(lines) + "\n").encode(),
-        CHANNELS,
+        channels,
         values * STANDARD_GRAVITY,
         (),
         range(len(head), len(lines)),
         delimiter,
         counted=name.endswith(".lvm"),
+        start=start,
+        stated=(range(len("\n".join(head))),) if start is None else (),
     )
 
 
@@ -322,14 +342,30 @@ def matlab_7_3(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def stated_once(seed: Seed) -> Seed:
+    """Return a seed of which the rate or step stands in one number."""
+    numbers = (RATE, 1.0 / RATE)
+    pieces = [struct.pack(kind, number) for kind in ("<d", ">d", "<f") for number in numbers]
+    pieces += [f"{0.0:13.5e}{1.0 / RATE:13.5e}".encode(), b"sample_rate", b"1000"]
+    found = (
+        range(match.start(), match.end())
+        for piece in pieces
+        for match in re.finditer(re.escape(piece), seed.content)
+    )
+    return replace(seed, stated=(*seed.stated, *found))
+
+
 def make_seeds(folder: Path) -> list[Seed]:
     """All seeds; those of TDMS first."""
     tdms = [contiguous(), one_chunk(), interleaved(), big_endian(), daqmx(), scaled()]
     endings = (".tdms", ".csv", ".mat", ".uff", ".parquet")
     others = [written(ending, number)(folder) for number, ending in enumerate(endings)]
+    others = [one if one.name.endswith(".csv") else stated_once(one) for one in others]
     others[1] = replace(others[1], table=range(1, 1 + N_ROWS), counted=False)
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
     )  # fmt: skip
-    return [*tdms, *others, *(make(folder) for make in more)]
+    rates = (packed_archive, matlab, matlab_7_3, universal_text)
+    made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]
+    return [*map(stated_once, tdms), *others, *made]

@@ -9,11 +9,12 @@ import pytest
 from tests.fuzz.judge import GOOD, Judge, compared
 from tests.fuzz.mutants import Mutant, mutants
 from tests.fuzz.seeds import make_seeds
+from tests.fuzz.time_seeds import make_time_seeds
 
 from shakerproc.data import Channel, SkippedRows, recording_of_arrays
 
 resource = pytest.importorskip("resource", reason="no memory figures on this system")
-SHARES = ((145, 17), pytest.param(29, 11, marks=pytest.mark.long))
+SHARES = ((281, 17), pytest.param(57, 11, marks=pytest.mark.long))
 """Every so many mutants, and from which on: some two thousand, some ten thousand."""
 
 
@@ -23,7 +24,7 @@ SHARES = ((145, 17), pytest.param(29, 11, marks=pytest.mark.long))
 )
 @pytest.mark.parametrize(("every", "first"), SHARES)
 def test_thousands_of_damaged_recordings(tmp_path, every, first):
-    seeds = make_seeds(tmp_path)
+    seeds = [*make_seeds(tmp_path), *make_time_seeds(tmp_path)]
     judge = Judge(tmp_path, seeds)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     counts: Counter[str] = Counter()
@@ -35,7 +36,7 @@ def test_thousands_of_damaged_recordings(tmp_path, every, first):
         if outcome not in GOOD:
             bad.append((mutant.seed.name, mutant.kind, number, outcome, message))
     assert not bad
-    assert sum(counts.values()) >= 290_000 // every
+    assert sum(counts.values()) >= 600_000 // every
     assert all(counts[outcome] for outcome in GOOD)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown < 200 * 1024

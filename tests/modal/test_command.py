@@ -223,3 +223,28 @@ def test_batch_finds_the_modes_too(folder, capsys):
     assert page.count('class="moving"') == 4  # the shapes swing in the report of the batch too
     assert "modal/report.html" in page
     assert "modes:" in capsys.readouterr().err
+
+
+@pytest.fixture
+def with_a_dead(folder, structure):
+    """Recordings in which the force or the first sensor stands at 0."""
+    for name, number in (("3.csv", 1), ("4.csv", 2)):
+        rows = np.loadtxt(folder / "recordings" / "1.csv", delimiter=",", skiprows=1)
+        rows[:, number] = 0.0
+        header = (folder / "recordings" / "1.csv").read_text().partition("\n")[0]
+        target = folder / "recordings" / name
+        np.savetxt(target, rows, delimiter=",", header=header, comments="", fmt="%.8g")
+
+
+@pytest.mark.usefixtures("with_a_dead")
+def test_a_dead_input_is_an_error_in_one_line(analysed):
+    told, _ = analysed("  - {id: 1, recording: 3.csv}\n", status=1)
+    (line,) = [one for one in told.err.splitlines() if "constant" in one]
+    assert "input force is constant. Stands at exactly 0 N" in line
+
+
+@pytest.mark.usefixtures("with_a_dead")
+def test_a_dead_sensor_is_told_beside_the_modes_of_the_others(analysed):
+    told, out = analysed("  - {id: 1, recording: 4.csv}\n", "--no-figures")
+    assert "a1 is constant: its modes may be wrong. Stands at exactly 0 m/s" in told.out
+    assert (out / "modes.csv").exists()

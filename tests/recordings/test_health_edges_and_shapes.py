@@ -1,5 +1,7 @@
 """Health: ends of a recording, distributions without tails, gains that cannot be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -8,6 +10,7 @@ from tests.recordings.test_health import RATE, N, excitation, four_channels, rec
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import health
 from shakerproc.runs import find_crop, open_test
+from shakerproc.runs.joining import side_by_side
 from shakerproc.testlog import read_testlog
 
 
@@ -17,8 +20,9 @@ def told(samples, *kinds, roles=("control", "control", "response", "response"), 
 
 
 @pytest.mark.parametrize("block", [2**17, 10_000])
-@pytest.mark.parametrize("width", [1, 3])
-@pytest.mark.parametrize("at", [0, 1, 5, 20, 30, N - 31, N - 21, N - 6, N - 3])
+@pytest.mark.parametrize(
+    ("at", "width"), [(0, 3), (1, 1), (30, 3), (N - 31, 1), (N - 6, 3), (N - 3, 1)]
+)
 def test_a_spike_at_an_end_is_found_as_in_the_middle(at, width, block):
     samples = four_channels("random", np.random.default_rng(at))
     samples[2, at : at + width] += 60.0 * np.std(samples[2])
@@ -141,3 +145,37 @@ def test_an_offset_above_the_threshold_does_not_decide_the_crop(offset, tmp_path
     assert crop.start == 2_500 + int(np.argmax(moving[2_500:] >= 0.45))
     assert crop.stop == 1 + int(np.flatnonzero(moving >= 0.45)[-1])
     assert (crop.warning is not None) == (offset != 0.0)
+
+
+@pytest.mark.parametrize("zeros", [5, 16, 40, 3000])
+def test_shocks_after_exact_zeros_are_no_dropout(zeros):
+    """Two half-sines and what follows of them in two masses, in steps of a converter."""
+    n = np.arange(N)
+    phase = (n - zeros) / (0.011 * RATE)
+    base = 300.0 * np.sin(np.pi * np.clip(phase, 0.0, 1.0))
+    rows = np.array([base, sdof(base), sdof(base, 90.0, 0.05)])
+    rows[:, 30_000:] += rows[:, : N - 30_000]
+    still = ("dropout", "stuck", "zero tail")
+    assert (
+        told(np.round(rows / 0.01) * 0.01, *still, roles=("control",) + 2 * ("response",)) == []
+    )
+    rng = np.random.default_rng(15)
+    failing = 20.0 * rng.normal(size=(3, N))
+    failing[1, 20_000:20_400] = 0.0
+    assert told(np.round(failing), *still) == [("dropout", "ch2")]
+
+
+@pytest.mark.parametrize(("low", "accused"), [(20.0, False), (0.1, True)])
+def test_a_channel_of_a_low_rate_is_open_only_where_it_could_see_the_others(low, accused):
+    """Noise of 10 Hz beside what moves above 20 Hz, or below 5 Hz for the most part."""
+    rng, rate, n = np.random.default_rng(16), 256.0, 256 * 120
+    high = 100.0 if low > 5.0 else 4.0
+    band = signal.butter(4, [low, high], "band", fs=rate, output="sos")
+    base = signal.sosfilt(band, rng.normal(size=n))
+    main = recording_of_arrays("run", [
+        Channel(name, "m/s^2", name, "g", name) for name in ("control", "response")
+    ], np.array([base, 0.5 * base]) + 1e-4 * rng.normal(size=(2, n)), rate)  # fmt: skip
+    slow = Channel("temperature", "m/s^2", "temperature", "g", "response")
+    other = recording_of_arrays("run", [slow], 0.01 * rng.normal(size=(1, 1200)), 10.0)
+    flags = health(replace(side_by_side(main, other, None), driven=True))
+    assert [f.channel for f in flags if f.kind == "open input"] == ["temperature"] * accused

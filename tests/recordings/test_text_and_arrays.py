@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pyarrow import parquet as arrow_parquet
 from scipy import io as scipy_io
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
@@ -664,7 +665,7 @@ def test_a_sample_rate_of_parquet_that_is_none_is_named(tmp_path, rate):
     import pyarrow as pa
 
     table = pa.table({"a [N]": np.ones(50)}, metadata={b"sample_rate_hz": rate.encode()})
-    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    arrow_parquet.write_table(table, tmp_path / "run.parquet")
     refused(tmp_path / "run.parquet", "sample_rate_hz gives a rate of .* Hz, which is none")
 
 
@@ -682,7 +683,7 @@ def test_parquet_is_the_same_in_every_order_and_says_what_it_does_not_use(tmp_pa
         "c [N]": cents,
         "state": rng.random(n) > 0.5,
     }
-    pa.parquet.write_table(pa.table(columns), tmp_path / "run.parquet", row_group_size=777)
+    arrow_parquet.write_table(pa.table(columns), tmp_path / "run.parquet", row_group_size=777)
     expected = np.stack([values[0], values[1].astype(np.float32), values[2]])
     with open_recording(tmp_path / "run.parquet") as recording:
         assert (recording.sample_rate, recording.n_samples) == (250.0, n)
@@ -698,11 +699,11 @@ def test_a_row_that_parquet_lacks_is_seen_in_its_time_column(tmp_path):
 
     times = np.delete(np.arange(2_000_000) / 5000.0, 1_500_000)
     table = pa.table({"t [s]": times, "a [N]": np.zeros(times.size)})
-    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    arrow_parquet.write_table(table, tmp_path / "run.parquet")
     refused(tmp_path / "run.parquet", "does not advance evenly")
     table = table.replace_schema_metadata({b"sample_rate_hz": b"4000.0"})
     table = table.set_column(0, "t [s]", pa.array(np.arange(times.size) / 5000.0))
-    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    arrow_parquet.write_table(table, tmp_path / "run.parquet")
     refused(tmp_path / "run.parquet", "contradicts itself: 4000 Hz .* 5000 Hz")
 
 
@@ -711,7 +712,7 @@ def test_a_slow_time_column_of_parquet_gives_its_rate_in_pieces(tmp_path, monkey
 
     monkeypatch.setattr(times, "JUDGED", 64)
     table = pa.table({"t [s]": 4.0 * np.arange(1000.0), "a [N]": np.zeros(1000)})
-    pa.parquet.write_table(table, tmp_path / "run.parquet")
+    arrow_parquet.write_table(table, tmp_path / "run.parquet")
     with open_recording(tmp_path / "run.parquet") as recording:
         assert recording.sample_rate == 0.25
 

@@ -242,6 +242,79 @@ def test_starts_that_channels_state_are_applied(tmp_path, late):
             assert bool(recording.notes) == bool(late)
 
 
+def test_starts_are_ignored_on_request_and_told(tmp_path):
+    """Two tasks that one clock took, with stamps 0.0371 s apart."""
+    begin = np.datetime64("2024-03-05T10:11:12")
+    step = {"wf_increment": 1.0 / RATE, "wf_start_time": begin}
+    path = tdms(tmp_path, a=(WAVE, step), b=(WAVE, step | {"wf_start_offset": 0.0371}))
+    message = refusal(path)
+    assert "resample: 2000 Hz" in message
+    assert "starts: ignore" in message
+    with open_recording(path, sample_rate=Sampling(ignore_starts=True)) as recording:
+        a, b = recording.samples()
+        assert_allclose(a, b)
+        assert recording.n_samples == N
+        assert recording.start_time == datetime(2024, 3, 5, 10, 11, 12, tzinfo=UTC)
+        (note,) = recording.notes
+        assert "ignored" in note
+        assert "0.0371 s" in note
+    both = Sampling(ignore_starts=True, resample=RATE)
+    with open_recording(path, sample_rate=both) as recording:
+        a, b = recording.samples()
+        assert_allclose(a, b)
+        late = recording.start_time - datetime(2024, 3, 5, 10, 11, 12, tzinfo=UTC)
+        shift = late.total_seconds() * RATE
+        wave = WAVE[round(shift) :][: recording.n_samples]
+        assert_allclose(a, wave * STANDARD_GRAVITY, atol=1e-3 * STANDARD_GRAVITY)
+
+
+def test_an_offset_without_a_date_counts(tmp_path):
+    step = {"wf_increment": 1.0 / RATE}
+    path = tdms(tmp_path, a=(WAVE, step), b=(WAVE[9:], step | {"wf_start_offset": 9 / RATE}))
+    with open_recording(path) as recording:
+        a, b = recording.samples()
+        assert_allclose(a, b)
+        assert recording.n_samples == N - 9
+
+
+def test_channels_of_two_rates_are_brought_to_one_on_request(tmp_path):
+    """One sine, sampled at both rates."""
+    slow = np.sin(2.0 * np.pi * 37.0 * np.arange(N // 2) / (RATE / 2.0))
+    path = tdms(
+        tmp_path,
+        a=(WAVE, {"wf_increment": 1.0 / RATE}),
+        b=(slow, {"wf_increment": 2.0 / RATE}),
+    )
+    assert "resample: 2000 Hz" in refusal(path)
+    with open_recording(path, sample_rate=Sampling(resample=RATE)) as recording:
+        a, b = recording.samples()
+        assert_allclose(a, b, atol=1e-3 * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize("day", ["", "2018-07-05 "])
+@pytest.mark.parametrize("places", [0, 2])
+def test_stamps_coarser_than_a_step_tell_the_start_and_ask_for_the_rate(tmp_path, day, places):
+    """As Excel shows 09:24:51 on rows of a fast recording."""
+    begin = datetime(2018, 7, 5, 9, 24, 51, 800000, tzinfo=UTC)
+    wave = np.tile(WAVE, 3)
+    moments = [begin + timedelta(seconds=i / RATE) for i in range(wave.size)]
+    cut = -6 + places if places else -7
+    stamps = [day + f"{m:%H:%M:%S.%f}"[:cut] for m in moments]
+    path = csv(tmp_path, "time,a [g]", stamps, wave)
+    message = refusal(path)
+    assert f"rounded to {10.0**-places:g} s" in message
+    assert "sample_rate: " in message
+    with open_recording(path, sample_rate=RATE) as recording:
+        assert_allclose(recording.samples()[0], wave * STANDARD_GRAVITY)
+        assert not recording.rate_doubtful
+        assert any("start is good to" in note for note in recording.notes)
+        if day:
+            away = (begin - recording.start_time).total_seconds()
+            assert 0.0 <= away < 10.0**-places
+    with open_recording(path, sample_rate=RATE / 2.0) as recording:
+        assert "repeats its times" in recording.rate_doubtful
+
+
 def test_starts_of_universal_files_are_applied(tmp_path):
     path = uff(tmp_path, starts=(0.0, 0.1))
     with open_recording(path) as recording:

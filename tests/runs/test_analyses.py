@@ -2,6 +2,7 @@
 
 import csv
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,12 @@ from tests.in_process import run
 from tests.small_campaign import write_campaign
 
 from shakerproc.data import Channel, recording_of_arrays
+from shakerproc.errors import SpectrumError
 from shakerproc.recordings import open_recording, write_tdms
 from shakerproc.report.analysis_figures import draw_analyses, drawings
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
+from shakerproc.runs.analyses.waterfall import WaterfallAnalysis
 from shakerproc.testlog import Processing, Profile, ResponseFunction, Test
 from shakerproc.testlog.analyses import (
     Distribution,
@@ -39,7 +42,7 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine"}
+UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine", "tones", "dwell"}
 """What nobody asks for: it comes with a force that drives the run, or with an excitation."""
 
 REFUSED = {
@@ -52,6 +55,7 @@ REFUSED = {
     "orders: {tachometer: tacho, track: [1, 4]}": "above half the sample rate of 2048 Hz",
     "orders: {tachometer: tacho, track: [1, 1.1]}": "not separable within 10 revolutions",
     "orders: {tachometer: tacho, pulses_per_revolution: 5000}": "revolutions in the run, where",
+    "dwell: {}": "expected a test with excitation: sine",
     "splitting: {}": "a stationary part at least 5 s; give splitting: {shortest: ...}",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
@@ -71,6 +75,7 @@ MISTAKEN = {
     "integration: {high_pass: 4}": "a unit",
     "integration: {baseline: cubic}": "integration.baseline",
     "octaves: {fraction: 5}": "octaves.fraction",
+    "dwell: {every: 0 s}": "more than 0",
     "waterfall: {spectra: 1}": "waterfall.spectra",
     "orders: {track: []}": "orders.track",
     "orders: {track: [0]}": "orders.track",
@@ -141,7 +146,8 @@ def test_every_kind_is_in_tables_figures_and_report(results, kind):
     assert list((results / "process").glob(f"{kind}*.png"))
     assert table(results / "process" / f"{kind}.csv")
     page = (results / "batch" / "report.html").read_text()
-    titles = re.findall(r"<p class=\"made\">([^<]*):</p>\s*<div class=\"wide\">", page)
+    title = r"<p class=\"made screen\">([^<]*):</p>\s*<div class=\"wide screen\">"
+    titles = re.findall(title, page)
     assert len(titles) >= len(ASKED)
 
 
@@ -266,6 +272,21 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
     assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))
+
+
+def test_a_band_between_two_lines_of_a_waterfall_says_which_segment_it_takes():
+    """At 2000 Hz, half a hertz takes 4000 samples."""
+    rows = np.random.default_rng(0).standard_normal((2, 8000))
+    channels = (
+        Channel("control", "m/s^2", "control", "g", "control"),
+        Channel("ch3", "m/s^2", "ch3", "g", "response"),
+    )
+    recording = recording_of_arrays("run", channels, rows, 2000.0)
+    test = Test(1, processing=Processing(crop=None, waterfall=Waterfall()))
+    result = process_recording(recording, test)
+    narrow = replace(result, band=(100.2, 100.7))
+    with pytest.raises(SpectrumError, match=r"holds no line .* welch.segment to 4000 samples"):
+        WaterfallAnalysis().of(recording, narrow)
 
 
 def test_a_sine_spends_its_time_at_its_ends_and_noise_at_its_middle():

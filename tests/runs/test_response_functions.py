@@ -174,3 +174,40 @@ def test_of_many_responses_over_a_force_all_are_told_and_the_first_are_drawn():
     assert (
         len({panel.title.split(",")[0] for panel in one.panels}) == 3 * 8 + 1
     )  # coherence of all
+
+
+def test_lines_without_input_have_no_response_function_in_any_table():
+    """A multisine of every fourth line, in whole periods: elsewhere the input is rounding."""
+    rate, segment = 512.0, 512
+    excited = np.arange(20, 200, 4)
+    spectrum = np.zeros(segment // 2 + 1, dtype=complex)
+    spectrum[excited] = np.exp(2j * np.pi * np.random.default_rng(3).random(excited.size))
+    control = np.tile(np.fft.irfft(spectrum, segment), 20)
+    noise = 1e-3 * control.std() * np.random.default_rng(4).standard_normal(control.size)
+    channels = (
+        Channel("table", "m/s^2", "table", "g", "control"),
+        Channel("ch3", "m/s^2", "ch3", "g", "response"),
+    )
+    test = Test(
+        1,
+        excitation="random",
+        from_hz=15.0,
+        to_hz=200.0,
+        processing=Processing(
+            crop=None,
+            welch=Welch(segment=segment, overlap=0, window="rectangular"),
+            response_functions=(ResponseFunction("table", "ch3"),),
+        ),
+    )
+    rows = np.array([control, 2.0 * control + noise])
+    result = process_recording(recording_of_arrays("run", channels, rows, rate), test)
+    (pair,) = [one.columns for one in result.analyses if one.kind == "response_functions"]
+    tables = (
+        np.abs(result.against.h1[0]), np.abs(result.against.h2[0]),
+        np.abs(result.against.hv[0]), np.sqrt(result.against.psd_ratio[0]),
+        *(pair[f"{kind}_ch3_over_table_magnitude"] for kind in ("h1", "h2", "hv")),
+        pair["h1_ch3_over_table_low"], pair["h1_ch3_over_table_high"],
+    )  # fmt: skip
+    for values in tables:
+        assert np.flatnonzero(np.isfinite(values)).tolist() == excited.tolist()
+        assert_allclose(values[excited], 2.0, rtol=0.01)

@@ -171,6 +171,26 @@ def test_a_test_overrides_key_by_key(log):
     assert found[2].processing.peaks.count == 2
 
 
+def test_a_test_says_anew_what_it_says_of_the_times(log):
+    head = (
+        "processing: {sample_rate: {value: 2 kHz, override: true}, time_unit: ms,"
+        " resample: 1 kHz, starts: ignore}\n"
+    )
+    same, other = (
+        test.processing
+        for test in log(
+            "  - {id: 1}\n"
+            "  - {id: 2, processing: {sample_rate: 3 kHz, time_unit: us, resample: 500 Hz,"
+            " starts: stated}}\n",
+            head,
+        ).tests
+    )
+    assert (same.sample_rate, same.override_rate, same.time_unit) == (2000.0, True, "ms")
+    assert (same.resample, same.ignore_starts) == (1000.0, True)
+    assert (other.sample_rate, other.override_rate, other.time_unit) == (3000.0, False, "us")
+    assert (other.resample, other.ignore_starts) == (500.0, False)
+
+
 def test_the_crop_takes_the_only_control_where_there_is_no_second(log):
     head = "channels: {1: {role: control, name: table}, 2: {role: response}}\n"
     found = log("  - {id: 1}\n  - {id: 2, channels: {3: {role: control}}}\n", head).tests

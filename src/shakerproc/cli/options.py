@@ -237,6 +237,13 @@ ResampleOption: TypeAlias = Annotated[
         callback=positive,
     ),
 ]
+IgnoreStartsOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--ignore-starts",
+        help="Let all channels start together, whatever starts the recording states.",
+    ),
+]
 BadRowsOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -320,6 +327,7 @@ def sampling_of(
     override_rate: bool,
     time_unit: str | None,
     resample_hz: float | None,
+    ignore_starts: bool = False,
 ) -> "Sampling":
     """Return what was said of the times; see `option_values.sampling_of`."""
     from shakerproc.workflows import option_values
@@ -330,7 +338,17 @@ def sampling_of(
             override_rate=override_rate,
             time_unit=time_unit,
             resample_hz=resample_hz,
+            ignore_starts=ignore_starts,
         )
+
+
+def named_in(said: "Sampling") -> str:
+    """Return the first option that says something of the times; empty where none does."""
+    given = {
+        "--sample-rate-hz": said.rate, "--time-unit": said.unit,
+        "--resample-hz": said.resample, "--ignore-starts": said.ignore_starts,
+    }  # fmt: skip
+    return next((name for name, value in given.items() if value), "")
 
 
 def measurement_of(text: str | None) -> "Measurement | None":

@@ -4,6 +4,7 @@ import os
 import shlex
 import shutil
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 _BARS: Final[list["Console"]] = []
 """Where a bar is being drawn: what is said meanwhile must not run into it."""
+
+TELL_EVERY: Final = 5.0
+"""Seconds between two lines of progress where no bar is drawn [s]."""
 
 STDOUT: Final = "-"
 """The target of JSON that is stdout."""
@@ -125,13 +129,21 @@ def out_folder(folder: Path | None, default: str) -> Path:
 
 @contextmanager
 def results(folder: Path, command: str) -> Iterator[None]:
-    """Write the results of a command in the block, in place of all those of an earlier run."""
+    """Write the results of a command in the block, in place of all those of an earlier run.
+
+    Where the block is interrupted or fails, nothing of it stays.
+    """
     from shakerproc.campaign.manifest import settle
 
     own_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)
     with files.noted() as written:
-        yield
+        try:
+            yield
+        except BaseException:
+            for path in written:
+                path.unlink(missing_ok=True)
+            raise
     settle(folder, written, command)
 
 
@@ -258,9 +270,19 @@ def table_width() -> int | None:
 
 @contextmanager
 def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
-    """Yield a function to call after each step; draws a bar on a terminal, else is quiet."""
+    """Yield a function to call after each step; draws a bar on a terminal, else lines.
+
+    A line comes where `TELL_EVERY` has passed since the last, so that a quick command has none.
+    """
     if not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
-        yield lambda _text: None
+        told = [time.monotonic()]
+
+        def say(text: str) -> None:
+            if time.monotonic() - told[0] >= TELL_EVERY:
+                told[0] = time.monotonic()
+                message(f"{what}: {text}")
+
+        yield say
         return
     from rich.console import Console
     from rich.progress import (

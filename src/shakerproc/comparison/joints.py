@@ -14,6 +14,7 @@ from shakerproc.comparison.noise import EXCEEDS
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Element, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
+from shakerproc.models.motion import shown_in
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.spectra import periodogram
 
@@ -318,9 +319,10 @@ def _judged(motion: _Recorded, joint: Joint) -> JointMotion | NotTold:
     if force is None:
         return NotTold(joint.between, joint.why, displacement_rms=size)
     if unsure > size:
+        unit, factor = shown_in("m", motion.model.motion, unsure)
         why = (
-            f"band too narrow: {size:.2g} m rms are told from {band[0]:.3g} Hz on, and noise "
-            f"may hide {unsure:.2g} m"
+            f"band too narrow: {size * factor:.2g} {unit} rms are told from {band[0]:.3g} Hz "
+            f"on, and noise may hide {unsure * factor:.2g} {unit}"
         )
         return NotTold(joint.between, why, _rms(motion, force, band))
     return _motion(motion, joint, spectrum, force, (band, unsure))

@@ -46,11 +46,6 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
     """Return the samples to be judged; where the crop finds nothing, all of them.
 
     The model begins at rest: where the part does not, it runs in before it is judged.
-
-    Raises
-    ------
-    DiagnosisError
-        If they are too few.
     """
     n, notes = recording.n_samples, []
     try:
@@ -61,7 +56,6 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
         notes.append(
             f"{recording.run}: the crop of the log finds no run, so all of it is compared."
         )
-    check_periods(recording.run, moving(recording).samples(start, stop))
     if stop - start > most:
         whole = (stop - start) / recording.sample_rate
         start = _loudest(recording, test, start, stop, most)
@@ -122,7 +116,6 @@ def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> 
         start = part.start + free_start(samples[rows], samples[driving])
     except SpectrumError as error:
         raise DiagnosisError(f"{recording.run}: {error}") from error
-    check_periods(recording.run, recording.samples(start, part.stop)[rows])
     return replace(part, first=start, start=start, last=part.stop)
 
 

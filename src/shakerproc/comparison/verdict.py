@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.errors import Pair
 from shakerproc.comparison.joints import by_range
+from shakerproc.models.motion import shown_in
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE, Level, demanded
 
 NEAR_NOISE: Final = 1.5
@@ -32,7 +33,12 @@ def sentence(comparison: Comparison) -> str:
     if explained(comparison):
         return _explained(comparison)
     worst = max(comparison.tests, key=_excess)
-    parts = [_failure(comparison, worst), _joint(worst), _levels(comparison), _drift(worst)]
+    parts = [
+        _failure(comparison, worst),
+        _joint(comparison, worst),
+        _levels(comparison),
+        _drift(worst),
+    ]
     return " ".join(part for part in parts if part)
 
 
@@ -105,7 +111,7 @@ def _narrowest(share: np.ndarray) -> tuple[int, int]:
     return 0, share.size - 1
 
 
-def _joint(worst: TestComparison) -> str:
+def _joint(comparison: Comparison, worst: TestComparison) -> str:
     """Say at which displacements the force is missing, in the joint that lacks most."""
     if not worst.joints:
         return ""
@@ -124,8 +130,9 @@ def _joint(worst: TestComparison) -> str:
     inner_size = float(size[~outer & known].max(initial=0.0))
     outer_size = float(size[outer & known].max(initial=0.0))
     if outer_size > 2.0 * inner_size:
-        reach = 0.5 * float(far.max()) * 1e3
-        return f"{text}, most beyond a displacement of {reach:.2g} mm."
+        reach = 0.5 * float(far.max())
+        unit, factor = shown_in("m", comparison.model.motion, reach)
+        return f"{text}, most beyond a displacement of {reach * factor:.2g} {unit}."
     return f"{text}."
 
 

@@ -6,12 +6,12 @@ from typing import Final
 
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
-from shakerproc.comparison.plausibility import check_plausible
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.judged_again import judged_again
+from shakerproc.diagnosis.plausibility import check_plausible
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.refuted import with_more_refuted

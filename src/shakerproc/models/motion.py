@@ -30,14 +30,31 @@ def unit_in(unit: str, motion: Motion) -> str:
     return unit if motion == "translation" else _SYMBOL.sub(_turned, unit)
 
 
-def shown_in(unit: str, motion: Motion) -> tuple[str, float]:
+_PREFIXES: Final = (("m", 1e3), ("µ", 1e6), ("n", 1e9))
+
+
+def shown_in(unit: str, motion: Motion, largest: float | None = None) -> tuple[str, float]:
     """Return the unit that people read a quantity of a motion in, and how many make one of SI.
 
-    Displacements are shown in millimetres or milliradians, by the SI unit of a translation.
+    Displacements are shown in millimetres or milliradians, where the largest that is shown is
+    less than a tenth of one in millionths, and so on.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit of the quantity where masses move along an axis.
+    motion : Motion
+        How they move.
+    largest : float, optional
+        The largest value that is shown [m or rad].
     """
-    if unit == "m":
-        return ("mm", 1e3) if motion == "translation" else ("mrad", 1e3)
-    return unit_in(unit, motion), 1.0
+    shown = unit_in(unit, motion)
+    if unit != "m":
+        return shown, 1.0
+    if not largest:
+        largest = 1.0
+    prefix, factor = next((one for one in _PREFIXES if largest * one[1] >= 0.1), _PREFIXES[-1])
+    return prefix + shown, factor
 
 
 def _turned(found: re.Match[str]) -> str:

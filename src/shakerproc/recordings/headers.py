@@ -13,6 +13,7 @@ from typing import Final, final
 from shakerproc import units
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import parse_unit, split_header
+from shakerproc.recordings.times import SECONDS
 
 _QUANTITY_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "N": ("force", "kraft", "load", "thrust", "hammer", "impact", "fuerza", "forza"),
@@ -20,7 +21,7 @@ _QUANTITY_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType({
         "disp", "displacement", "position", "weg", "stroke", "deflection", "distance", "gap",
         "laser", "lvdt", "verschiebung", "deplacement", "spostamento", "desplazamiento",
     ),
-    "V": ("volt", "voltage", "spannung", "drive", "output", "ai", "ao"),
+    "V": ("volt", "voltage", "spannung", "drive", "output"),
     "m/s^2": ("acc", "accel", "acceleration", "beschleunigung", "acel", "aceleracion"),
     "m/s": ("vel", "velocity", "speed", "geschwindigkeit", "vitesse", "velocidad"),
     "Pa": ("pressure", "druck", "mic", "microphone", "sound"),
@@ -123,7 +124,10 @@ class _Beside:
         return cls(
             frozenset(e["stem"] for e in ends if e["letter"].casefold() not in {*_ELSE, "s"}),
             said,
-            any(len(unit) == 1 and units.problem_of_unit(unit) for unit in said),
+            any(
+                len(unit) == 1 and unit not in SECONDS and units.problem_of_unit(unit)
+                for unit in said
+            ),
         )
 
 
@@ -153,7 +157,7 @@ def _in_brackets(name: str, unit: str, beside: _Beside) -> str:
         )
     if unit.casefold() not in _ELSE or named == known[0]:
         return ""
-    contrary = unit != "g" and named
+    contrary = known[0] not in {"m/s^2", "V"} and named  # any quantity may be there in volts
     return _either(unit, "in its header") if beside.directions or contrary else ""
 
 

@@ -4,6 +4,7 @@ A file has one header of its own, and a header before each segment or before the
 program that appends to a file writes both again.
 """
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -132,9 +133,13 @@ class Head:
         return TimeAxis(where, step=step, quantity=quantity, unit=unit, digit=digit)
 
     def starts(self, row: int) -> tuple[float, float]:
-        """Return the time of the first sample of a channel, and half of its last digit."""
+        """Return the time of the first sample of a channel, and half of its last digit.
+
+        It is NaN where something else stands there.
+        """
         text = self.text("X0", row)
-        return self.number("X0", row) or 0.0, half_digit(text, self.decimal)
+        start = self.number("X0", row) if text.strip() else 0.0
+        return math.nan if start is None else start, half_digit(text, self.decimal)
 
     def number(self, name: str, row: int) -> float | None:
         """Return the number in the cell of a header line; None where it holds none."""

@@ -38,6 +38,7 @@ from shakerproc.recordings.readers import Readers
 from shakerproc.recordings.resampling import ResampledSource
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
 from shakerproc.recordings.time_axis import AS_STATED, Sampling
+from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
 READERS: Final = Readers({
@@ -237,6 +238,15 @@ def _near(path: Path) -> str:
     return f"; did you mean {shown(near)}?" if near else "."
 
 
+def _own_rates(timing: Timing, count: int) -> list[float | None]:
+    """Return the rate of each channel that was taken at a lower one than is served [Hz]."""
+    if not timing.lines:
+        return [None] * count
+    # a clock that is a little slow makes no channel a slow one
+    slow = timing.sample_rate * (1.0 - CLOCKS)
+    return [line.rate if line.rate < slow else None for line in timing.lines]
+
+
 def _recording(  # noqa: PLR0917
     path: Path,
     run: str,
@@ -265,8 +275,10 @@ def _recording(  # noqa: PLR0917
     return Recording(
         run=run,
         channels=tuple(
-            _channel(channel, use, scale)
-            for (channel, use), scale in zip(chosen, scales, strict=True)
+            replace(_channel(channel, use, scale), own_rate=rate)
+            for (channel, use), scale, rate in zip(
+                chosen, scales, _own_rates(timing, len(chosen)), strict=True
+            )
         ),
         sample_rate=timing.sample_rate,
         rate_doubtful=timing.doubtful,

@@ -64,12 +64,15 @@ class Stamps:
         How many cells a stamp takes, 2 where date and time have one each.
     column : int
         Which column the time stands in.
+    dated : bool
+        Whether stamps say their day; one without it stays text.
     """
 
     decimal: bytes
     start: datetime | None
     cells: int
     column: int
+    dated: bool
     _clocks: list[_Clock] = field(default_factory=list)
 
     def named(self, headers: Sequence[str]) -> tuple[str, ...]:
@@ -86,7 +89,7 @@ class Stamps:
         """Return a line with seconds since the first midnight in place of its stamps."""
         parts, at = [], 0
         for number, match in enumerate(_STAMP.finditer(line)):
-            if not _is_stamp(match):
+            if not _is_stamp(match) or (self.dated and _day(match) is None):
                 continue
             while len(self._clocks) <= number:
                 self._clocks.append(_Clock())
@@ -124,17 +127,20 @@ def stamps_of(lines: Sequence[str]) -> Stamps | None:
     found = [m for line in raw if (m := _first(line)) is not None]
     if not found or 2 * len(found) < len(raw):
         return None
-    first = found[0]
+    days = [match for match in found if _day(match) is not None]
+    dated = 2 * len(days) > len(found)
+    first = (days if dated else found)[0]
     before = first.string[: first.start()]
     commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in found)
     separator = (first["between"] or b"").strip(b"\"' T")
     signs = separator or next((s for s in (b"\t", b";", b",") if s in first.string), b" ")
     return Stamps(
         decimal=b"," if 2 * commas > len(found) and signs != b"," else b".",
-        start=_midnight(found),
+        start=_midnight(days if dated else found),
         cells=2 if separator else 1,
         column=(before.count(signs) if signs != b" " else len(before.split()))
         + bool(separator),
+        dated=dated,
     )
 
 

@@ -87,12 +87,15 @@ class Sampling:
         Unit of the times, where the file does not say it; empty where the log neither.
     resample : float, optional
         Rate of an even axis that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the file states.
     """
 
     rate: float | None = None
     override: bool = False
     unit: str = ""
     resample: float | None = None
+    ignore_starts: bool = False
 
 
 AS_STATED: Final = Sampling()
@@ -165,9 +168,8 @@ class TimeBase:
     @property
     def first(self) -> datetime | None:
         """When the first sample was taken."""
-        if self.start_time is None:
-            return None
-        return self.start_time + timedelta(seconds=self.start)
+        start = timedelta(seconds=self.start)  # raises where there is no such time
+        return None if self.start_time is None else self.start_time + start
 
     @property
     def is_silent(self) -> bool:

@@ -13,6 +13,7 @@ from typing import Final, final
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.time_axis import (
     AS_STATED,
+    SILENT,
     UNKNOWN,
     Reading,
     Sampling,
@@ -20,7 +21,7 @@ from shakerproc.recordings.time_axis import (
     TimeBase,
     Times,
 )
-from shakerproc.recordings.times import SECONDS, steps_of, unit_in_name
+from shakerproc.recordings.times import SECONDS, steps_of, strays, ticks_of, unit_in_name
 
 CONTRADICTION: Final = 1e-3
 """How far two statements of a rate may part before they contradict each other, relative."""
@@ -68,13 +69,17 @@ _DAYS: Final[tuple[tuple[float, float, datetime], ...]] = (
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Statement:
-    """What one place says: how it may be read, or what is wrong with it."""
+    """What one place says: how it may be read, or what is wrong with it.
+
+    `tick` is what times are rounded to that repeat [unit]; they tell a start, and no rate.
+    """
 
     axis: TimeAxis
     readings: tuple[Reading, ...] = ()
     doubt: float = 0.0
     problem: str = ""
     spectrum: bool = False
+    tick: float = 0.0
 
     def alike(self, rate: float, doubt: float = 0.0) -> Reading | None:
         """Return the reading with a rate [Hz], which may be off by a relative doubt [-]."""
@@ -98,7 +103,23 @@ def time_base(
     said : Sampling
         What the log says, by which two readings are told apart.
     """
-    every = [_statement(axis, said.unit) for axis in axes]
+    base = _agreed([_statement(axis, said.unit) for axis in axes], start_time, said)
+    try:
+        _ = base.first
+    except (OverflowError, ValueError):
+        problem = f"{axes[0].where} begins at {base.start:g} s, which is no time"
+        return TimeBase(problem=problem)
+    return base
+
+
+def _agreed(
+    every: Sequence[_Statement], start_time: datetime | None, said: Sampling
+) -> TimeBase:
+    """Return the time base of what places say."""
+    rounded = next((s for s in every if s.tick), None)
+    if rounded is not None:
+        others = _agreed([s for s in every if not s.tick], start_time, said)
+        return _with_ticks(others, rounded, said)
     telling = [s for s in every if s.readings or s.problem]
     if not telling:
         return replace(UNKNOWN, start_time=start_time)
@@ -120,6 +141,35 @@ def time_base(
     return TimeBase(
         doubt=best.doubt, problem=problem, readings=tuple(ways), start_time=start_time
     )
+
+
+def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase:
+    """Return a time base with the start that rounded times tell, held against their ticks.
+
+    They contradict a rate by which they would stray by more than what they are rounded to.
+    """
+    times, where = rounded.axis.times, rounded.axis.where
+    rate = base.sample_rate or said.rate
+    way = rounded.readings[0]
+    if times is None or (not base.is_silent and base.sample_rate is None):
+        return base
+    ticks = f"{where} repeats its times, which are rounded to {rounded.tick:g} {way.unit}"
+    about = f": about {way.rate:.6g} samples in a second" if rounded.doubt else ""
+    note = f"The start is good to {rounded.tick:g} {way.unit}, to which {where} is rounded."
+    found = replace(
+        base,
+        start=float(times[:1][0]) * way.seconds,
+        start_doubt=rounded.tick * way.seconds,
+        start_time=way.start_time or base.start_time,
+        readings=base.readings or (rounded.readings if rounded.doubt else ()),
+        note=f"{base.note} {note}".strip(),
+    )
+    if rate is not None:
+        off = strays(times, 1.0 / (rate * way.seconds))
+        if off > rounded.tick + CLOCKS * times.size / (rate * way.seconds):
+            problem = f"{ticks}, and stray by {off:.3g} {way.unit} from {rate:.9g} Hz{about}"
+            return replace(found, sample_rate=None, problem=problem)
+    return found if base.sample_rate else replace(found, problem=f"{SILENT}; {ticks}{about}")
 
 
 def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
@@ -183,7 +233,7 @@ def _statement(axis: TimeAxis, unit: str) -> _Statement:
 
 def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
     """Return what a stated rate says [Hz]."""
-    if math.isfinite(rate) and rate > 0.0:
+    if 0.0 < rate < math.inf and math.isfinite(1.0 / rate):
         return _Statement(axis, (Reading("", rate),))
     return _Statement(axis, problem=f"{axis.where} gives a rate of {rate:g} Hz, which is none")
 
@@ -192,6 +242,11 @@ def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
     """Return what times say that are in a unit, or in none that is told."""
     found = steps_of(times, axis.where, unit)
     first = float(times[:1][0]) if times.size else 0.0
+    ticks = ticks_of(times) if found.problem and times.size > 1 else None
+    if ticks is not None:
+        ways = _ways(unit, ticks.step or ticks.tick, first)
+        ways = tuple(replace(way, rate=_whole(way.rate, ticks.doubt)) for way in ways)
+        return _Statement(axis, ways, ticks.doubt, found.problem, tick=ticks.tick)
     ways = _ways(unit, found.step, first) if found.step else ()
     ways = tuple(replace(way, rate=_whole(way.rate, found.doubt)) for way in ways)
     return _Statement(axis, ways, found.doubt, found.problem)

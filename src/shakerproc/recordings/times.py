@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -148,6 +148,77 @@ def steps_of(times: Times, where: str, unit: str) -> Steps:
     return Steps(step, max(0.5 / times.size, LEAST_DOUBT))
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class Ticks:
+    """Times that repeat because they are rounded to more than a step.
+
+    Attributes
+    ----------
+    tick : float
+        What they are rounded to [unit of the times].
+    step : float
+        From sample to sample, as far as the ticks tell it [unit]; 0 where there is no second.
+    doubt : float
+        How far that may be off, relative [-].
+    """
+
+    tick: float
+    step: float = 0.0
+    doubt: float = 0.0
+
+
+def ticks_of(times: Times) -> Ticks | None:
+    """Return how times are rounded of which most repeat the one before; None of others.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times of the samples [any unit].
+    """
+    changes: list[tuple[int, float]] = []
+    fewest, repeats = math.inf, 0
+    for first, piece in _pieces(times):
+        steps = np.diff(piece)
+        if not np.all(steps >= 0.0):
+            return None
+        at = np.flatnonzero(steps)
+        repeats += steps.size - at.size
+        fewest = min(fewest, float(steps[at].min(initial=math.inf)))
+        changes += [(first + int(n) + 1, float(piece[n + 1])) for n in (*at[:1], *at[-1:])]
+    if 2 * repeats < times.size:
+        return None
+    if not changes:
+        return Ticks(float(_resolution(np.asarray(times[:1]))[0]))
+    (begin, early), (end, late) = changes[0], changes[-1]
+    if end == begin:
+        return Ticks(fewest)
+    return Ticks(fewest, (late - early) / (end - begin), 1.0 / (end - begin))
+
+
+def strays(times: Times, step: float) -> float:
+    """Return by how much times part from even ones, from the earliest to the latest [unit].
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times of the samples [any unit].
+    step : float
+        Of the even ones [unit].
+    """
+    low, high = math.inf, -math.inf
+    for first, piece in _pieces(times):
+        off = piece - float(times[:1][0]) - step * (first + np.arange(piece.size))
+        low, high = min(low, float(off.min())), max(high, float(off.max()))
+    return high - low
+
+
+def _pieces(times: Times) -> Iterator[tuple[int, FloatArray]]:
+    """Yield the times a piece at a time, each with the number of its first; they overlap."""
+    for first in range(0, max(times.size - 1, 1), JUDGED):
+        yield first, np.asarray(times[first : first + JUDGED + 1], dtype=np.float64)
+
+
 def _steps_at_once(times: FloatArray, where: str, unit: str) -> Steps:
     if times.size < 2 or not np.all(np.isfinite(times)):
         return Steps(problem=f"{where} has gaps")
@@ -222,18 +293,16 @@ def _resolution(times: FloatArray) -> FloatArray:
             break
     power = np.floor(np.log10(size, where=size > 0.0, out=np.zeros(times.size)))
     for digits in range(1, 14):
-        digit = 10.0 ** (power + 1 - digits)
-        if np.all(np.abs(times - digit * np.rint(times / digit)) <= 4.0 * np.spacing(size)):
-            return np.maximum(found, digit)
+        last: FloatArray = 10.0 ** (power + 1 - digits)
+        if np.all(np.abs(times - last * np.rint(times / last)) <= 4.0 * np.spacing(size)):
+            found = np.maximum(found, last)
+            break
     return found
 
 
 def _advances(times: Times) -> bool:
     """Return whether every time is later than the one before."""
-    return all(
-        bool(np.all(np.diff(times[first : first + JUDGED + 1]) > 0.0))
-        for first in range(0, times.size - 1, JUDGED)
-    )
+    return all(bool(np.all(np.diff(piece) > 0.0)) for _, piece in _pieces(times))
 
 
 def _length(value: float, unit: str) -> str:
@@ -284,7 +353,7 @@ def like_time(header: str, unit: str, values: FloatArray) -> str:
     if values.size < FEWEST or parse_unit(said) is not None:
         return ""
     step = (float(values[-1]) - float(values[0])) / (values.size - 1)
-    if not (math.isfinite(step) and step > 0.0 and _is_even(np.diff(values) / step)):
+    if not (math.isfinite(step) and step > 0.0 and _is_even(values, step)):
         return ""
     return (
         f"it advances evenly by {step:.6g}, as a time or a count does; if it is a time in "
@@ -292,11 +361,13 @@ def like_time(header: str, unit: str, values: FloatArray) -> str:
     )
 
 
-def _is_even(steps: FloatArray) -> bool:
-    """Return whether steps, as shares of their mean, are those of a time.
+def _is_even(values: FloatArray, step: float) -> bool:
+    """Return whether values advance as a time does, whose mean step is given [of the values].
 
     Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
     """
+    with np.errstate(over="ignore"):  # a value beside which the mean step vanishes
+        steps = np.diff(values) / step
     return bool(np.all(steps >= 0.0) and np.unique(np.round(steps, 3)).size <= 4)
 
 

@@ -115,7 +115,7 @@ def common_timing(chosen: Sequence[Chosen], said: Sampling, run: str) -> Timing:
     if said.resample is not None:
         return _resampled(channels, said, said.resample, run)
     rate, doubtful, note = _rate(channels, said, run)
-    begins, moment, told = _begins(channels, rate, run)
+    begins, moment, told = _begins(channels, rate, said, run)
     notes = dict.fromkeys([*(c.time.note for c in channels), note, told])
     return Timing(
         sample_rate=rate,
@@ -137,6 +137,8 @@ def _resampled(channels: Sequence[RawChannel], said: Sampling, rate: float, run:
     """
     positive_rate(rate, "resample")
     starts, lines = _starts(channels), {}
+    if said.ignore_starts:
+        starts = [0.0] * len(channels)
     for channel, start in zip(channels, starts, strict=True):
         key = (id(channel.time), channel.n_samples)
         if key not in lines:
@@ -150,8 +152,11 @@ def _resampled(channels: Sequence[RawChannel], said: Sampling, rate: float, run:
             "only channels that were measured at one time, or a higher rate."
         )
     zeros = [c.time.start_time for c in channels if c.time.start_time is not None]
+    if said.ignore_starts:
+        zeros = [c.start_time for c in channels if c.start_time is not None]
     doubtful, cost = _cost(list(lines.values()), rate)
-    notes = dict.fromkeys([*(c.time.note for c in channels), cost])
+    ignored = _ignored(channels) if said.ignore_starts else ""
+    notes = dict.fromkeys([*(c.time.note for c in channels), ignored, cost])
     return Timing(
         sample_rate=rate,
         doubt=max(c.time.doubt for c in channels),
@@ -223,7 +228,9 @@ def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[flo
         raise RecordingError(
             f"{run}: channel {shown(told[rates[-1]])} has {rates[-1]:.9g} samples per second, "
             f"{shown(told[rates[0]])} {rates[0]:.9g}. Use only channels of one rate: leave the "
-            "others out of the log, or give them role: ignore."
+            "others out of the log, or give them role: ignore; or have all interpolated to "
+            f"one: processing: {{resample: {rates[-1]:.9g} Hz}} in the log (or --resample-hz "
+            f"{rates[-1]:.9g})."
         )
     if logged is None:
         if silent:
@@ -235,8 +242,8 @@ def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[flo
     unclear = next(filter(_is_unclear, silent), None)
     if said.override and (unclear is not None or away > max(SAME_AS_LOG, doubt)):
         stated = f"{rates[0]:.9g} Hz" if rates else channels[0].time.problem
-        told = f"The sample rate is {logged:.9g} Hz by override; in the file: {stated}."
-        return logged, told, told
+        note = f"The sample rate is {logged:.9g} Hz by override; in the file: {stated}."
+        return logged, note, note
     if unclear is not None:
         raise RecordingError(_no_rate(unclear, said, rates, run))
     if away > max(SAME_AS_LOG, doubt):
@@ -307,7 +314,7 @@ def _no_rate(channel: RawChannel, said: Sampling, rates: Sequence[float], run: s
 
 
 def _begins(
-    channels: Sequence[RawChannel], rate: float, run: str
+    channels: Sequence[RawChannel], rate: float, said: Sampling, run: str
 ) -> tuple[tuple[int, ...], datetime | None, str]:
     """Return the sample of each channel that is the first of the common rows [rate in Hz].
 
@@ -322,6 +329,8 @@ def _begins(
     if dated and len(dated) < len(channels):
         return (0,) * len(channels), min(dated), ""
     starts = _starts(channels)
+    if said.ignore_starts:
+        return (0,) * len(channels), min(dated, default=None), _ignored(channels)
     last = max(starts)
     begins, latest = [], channels[starts.index(last)]
     for channel, start in zip(channels, starts, strict=True):
@@ -333,7 +342,8 @@ def _begins(
                 f"{run}: channel {shown(latest.name)} starts {last - start:.9g} s after "
                 f"{shown(channel.name)}: {exact:.6g} samples, no whole number. Have all "
                 f"interpolated to common times: processing: {{resample: {rate:.9g} Hz}} in the "
-                f"log (or --resample-hz {rate:.9g})."
+                f"log (or --resample-hz {rate:.9g}). Where one clock took them all and only "
+                "the stamps differ: processing: {starts: ignore} (or --ignore-starts)."
             )
         begins.append(whole)
     moment = max(dated) if dated else None
@@ -348,6 +358,19 @@ def _begins(
             f"Channel {shown(latest.name)} starts {most} samples ({most / rate:.6g} s) after "
             f"{shown(first.name)}, as the file states: the rows that all have are used."
         ),
+    )
+
+
+def _ignored(channels: Sequence[RawChannel]) -> str:
+    """Return that stated starts are not applied; empty where they are one."""
+    starts = _starts(channels)
+    late = max(starts) - min(starts)
+    if late <= STAMP:
+        return ""
+    last = channels[starts.index(max(starts))]
+    return (
+        f"Stated starts are ignored (starts: ignore): channel {shown(last.name)} starts "
+        f"{late:.6g} s after others by the file, and with them here."
     )
 
 

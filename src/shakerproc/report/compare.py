@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
 from shakerproc.data import FloatArray
+from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.report import style
 from shakerproc.report.pictures import save
 
@@ -187,15 +188,17 @@ def restoring_force(comparison: Comparison, joint: int) -> "Figure":
     test = loudest(comparison)
     motion = test.joints[joint]
     figure, (upper, lower) = style.figure(7.0, 6.4, 2)
-    _scatter(upper, motion, motion.displacement * 1e3, motion.velocity)
+    way = comparison.model.motion
+    unit, factor = shown_in("m", way, float(np.max(np.abs(motion.displacement))))
+    _scatter(upper, motion, motion.displacement * factor, motion.velocity)
     _scatter(lower, motion, motion.velocity, motion.displacement)
     places = " to ".join(motion.between)
     upper.set_title(f"{places}, {label(test)}: where the velocity is small")
-    upper.set_xlabel("displacement [mm]")
+    upper.set_xlabel(f"displacement [{unit}]")
     lower.set_title("where the displacement is small")
-    lower.set_xlabel("velocity [m/s]")
+    lower.set_xlabel(f"velocity [{unit_in('m/s', way)}]")
     for axis in (upper, lower):
-        axis.set_ylabel("force [N]")
+        axis.set_ylabel(f"force [{unit_in('N', way)}]")
     upper.legend(loc="upper left", markerscale=3.0)
     return figure
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.comparison import JointMotion, by_range
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.models.motion import shown_in
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.evidence_models import (
@@ -106,10 +107,12 @@ def error_by_motion(models: Models) -> list[Drawing]:
     drawings = []
     for joint in test.joints:
         places = " and ".join(joint.between)
-        for by_velocity, quantity, unit, factor in (
-            (False, "displacement", "mm", 1e3),
-            (True, "velocity", "m/s", 1.0),
+        for by_velocity, quantity, si in (
+            (False, "displacement", "m"),
+            (True, "velocity", "m/s"),
         ):
+            largest = float(np.max(np.abs(getattr(joint, quantity))))
+            unit, factor = shown_in(si, models.before.model.motion, largest)
             curves = []
             for text, style, comparison in models.each:
                 motion = same_joint(comparison.tests[index], joint.between)
@@ -151,9 +154,8 @@ def restoring_force(models: Models) -> list[Drawing]:
 def _forces(
     models: Models, index: int, between: tuple[str, str], *, by_velocity: bool
 ) -> list[Drawing]:
-    shown = np.array([[1.0 if by_velocity else 1e3], [1.0], [1.0]])
     clouds = [
-        (text, style, shown * cloud(motion, by_velocity=by_velocity))
+        (text, style, cloud(motion, by_velocity=by_velocity))
         for text, style, c in models.each
         if (motion := same_joint(c.tests[index], between)) is not None
     ]
@@ -161,14 +163,17 @@ def _forces(
     if not clouds:  # no sample where the other is small: a motion that is no number
         return []
     limit = 1.05 * max(float(np.max(np.abs(rows[1:]))) for _, _, rows in clouds) or 1.0
-    reach = 1.02 * max(float(np.max(np.abs(rows[0]))) for _, _, rows in clouds) or 1.0
+    largest = max(float(np.max(np.abs(rows[0]))) for _, _, rows in clouds)
     test = models.before.tests[index]
     places = " and ".join(between)
-    quantity, other, unit = (
+    quantity, other, si = (
         ("velocity", "displacement", "m/s")
         if by_velocity
-        else ("displacement", "velocity", "mm")
+        else ("displacement", "velocity", "m")
     )
+    model = models.before.model
+    unit, factor = shown_in(si, model.motion, largest)
+    reach = 1.02 * factor * largest or 1.0
     return [
         Drawing(
             f"Force over {quantity} between {places}, {text}.",
@@ -178,11 +183,11 @@ def _forces(
             svg.plot(
                 svg.Plot(
                     [
-                        svg.Curve("measured", rows[0], rows[1], MEASURED, dots=True),
-                        svg.Curve(text, rows[0], rows[2], style, dots=True),
+                        svg.Curve("measured", factor * rows[0], rows[1], MEASURED, dots=True),
+                        svg.Curve(text, factor * rows[0], rows[2], style, dots=True),
                     ],
                     svg.Axis(f"{quantity} [{unit}]", -reach, reach),
-                    svg.Axis("force [N]", -limit, limit),
+                    svg.Axis(f"force [{model.unit_of('N')}]", -limit, limit),
                 ),
                 title=f"Restoring force over {quantity} between {places}, {text}",
                 height=260,

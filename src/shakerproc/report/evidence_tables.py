@@ -105,11 +105,11 @@ def errors_by_motion(models: Models) -> Columns:
     for text, _, comparison in models.each:
         for test in comparison.tests:
             for joint in test.joints:
-                for quantity, unit in _MOTIONS:
+                for quantity, si in _MOTIONS:
                     found = by_range(joint, getattr(joint, quantity))
                     rows += [
-                        (test.measured.name, " - ".join(joint.between), text, quantity, unit,
-                         float(a), float(b), float(c))
+                        (test.measured.name, " - ".join(joint.between), text, quantity,
+                         models.before.model.unit_of(si), float(a), float(b), float(c))
                         for a, b, c in zip(found.centre, found.mean, found.error, strict=True)
                     ]  # fmt: skip
     return _columns((*_OF_MOTION, "middle", "missing_force_n", "error"), rows)
@@ -125,7 +125,8 @@ def restoring_forces(models: Models) -> Columns:
             motion = same_joint(comparison.tests[index], joint.between)
             if motion is None:
                 continue
-            for quantity, unit in _MOTIONS:
+            for quantity, si in _MOTIONS:
+                unit = models.before.model.unit_of(si)
                 along, force, law = cloud(motion, by_velocity=quantity == "velocity")
                 rows += [
                     (test.measured.name, " - ".join(joint.between), text, quantity, unit, *row)

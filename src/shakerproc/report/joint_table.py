@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
+
 from shakerproc.comparison import Comparison, JointMotion, NotTold
+from shakerproc.models.motion import shown_in
 from shakerproc.report.evidence_models import loudest
 from shakerproc.report.sections import Table
 
@@ -10,38 +13,49 @@ from shakerproc.report.sections import Table
 def joint_table(comparison: Comparison) -> Table | None:
     """Return a row for each joint in the loudest test; None of a model without joints."""
     test = comparison.tests[loudest(comparison)]
-    rows = [_told(joint) for joint in test.joints] + [_open(one) for one in test.not_told]
+    told = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
+    open_ = [one.displacement_rms or 0.0 for one in test.not_told]
+    unit, factor = shown_in("m", comparison.model.motion, max(told + open_, default=None))
+    rows = [_told(joint, factor) for joint in test.joints]
+    rows += [_open(one, factor) for one in test.not_told]
     if not rows:
         return None
     return Table(
         f"Joints in test {test.measured.name}, from the recordings and the masses alone",
-        ("between", "force rms [N]", "displacement rms [mm]", "± [mm]", "from [Hz]", "note"),
+        (
+            "between",
+            f"force rms [{comparison.model.unit_of('N')}]",
+            f"displacement rms [{unit}]",
+            f"± [{unit}]",
+            "from [Hz]",
+            "note",
+        ),
         rows,
     )
 
 
-def _told(joint: JointMotion) -> tuple[str, ...]:
+def _told(joint: JointMotion, factor: float) -> tuple[str, ...]:
     force, displacement = (
         float((x**2).mean()) ** 0.5 for x in (joint.force, joint.displacement)
     )
-    unsure = f"{joint.unsure * 1e3:.2g}" if math.isfinite(joint.unsure) else "unknown"
+    unsure = f"{joint.unsure * factor:.2g}" if math.isfinite(joint.unsure) else "unknown"
     low = f"{joint.band[0]:.3g}" if joint.band[0] > 0.0 else ""
     return (
         " - ".join(joint.between),
         f"{force:.4g}",
-        f"{displacement * 1e3:.3g}",
+        f"{displacement * factor:.3g}",
         unsure,
         low,
         "",
     )
 
 
-def _open(joint: NotTold) -> tuple[str, ...]:
+def _open(joint: NotTold, factor: float) -> tuple[str, ...]:
     force, displacement = joint.force_rms, joint.displacement_rms
     return (
         " - ".join(joint.between),
         "" if force is None else f"{force:.4g}",
-        "" if displacement is None else f"{displacement * 1e3:.3g}",
+        "" if displacement is None else f"{displacement * factor:.3g}",
         "",
         "",
         f"not drawn: {joint.why}",

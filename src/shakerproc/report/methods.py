@@ -129,6 +129,17 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "J. R. Blough, Development and analysis of time variant discrete Fourier transform "
         "order tracking, Mechanical Systems and Signal Processing 17, 1185-1199, 2003.",
     ),
+    "tones": (
+        "Tones of a sine on random are fitted by least squares in segments of the run, at the "
+        "frequency at which the readings of the mean control add up to most, and taken out of "
+        "the samples before densities and response functions.",
+        "",
+    ),
+    "dwell": (
+        "Of a dwell, frequency, gain and phase are those of the sine that fits control and "
+        "responses best in each stretch (four-parameter sine fit).",
+        "IEEE Std 1057, Digitizing waveform recorders.",
+    ),
     "waterfall": (
         "A waterfall is of spectra with a Hann window in stretches of equal time, scaled so "
         "that a sine reads its amplitude.",

@@ -14,7 +14,7 @@ from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blows import Blows
 from shakerproc.testlog import Test
 
-STEADY: Final = (None, "random", "measured")
+STEADY: Final = (None, "random", "sine on random", "measured")
 """Kinds of excitation of which longer segments show the same spectrum, finer."""
 
 FINER: Final = 16

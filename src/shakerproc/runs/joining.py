@@ -10,7 +10,14 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray, Recording, SampleSource, SourceFile, UnusedChannel
+from shakerproc.data import (
+    Channel,
+    FloatArray,
+    Recording,
+    SampleSource,
+    SourceFile,
+    UnusedChannel,
+)
 from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
@@ -199,7 +206,11 @@ class BesideSource(SampleSource):
 
 
 def side_by_side(
-    main: Recording, other: Recording, common: tuple[str | int, str | int] | None
+    main: Recording,
+    other: Recording,
+    common: tuple[str | int, str | int] | None,
+    *,
+    stamped: bool = True,
 ) -> Recording:
     """Return the channels of two recorders as one recording, at the times of the first.
 
@@ -210,13 +221,17 @@ def side_by_side(
     common : (str or int, str or int), optional
         A channel of each that measured the same motion; it gives the clock of the other.
         Without it both have one clock.
+    stamped : bool
+        Whether that clock says when each begins; else they begin together.
 
     Raises
     ------
     RecordingError
         If there is no such channel, they have nothing in common, or no time.
     """
-    clock, told = Clock(_by_stamps(main, other)), "they have one clock"
+    clock, told = Clock(0.0), "they begin together (starts: ignore)"
+    if stamped:
+        clock, told = Clock(_by_stamps(main, other)), "they have one clock"
     if common is not None:
         clock, told = _clock(main, other, common)
     names = {channel.name for channel in main.channels}
@@ -243,7 +258,7 @@ def side_by_side(
     )
     return replace(
         main,
-        channels=(*main.channels, *other.channels),
+        channels=(*main.channels, *_slower(other, rate)),
         rows=tuple(range(len(main.channels) + len(other.channels))),
         n_samples=last - first,
         start_time=main.start_time and main.start_time + timedelta(seconds=first / rate),
@@ -258,6 +273,14 @@ def side_by_side(
         unused=_left_over(main, other),
         in_file=None,
     )
+
+
+def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
+    """Return the channels of a recording, with their own rate where it is the lower one."""
+    if recording.sample_rate >= rate:
+        return recording.channels
+    own = recording.sample_rate
+    return tuple(replace(c, own_rate=c.own_rate or own) for c in recording.channels)
 
 
 def _left_over(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:

@@ -120,7 +120,8 @@ def measured(
     """
     wanted = demanded(test)
     by_excitation: dict[str | None, LevelKind] = {
-        "random": "density", "sine sweep": "amplitude", "measured": "rms"
+        "random": "density", "sine on random": "density", "sine sweep": "amplitude",
+        "measured": "rms",
     }  # fmt: skip
     kind = wanted.kind if wanted else by_excitation.get(test.excitation)
     if test.excitation == "sine" and not wanted:

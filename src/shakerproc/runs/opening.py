@@ -104,7 +104,13 @@ def open_path(
 def sampling_of(test: Test) -> Sampling:
     """Return what the log says of the times of a test."""
     said = test.processing
-    return Sampling(said.sample_rate, said.override_rate, said.time_unit, said.resample)
+    return Sampling(
+        said.sample_rate,
+        said.override_rate,
+        said.time_unit,
+        said.resample,
+        said.ignore_starts,
+    )
 
 
 def _with_others(
@@ -137,7 +143,9 @@ def _with_others(
                     hashed=seen,
                 )
             )  # fmt: skip
-            found = side_by_side(found, there[-1], one.common)
+            found = side_by_side(
+                found, there[-1], one.common, stamped=not test.processing.ignore_starts
+            )
     except BaseException:
         for part in there:
             part.source.close()

@@ -13,6 +13,7 @@ from shakerproc.runs.resonances import averaged_share
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
+from shakerproc.spectra.responses.masks import audible
 from shakerproc.testlog import ResponseFunction
 
 OWN: Final = 0.01
@@ -216,16 +217,19 @@ def _pair(
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
     limits, _ = spectra.response_bounds(cross, *rows)
+    density = result.psd[list(inputs)].mean(axis=0)
+    there = audible(result.spectra.frequency, density, result.band)
+    scale = np.where(there, factor, np.nan)
     return Pair(
         label=f"{wanted.output} / {wanted.input}",
         name=NAMES.get((of, over), "response function") if unit else "transmissibility",
         unit=unit or "1",
         ending=spelled_ratio(of, over),
-        h1=spectra.h1(cross, *rows)[0] * factor,
-        h2=spectra.h2(cross, *rows)[0] * factor,
-        hv=spectra.hv(cross, *rows)[0] * factor,
-        low=limits.low[0] * factor,
-        high=limits.high[0] * factor,
+        h1=spectra.h1(cross, *rows)[0] * scale,
+        h2=spectra.h2(cross, *rows)[0] * scale,
+        hv=spectra.hv(cross, *rows)[0] * scale,
+        low=limits.low[0] * scale,
+        high=limits.high[0] * scale,
         coherence=averaged_share(cross, spectra.coherence(cross, *rows)[0]),
         excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
         inputs=inputs,

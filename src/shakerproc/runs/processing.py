@@ -22,6 +22,7 @@ from shakerproc.runs.result import (
     lone_force,
 )
 from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
+from shakerproc.runs.tones import tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra.tones.lines import Line, told
 from shakerproc.testlog import Test, TestLog
@@ -29,7 +30,7 @@ from shakerproc.testlog import Test, TestLog
 IN_MEMORY: Final = 1e8
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
 
-STILL: Final = (None, "random")
+STILL: Final = (None, "random", "sine on random")
 """Kinds of excitation, or none said, in which a steady tone of the control is odd."""
 
 
@@ -136,11 +137,12 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
     channels = recording.channels
     controls = tuple(i for i, c in enumerate(channels) if c.role == "control")
     responses = tuple(i for i, c in enumerate(channels) if c.role != "control")
-    cross, blows = averaged(recording, crop, test)
+    tones, floor = tones_taken_out(recording, crop, test)
+    cross, blows = averaged(floor, crop, test)
     band = excited_band(test, cross)
     still = test.excitation in STILL
     lines = spectra.steady_lines(cross, controls, (0.0, band[1])) if still else ()
-    search = Search(cross, test, band, finer_spectra(recording, crop, test), lines)
+    search = Search(cross, test, band, finer_spectra(floor, crop, test), lines)
     against = against_controls(search, controls, responses)
     density = spectra.psd(cross)
     notch, problem = notched(recording, crop, test)
@@ -185,6 +187,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         flags=(),
         swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
+        tones=tones,
     )
     result = _with_shaft(whole, _told_of_averages(result))
     if pictured or test.processing.spectrogram is not None:

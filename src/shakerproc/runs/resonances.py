@@ -77,16 +77,18 @@ def against_controls(
     if not controls or not responses:
         return None
     cross = search.spectra
+    density = spectra.psd(cross)[list(controls)].mean(axis=0)
+    there = masks.audible(cross.frequency, density, search.judged)
     return Responses(
-        h1=spectra.h1(cross, controls, responses),
-        h2=spectra.h2(cross, controls, responses),
-        hv=spectra.hv(cross, controls, responses),
-        psd_ratio=spectra.psd_ratio(cross, controls, responses),
+        h1=np.where(there, spectra.h1(cross, controls, responses), np.nan),
+        h2=np.where(there, spectra.h2(cross, controls, responses), np.nan),
+        hv=np.where(there, spectra.hv(cross, controls, responses), np.nan),
+        psd_ratio=np.where(there, spectra.psd_ratio(cross, controls, responses), np.nan),
         coherence=averaged_share(cross, spectra.coherence(cross, controls, responses)),
         multiple_coherence=averaged_share(
             cross, spectra.multiple_coherence(cross, controls, responses)
         ),
-        valid=search.valid(spectra.psd(cross)[list(controls)].mean(axis=0)),
+        valid=search.valid(density),
     )
 
 

@@ -24,6 +24,7 @@ from shakerproc.spectra import (
     Statistics,
 )
 from shakerproc.spectra.hammer.blows import Blows
+from shakerproc.spectra.tones.mixed import MixedTones
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test
 
@@ -101,7 +102,8 @@ class Responses:
     Attributes
     ----------
     h1, h2, hv : complex arrays
-        Response functions against the mean control [response unit/control unit].
+        Response functions against the mean control, not a number where it has no power to
+        divide by [response unit/control unit].
     psd_ratio : array
         Response density over the mean control density; what the thesis calls FRF.
     coherence, multiple_coherence : arrays
@@ -217,6 +219,9 @@ class RunResult:
         What else the log asks for.
     blows : Blows, optional
         Of a hammer test: the segments that the spectra are averages of.
+    tones : MixedTones, optional
+        Of a sine on random: taken out of the samples before `spectra` and all that is read
+        from them.
     shaft : Rotation, optional
         From the tachometer, times from the start of the crop; None where no orders are asked.
     """
@@ -256,6 +261,7 @@ class RunResult:
     swept: tuple[SweptReading, ...] = ()
     analyses: tuple[Analysis, ...] = ()
     blows: Blows | None = None
+    tones: MixedTones | None = None
     shaft: Rotation | None = None
 
     def units_of_response(self, row: int) -> tuple[str, str]:

@@ -113,6 +113,20 @@ class Orders:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Dwell:
+    """Gain, phase and frequency of a long sine over time.
+
+    Attributes
+    ----------
+    every : float, optional
+        Length of the stretches that they are read in [s]; by default 300 a run.
+    """
+
+    every: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class Waterfall:
     """Spectra one after the other.
 

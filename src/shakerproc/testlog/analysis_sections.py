@@ -67,6 +67,12 @@ class OrdersSection(Section):
     revolutions: Annotated[float, Field(ge=1.0, le=1000.0, strict=False)] | None = None
 
 
+class DwellSection(Section):
+    """Gain, phase and frequency of a long sine."""
+
+    every: Annotated[float | None, in_unit("s", positive=True)] = None
+
+
 class WaterfallSection(Section):
     """Spectra one after the other."""
 

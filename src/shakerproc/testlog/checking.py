@@ -21,6 +21,7 @@ _NEEDED: Final[Mapping[str, Mapping[str, str]]] = {
         "multisine": "multisine: {period: 2 s, periods: 9}",
     },
     "sine": {"frequency": "frequency: 50 Hz"},
+    "sine on random": {"start": "from: 10 Hz", "stop": "to: 500 Hz"},
 }
 """Fields that a kind of excitation needs, and how they may be written."""
 
@@ -29,6 +30,7 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
     "stepped sine": ("frequency",),
     "random": ("frequency", "rate"),
     "multisine": ("frequency", "rate"),
+    "sine on random": ("frequency", "rate"),
     "sine": ("start", "stop", "rate"),
     "shock": ("frequency", "rate"),
     "hammer": ("frequency", "rate"),
@@ -60,6 +62,8 @@ def check_keys(section: TestSection) -> None:
             key = _KEY.get(field, field)
             raise MisfitError(f"means nothing for excitation: {kind}; take it out", key)
     _check_multisine(section, kind)
+    if section.tones is not None and kind != "sine on random":
+        raise MisfitError("means something for excitation: sine on random only", "tones")
     if (section.start is None) != (section.stop is None):
         given = "to" if section.start is None else "from"
         raise MisfitError('expected both "from" and "to", or neither', given)

@@ -6,14 +6,14 @@ from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, final
 
 Excitation: TypeAlias = Literal[
-    "sine sweep", "random", "sine", "multisine", "stepped sine", "shock", "hammer",
-    "free decay", "measured",
+    "sine sweep", "random", "sine", "multisine", "stepped sine", "sine on random", "shock",
+    "hammer", "free decay", "measured",
 ]  # fmt: skip
 
 PULSES: Final[tuple[Excitation, ...]] = ("shock", "hammer", "free decay")
 """Kinds of excitation that are over soon, and whose shape no key of the log says."""
 
-BROADBAND: Final[tuple[Excitation, ...]] = ("random", "multisine")
+BROADBAND: Final[tuple[Excitation, ...]] = ("random", "multisine", "sine on random")
 """Kinds of excitation whose level is a density or an rms value."""
 
 LevelUnit: TypeAlias = Literal[

@@ -1,12 +1,17 @@
-"""The keys of multisines and of hammer tests in a test log."""
+"""The keys of multisines, of tones and of hammer tests in a test log."""
 
-from typing import Annotated, Final
+from collections.abc import Sequence
+from typing import Annotated, Any, Final
 
 from pydantic import BeforeValidator, Field
 
 from shakerproc.documents import Section
+from shakerproc.testlog.excitation import LEVELS, LevelUnit
 from shakerproc.testlog.hammer import Amount
+from shakerproc.testlog.levels import level_of
+from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.multisine import LineGrid, Multisine
+from shakerproc.testlog.tones import DemandedTone
 from shakerproc.units import in_unit, is_unit_of, quoted, to_si
 
 _NUMBER: Final = "+-0123456789.eE "
@@ -25,6 +30,74 @@ class MultisineSection(Section):
 def multisine_of(section: MultisineSection | None) -> Multisine | None:
     """Return what the log says of a multisine; None where it says nothing."""
     return None if section is None else Multisine(**dict(section))
+
+
+def _amplitude(written: object) -> tuple[float, LevelUnit]:
+    return level_of(written, "sine")
+
+
+class ToneSection(Section):
+    """A tone of a sine on random; `start` and `stop` are those of a swept one, refused."""
+
+    frequency: Annotated[float | None, in_unit("Hz", positive=True)] = None
+    level: Annotated[tuple[float, LevelUnit] | None, BeforeValidator(_amplitude)] = None
+    start: Any = Field(None, alias="from")
+    stop: Any = Field(None, alias="to")
+
+
+def tones_of(
+    sections: Sequence[ToneSection],
+    band: tuple[float | None, float | None],
+    unit: LevelUnit | None,
+) -> tuple[DemandedTone, ...]:
+    """Return the tones that a log demands.
+
+    Parameters
+    ----------
+    sections : sequence of ToneSection
+        As the log has them.
+    band : (float, float)
+        From where to where the test excites [Hz]; None where the log does not say.
+    unit : LevelUnit, optional
+        Of the level of the random vibration.
+
+    Raises
+    ------
+    MisfitError
+        If a tone is swept, stands twice, lies outside the band, or is of another signal.
+    """
+    found: list[DemandedTone] = []
+    for i, one in enumerate(sections):
+        for key, said in (("from", one.start), ("to", one.stop)):
+            if said is not None:
+                raise MisfitError(
+                    "expected fixed tones only, such as {frequency: 17 Hz, level: 2.5 g}; "
+                    "tones that sweep are not known",
+                    "tones", i, key,
+                )  # fmt: skip
+        if one.frequency is None:
+            raise MisfitError(
+                'expected the key "frequency", such as frequency: 17 Hz', "tones", i
+            )
+        low, high = band
+        if low is not None and high is not None and not low <= one.frequency <= high:
+            raise MisfitError(
+                f"expected a tone within the band of the test, {low:g} to {high:g} Hz, got "
+                f"{one.frequency:g} Hz",
+                "tones", i, "frequency",
+            )  # fmt: skip
+        if any(one.frequency == other.frequency for other in found):
+            raise MisfitError("expected each tone once", "tones", i, "frequency")
+        if one.level is not None and unit is not None:
+            signal, wanted = LEVELS[one.level[1]][1], LEVELS[unit][1]
+            if signal != wanted:
+                raise MisfitError(
+                    f"expected an amplitude of the signal of the test's level, in {wanted}, "
+                    f"got one in {signal}",
+                    "tones", i, "level",
+                )  # fmt: skip
+        found.append(DemandedTone(one.frequency, None if one.level is None else one.level[0]))
+    return tuple(found)
 
 
 def amount_of(written: object, units: tuple[str, str], largest_share: float) -> Amount:

@@ -10,6 +10,7 @@ from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
 from shakerproc.testlog.analyses import (
     Distribution,
+    Dwell,
     Fatigue,
     Integration,
     Octaves,
@@ -123,6 +124,9 @@ def merged_processing(
         override_rate=override,
         time_unit=given.get("time_unit", base.time_unit),
         resample=given.get("resample", base.resample),
+        ignore_starts=base.ignore_starts
+        if section.starts is None
+        else section.starts == "ignore",
         bad_rows=given.get("bad_rows", base.bad_rows),
         group=given.get("group", base.group),
         measurement=given.get("measurement", base.measurement),
@@ -139,6 +143,7 @@ def merged_processing(
             base.distribution, section.distribution, Distribution(), "distribution"
         ),
         orders=_asked(base.orders, section.orders, Orders(), "orders"),
+        dwell=_asked(base.dwell, section.dwell, Dwell(), "dwell"),
         waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
         spectrogram=_asked(
             base.spectrogram, section.spectrogram, ShownSpectrogram(), "spectrogram"

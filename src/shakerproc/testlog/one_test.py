@@ -13,6 +13,7 @@ from shakerproc.testlog.multisine import Multisine
 from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import is_inside
 from shakerproc.testlog.processing import Processing
+from shakerproc.testlog.tones import DemandedTone
 
 Tag: TypeAlias = str | float
 
@@ -109,6 +110,8 @@ class Test:
         What happened during the test.
     multisine : Multisine, optional
         How a multisine repeats.
+    tones : tuple of DemandedTone
+        Of a sine on random; where it says none, they are found in the controls.
     instruments : tuple of Instrument
         Those of the report whose calibration ends on a day.
     """
@@ -147,6 +150,7 @@ class Test:
     beside: tuple[Beside, ...] = ()
     events: tuple[Event, ...] = ()
     multisine: Multisine | None = None
+    tones: tuple[DemandedTone, ...] = ()
     instruments: tuple[Instrument, ...] = ()
 
     @property

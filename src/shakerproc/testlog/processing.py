@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias, final
 from shakerproc.data import STANDARD_GRAVITY, BadRows, Measurement
 from shakerproc.testlog.analyses import (
     Distribution,
+    Dwell,
     Fatigue,
     Integration,
     Octaves,
@@ -159,6 +160,8 @@ class Processing:
         Unit of times in the recording that state none; empty where they do.
     resample : float, optional
         Rate of the even times that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the recording states.
     bad_rows : str
         ``refuse`` a text file with lines that are no rows of numbers, or ``skip`` them.
     group : str, optional
@@ -187,6 +190,8 @@ class Processing:
         Probability density and exceedance of every channel.
     orders : Orders, optional
         Orders against the speed that a tachometer shows.
+    dwell : Dwell, optional
+        Gain, phase and frequency of a long sine over time.
     waterfall : Waterfall, optional
         Spectra one after the other.
     spectrogram : ShownSpectrogram, optional
@@ -211,6 +216,7 @@ class Processing:
     override_rate: bool = False
     time_unit: str = ""
     resample: float | None = None
+    ignore_starts: bool = False
     bad_rows: BadRows = "refuse"
     group: str | None = None
     measurement: Measurement | None = None
@@ -226,6 +232,7 @@ class Processing:
     integration: Integration | None = None
     distribution: Distribution | None = None
     orders: Orders | None = None
+    dwell: Dwell | None = None
     waterfall: Waterfall | None = None
     spectrogram: ShownSpectrogram | None = None
     splitting: Splitting | None = None

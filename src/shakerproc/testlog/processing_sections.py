@@ -8,6 +8,7 @@ from shakerproc.data import BadRows
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.analysis_sections import (
     DistributionSection,
+    DwellSection,
     FatigueSection,
     IntegrationSection,
     OctavesSection,
@@ -137,6 +138,7 @@ class ProcessingSection(Section):
     sample_rate: SampleRate | None = None
     time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None = None
     resample: Hertz = None
+    starts: Literal["stated", "ignore"] | None = None
     bad_rows: BadRows | None = None
     group: Text | None = None
     measurement: Annotated[int, Field(ge=1, le=10_000)] | Literal["all"] | None = None
@@ -152,6 +154,7 @@ class ProcessingSection(Section):
     integration: IntegrationSection | None = None
     distribution: DistributionSection | None = None
     orders: OrdersSection | None = None
+    dwell: DwellSection | None = None
     waterfall: WaterfallSection | None = None
     spectrogram: SpectrogramSection | None = None
     splitting: SplittingSection | None = None

@@ -272,10 +272,11 @@ def fitting_profile(
             f"no profile {quoted(section.profile)} under profiles{told}", "profile"
         )
     profile = profiles[section.profile]
-    kind = "random" if profile.unit.endswith("/Hz") else "sine sweep"
-    if section.excitation != kind:
+    density = profile.unit.endswith("/Hz")
+    kinds = ("random", "sine on random") if density else ("sine sweep",)
+    if section.excitation not in kinds:
         raise MisfitError(
-            f"expected excitation: {kind} for a profile in "
+            f"expected excitation: {' or '.join(kinds)} for a profile in "
             f"{_SHOWN.get(profile.unit, profile.unit)}, got "
             f"{section.excitation or 'none'}",
             "profile",

@@ -11,7 +11,7 @@ from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import LevelUnit, Profile
-from shakerproc.testlog.excitation_sections import multisine_of
+from shakerproc.testlog.excitation_sections import multisine_of, tones_of
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
@@ -132,6 +132,9 @@ class _Reader:
         with _At(self.document, "tests", i):
             profile = fitting_profile(self.profiles, section, level_unit)
         low, high = _ends(section, profile)
+        unit = level_unit if profile is None else profile.unit
+        with _At(self.document, "tests", i):
+            tones = tones_of(section.tones or (), (low, high), unit)
         test = Test(
             id=section.id,
             recording=self._recording(i, section),
@@ -170,6 +173,7 @@ class _Reader:
             continued=self._continued(i, section),
             beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
             multisine=multisine_of(section.multisine),
+            tones=tones,
             events=tuple(Event(event.at, event.note) for event in section.events),
             instruments=self.instruments,
         )

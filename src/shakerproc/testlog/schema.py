@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from shakerproc.data import Role
 from shakerproc.documents import FromList, Section
 from shakerproc.testlog.excitation import Excitation
-from shakerproc.testlog.excitation_sections import MultisineSection
+from shakerproc.testlog.excitation_sections import MultisineSection, ToneSection
 from shakerproc.testlog.fields import (
     Decibels,
     Direction,
@@ -151,6 +151,7 @@ class TestSection(Section):
     frequency: Hertz = None
     notch: Hertz = None
     multisine: MultisineSection | None = None
+    tones: Annotated[tuple[ToneSection, ...], FromList, Field(min_length=1)] | None = None
     discarded: bool = False
     comment: Remark = ""
     hold_out: bool = False

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+from shakerproc.recordings.time_axis import Sampling
 from shakerproc.workflows.draft_channels import (
     controls_of_seen,
     crop_of,
@@ -26,7 +27,7 @@ channels:                       # role: control sits on the table; or response, 
 {channels}
 processing:
   crop: {crop}
-{rate}
+{times}
 # Of each test: excitation, level and band, as in the second line here. With them the level is
 # checked and only what was excited is judged. Mark one test of several levels hold_out: true.
 #   - {{id: 1, recording: run_1.tdms, specimen: a, clearance: 0.05 mm, excitation: random,
@@ -39,7 +40,7 @@ def log_text(
     folder: Path,
     recordings: Path,
     seen: Sequence[Seen],
-    sample_rate: float | None,
+    said: Sampling,
     warn: Callable[[str], None],
 ) -> str:
     """Return the draft of a log for recordings, of which one that can be used comes first.
@@ -50,8 +51,8 @@ def log_text(
         Where the log goes, and the folder in it that holds the recordings.
     seen : sequence of Seen
         The recordings.
-    sample_rate : float, optional
-        Of recordings that do not say it [Hz].
+    said : Sampling
+        What is said of the times of the recordings.
     warn : callable
         Called with what may be wrong.
     """
@@ -68,9 +69,22 @@ def log_text(
         folder=quoted(below),
         channels="".join(f"  {key}: {use}   # {note}\n" for key, (use, note) in usual.items()),
         crop=crop,
-        rate=f"  sample_rate: {sample_rate:.10g} Hz\n" if sample_rate else "",
+        times=_times(said),
         tests=test_lines(own, recordings, ()),
     )
+
+
+def _times(said: Sampling) -> str:
+    """Return the lines of `processing` that say the same of the times."""
+    rate = f"{said.rate:.10g} Hz" if said.rate else ""
+    resample = f"{said.resample:.10g} Hz" if said.resample else ""
+    given = {
+        "sample_rate": f"{{value: {rate}, override: true}}" if said.override else rate,
+        "time_unit": said.unit,
+        "resample": resample,
+        "starts": "ignore" if said.ignore_starts else "",
+    }
+    return "".join(f"  {key}: {value}\n" for key, value in given.items() if value)
 
 
 def test_lines(own: Mapping[Path, str], recordings: Path, taken: Collection[str]) -> str:

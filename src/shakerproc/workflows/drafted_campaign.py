@@ -7,6 +7,7 @@ from typing import Final
 
 from shakerproc import files
 from shakerproc.errors import LogError
+from shakerproc.recordings.time_axis import Sampling
 from shakerproc.workflows.draft_channels import (
     FORCE,
     controls_of_seen,
@@ -39,7 +40,7 @@ _SENSOR: Final = "{at: coupon, measures: acceleration}"
 def begin(
     folder: Path,
     recordings: Path,
-    sample_rate: float | None,
+    said: Sampling,
     advance: Callable[[str], None],
     warn: Callable[[str], None],
 ) -> tuple[Path, Path]:
@@ -49,8 +50,8 @@ def begin(
     ----------
     folder, recordings : Path
         Where the files go, and the folder in it that holds the recordings.
-    sample_rate : float, optional
-        Of recordings that do not say it [Hz].
+    said : Sampling
+        What is said of the times of the recordings.
     advance, warn : callable
         Called after each recording, and with what may be wrong.
 
@@ -70,12 +71,12 @@ def begin(
             f"name a folder that holds the recordings, or move them."
         )
     paths = recordings_below(recordings)
-    seen = [one for path in paths for one in seen_of(path, sample_rate, warn, advance)]
+    seen = [one for path in paths for one in seen_of(path, said, warn, advance)]
     if not seen:
         raise LogError(f"{recordings}: none of the recordings can be read; nothing was written")
     # what can be used speaks first, and of that what a shaker drives
     seen.sort(key=lambda one: (not one.rms, is_struck(one)))
-    files.write_text(log, log_text(folder, recordings, seen, sample_rate, warn))
+    files.write_text(log, log_text(folder, recordings, seen, said, warn))
     files.write_text(model, _model_text(seen[0]))
     return log, model
 

@@ -49,6 +49,8 @@ class Options(TypedDict, total=False):
         Unit of times in the recording that state none: ``s``, ``ms``, ``us``, ...
     resample_hz : float
         Rate of the even times that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the recording states.
     bad_rows : str
         ``refuse`` or ``skip`` lines of a text file that are no rows of numbers.
     group : str
@@ -78,6 +80,7 @@ class Options(TypedDict, total=False):
     override_rate: bool
     time_unit: str | None
     resample_hz: float | None
+    ignore_starts: bool
     bad_rows: str | None
     group: str | None
     measurement: int | str | None
@@ -98,7 +101,7 @@ _TEXT: Final = (
     "detrend", "time_unit",
 )  # fmt: skip
 
-_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch", "override_rate")
+_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch", "override_rate", "ignore_starts")
 
 _COUNTS: Final[Mapping[str, int]] = MappingProxyType({"segment": 8, "overlap": 0})
 
@@ -139,6 +142,7 @@ def sampling_of(
     override_rate: bool,
     time_unit: str | None,
     resample_hz: float | None,
+    ignore_starts: bool = False,
 ) -> Sampling:
     """Return what is said of the times of a recording.
 
@@ -152,6 +156,8 @@ def sampling_of(
         Unit of times in the recording that state none.
     resample_hz : float, optional
         Rate of the even times that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the recording states.
 
     Raises
     ------
@@ -165,7 +171,7 @@ def sampling_of(
         raise ArgumentError("override_rate", "goes with --sample-rate-hz")
     if time_unit is not None and time_unit not in TIME_UNITS:
         raise ArgumentError("time_unit", f"{time_unit!r} is not one of {', '.join(TIME_UNITS)}")
-    return Sampling(sample_rate_hz, override_rate, time_unit or "", resample_hz)
+    return Sampling(sample_rate_hz, override_rate, time_unit or "", resample_hz, ignore_starts)
 
 
 def bad_rows_of(text: str | None) -> str:

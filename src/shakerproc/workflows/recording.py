@@ -121,6 +121,7 @@ def open_recording(
     override_rate: bool = False,
     time_unit: str | None = None,
     resample_hz: float | None = None,
+    ignore_starts: bool = False,
 ) -> OpenedRecording:
     """Return what a recording holds: channels, units, sample rate, length.
 
@@ -139,6 +140,8 @@ def open_recording(
         Unit of times in the file that state none, such as ``ms``.
     resample_hz : float, optional
         Rate of the even times that every channel is interpolated to [Hz].
+    ignore_starts : bool
+        Whether all channels start together, whatever the file states.
 
     Raises
     ------
@@ -154,6 +157,7 @@ def open_recording(
         override_rate=switch_of("override_rate", override_rate),
         time_unit=None if time_unit is None else text_of("time_unit", time_unit, "a unit"),
         resample_hz=resample_hz,
+        ignore_starts=switch_of("ignore_starts", ignore_starts),
     )
     with recordings.open_recording(
         given, part=recordings.FilePart(group), sample_rate=said

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from shakerproc.errors import LogError, RecordingError
+from shakerproc.recordings.time_axis import AS_STATED, Sampling
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +56,10 @@ def natural(text: str) -> list[tuple[int, str]]:
     return [(int(p), "") if p.isdigit() else (0, p) for p in re.split(r"(\d+)", text)]
 
 
-def look(path: Path, sample_rate: float | None = None) -> Seen:
+def look(path: Path, said: Sampling = AS_STATED) -> Seen:
     """Return what a recording holds; the samples are read once.
 
-    `sample_rate` is in [Hz].
+    `said` is what is known of its times.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def look(path: Path, sample_rate: float | None = None) -> Seen:
 
     from shakerproc.recordings import open_recording
 
-    with open_recording(path, sample_rate=sample_rate) as recording:
+    with open_recording(path, sample_rate=said) as recording:
         squares = np.zeros(len(recording.channels))
         for block in recording.blocks(size=2**17):
             squares += np.sum(np.where(np.isfinite(block), block, 0.0) ** 2, axis=1)
@@ -108,17 +109,17 @@ def described(path: Path) -> Seen | None:
 
 def seen_of(
     path: Path,
-    sample_rate: float | None,
+    said: Sampling,
     warn: Callable[[str], None],
     advance: Callable[[str], None] = lambda _name: None,
 ) -> list[Seen]:
     """Return what a recording holds or, where it is unusable, at most what it describes.
 
-    `sample_rate` is in [Hz].
+    `said` is what is known of its times.
     """
     found = None
     try:
-        found = look(path, sample_rate)
+        found = look(path, said)
     except RecordingError as error:
         warn(f"not usable yet: {error}")
         with suppress(RecordingError):

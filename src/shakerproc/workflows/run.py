@@ -204,7 +204,7 @@ def _what(given: object) -> tuple[Path, Test]:
         said = given.said
         processing = Processing(
             group=given.group, sample_rate=said.rate, override_rate=said.override,
-            time_unit=said.unit, resample=said.resample,
+            time_unit=said.unit, resample=said.resample, ignore_starts=said.ignore_starts,
         )  # fmt: skip
         return given.path, Test(id=given.path.stem, processing=processing)
     if isinstance(given, Recording):

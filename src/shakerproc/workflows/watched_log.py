@@ -8,6 +8,7 @@ from typing import Final, final
 from shakerproc import files
 from shakerproc.campaign.arrivals import Stamp, looked
 from shakerproc.errors import LogError, ShakerprocError
+from shakerproc.recordings.time_axis import Sampling
 from shakerproc.report.trial import tried_header
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
 from shakerproc.workflows.draft_channels import controls_of_seen, crop_of, entries, own_channels
@@ -96,16 +97,14 @@ class DraftedLog:
     ----------
     folder : Path
         The watched folder.
-    sample_rate : float, optional
-        Of recordings that do not say it [Hz].
+    said : Sampling
+        What is said of the times of the recordings.
     warn : callable
         Called with what is wrong.
     """
 
-    def __init__(
-        self, folder: Path, sample_rate: float | None, warn: Callable[[str], None]
-    ) -> None:
-        self._folder, self._rate, self._warn = folder.resolve(), sample_rate, warn
+    def __init__(self, folder: Path, said: Sampling, warn: Callable[[str], None]) -> None:
+        self._folder, self._said, self._warn = folder.resolve(), said, warn
         self._path = self._folder / LOG
         self._log = WatchedLog(self._path, warn)
         self._tried: dict[Path, Stamp] = {}
@@ -122,12 +121,12 @@ class DraftedLog:
         named = still if log is None else _unnamed(log, still)
         new = [path for path in named if self._tried.get(path) != still[path]]
         self._tried |= {path: still[path] for path in new}
-        seen = [one for path in new for one in seen_of(path, self._rate, self._warn)]
+        seen = [one for path in new for one in seen_of(path, self._said, self._warn)]
         if not seen:
             return log
         seen.sort(key=lambda one: not one.rms)  # what can be used speaks first
         if log is None:
-            text = log_text(self._folder, self._folder, seen, self._rate, self._warn)
+            text = log_text(self._folder, self._folder, seen, self._said, self._warn)
         else:
             text = self._longer(log, {one.path: one for one in seen})
         files.write_text(self._path, text)
@@ -160,7 +159,7 @@ class DraftedLog:
         """Return what a draft says of the channels of the first recording that is there."""
         for test in log.tests:
             if test.recording is not None and test.recording.is_file():
-                first = seen_of(test.recording, self._rate, lambda _text: None)
+                first = seen_of(test.recording, self._said, lambda _text: None)
                 return entries(first[0]) if first else {}
         return {}
 

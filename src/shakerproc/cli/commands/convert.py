@@ -24,6 +24,7 @@ def convert(
     override_rate: options.OverrideRateOption = False,
     time_unit: options.TimeUnitOption = None,
     resample_hz: options.ResampleOption = None,
+    ignore_starts: options.IgnoreStartsOption = False,
     bad_rows: options.BadRowsOption = None,
 ) -> None:
     """Write a recording in another format, in the units that it has."""
@@ -40,7 +41,9 @@ def convert(
     with open_recording(
         recording,
         part=FilePart(group, options.measurement_of(measurement)),
-        sample_rate=options.sampling_of(sample_rate_hz, override_rate, time_unit, resample_hz),
+        sample_rate=options.sampling_of(
+            sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
+        ),
         bad_rows=options.bad_rows_of(bad_rows),
     ) as opened:
         write(out, opened)

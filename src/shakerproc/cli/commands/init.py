@@ -1,11 +1,14 @@
 """``shakerproc init``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shakerproc.cli import options, output
+
+if TYPE_CHECKING:
+    from shakerproc.recordings import Sampling
 
 
 def init(
@@ -21,13 +24,11 @@ def init(
             file_okay=False,
         ),
     ] = None,
-    sample_rate_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Sample rate of recordings that do not state it; with --recordings [Hz].",
-            callback=options.positive,
-        ),
-    ] = None,
+    sample_rate_hz: options.SampleRateOption = None,
+    override_rate: options.OverrideRateOption = False,
+    time_unit: options.TimeUnitOption = None,
+    resample_hz: options.ResampleOption = None,
+    ignore_starts: options.IgnoreStartsOption = False,
 ) -> None:
     """Write a test log, a model and small simulated recordings to start from.
 
@@ -35,20 +36,23 @@ def init(
     --recordings, a log and a model of your own: a line for each file, its channels, and marks
     where something has to be filled in.
     """
-    if recordings is None and sample_rate_hz is not None:
-        raise typer.BadParameter("goes with --recordings", param_hint="--sample-rate-hz")
+    said = options.sampling_of(
+        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
+    )
+    if recordings is None and options.named_in(said):
+        raise typer.BadParameter("goes with --recordings", param_hint=options.named_in(said))
     if recordings is None:
         _simulated(folder)
     else:
-        _own(folder, recordings, sample_rate_hz)
+        _own(folder, recordings, said)
 
 
-def _own(folder: Path, recordings: Path, sample_rate: float | None) -> None:
+def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
     from shakerproc.workflows.drafted_campaign import begin
     from shakerproc.workflows.recordings_seen import recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
-        log, model = begin(folder, recordings, sample_rate, advance, output.warning)
+        log, model = begin(folder, recordings, said, advance, output.warning)
     output.message(f"fill in what is marked ??? in {log}, then in {model}")
     for line in (f"shakerproc batch {log}", f"shakerproc compare {model} {log} --fit"):
         output.data(line)

@@ -36,6 +36,7 @@ def inspect(
     override_rate: options.OverrideRateOption = False,
     time_unit: options.TimeUnitOption = None,
     resample_hz: options.ResampleOption = None,
+    ignore_starts: options.IgnoreStartsOption = False,
     bad_rows: options.BadRowsOption = None,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
     json: output.JsonOption = None,
@@ -48,7 +49,9 @@ def inspect(
     from shakerproc.recordings import FilePart, contents, open_recording
 
     skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
-    said = options.sampling_of(sample_rate_hz, override_rate, time_unit, resample_hz)
+    said = options.sampling_of(
+        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
+    )
     groups, notes = contents(recording)
     try:
         with open_recording(

@@ -104,6 +104,7 @@ def process(
     override_rate: options.OverrideRateOption = False,
     time_unit: options.TimeUnitOption = None,
     resample_hz: options.ResampleOption = None,
+    ignore_starts: options.IgnoreStartsOption = False,
     bad_rows: options.BadRowsOption = None,
     group: Annotated[
         str | None, typer.Option(help="Group of a file of several.", show_default="all data")
@@ -158,6 +159,7 @@ def process(
                 "override_rate": override_rate,
                 "time_unit": time_unit,
                 "resample_hz": resample_hz,
+                "ignore_starts": ignore_starts,
                 "bad_rows": bad_rows,
                 "group": group,
                 "measurement": measurement,

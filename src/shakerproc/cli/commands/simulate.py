@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from shakerproc.models import Model
+    from shakerproc.models.motion import Motion
     from shakerproc.planning import Staging
 
 QUANTITIES = ("m/s^2", "N", "m", "m/s", "V")
@@ -127,7 +128,7 @@ def simulate(
         found = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
     output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
-    _print(found, json)
+    _print(found, shaken.motion, json)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
 
@@ -200,17 +201,20 @@ def _document(
     }
 
 
-def _print(found: "Sequence[Mapping[str, object]]", json: str | None) -> None:
+def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion", json: str | None) -> None:
+    from shakerproc.models.motion import shown_in
+
+    unit, factor = shown_in("m", motion)
     rows = []
     for one in found:
         moved = one["largest_relative_displacement_m"]
         most = max(moved.values()) if isinstance(moved, dict) else None
         rows.append((
-            one["test"], one["recording"], one["duration_s"], 1e3 * most if most else None,
+            one["test"], one["recording"], one["duration_s"], factor * most if most else None,
             one["switchings"], one["growth"], "chaotic" if one["chaotic"] else None,
         ))  # fmt: skip
     output.print_table(
-        ("test", "recording", "takes [s]", "largest motion [mm]", "switchings",
+        ("test", "recording", "takes [s]", f"largest motion [{unit}]", "switchings",
          "growth of 1e-10", "remark"),
         rows,
         json_target=json,

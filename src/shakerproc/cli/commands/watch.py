@@ -11,6 +11,7 @@ from shakerproc.cli import options, output
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from shakerproc.recordings import Sampling
     from shakerproc.testlog import TestLog
 
 
@@ -70,13 +71,11 @@ def watch(
     ] = None,
     export: options.ExportOption = "",
     figures: options.FiguresOption = True,
-    sample_rate_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Sample rate of recordings that do not state it, for drafts [Hz].",
-            callback=options.positive,
-        ),
-    ] = None,
+    sample_rate_hz: options.SampleRateOption = None,
+    override_rate: options.OverrideRateOption = False,
+    time_unit: options.TimeUnitOption = None,
+    resample_hz: options.ResampleOption = None,
+    ignore_starts: options.IgnoreStartsOption = False,
     json: output.JsonOption = None,
 ) -> None:
     """Process each recording of a folder as soon as it is finished; the report follows.
@@ -91,8 +90,11 @@ def watch(
     from shakerproc.workflows.watching import Pace, Watch
     from shakerproc.workflows.write_up import Wish
 
-    if log is not None and sample_rate_hz is not None:
-        raise typer.BadParameter("goes without --log", param_hint="--sample-rate-hz")
+    said = options.sampling_of(
+        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
+    )
+    if log is not None and options.named_in(said):
+        raise typer.BadParameter("goes without --log", param_hint=options.named_in(said))
     root = (folder if log is None else log.parent) / "results" if out is None else out
     if folder.resolve().is_relative_to(root.resolve()):
         raise typer.BadParameter(
@@ -102,7 +104,7 @@ def watch(
     watched = Watch(
         folder,
         root,
-        _logs(folder, log, sample_rate_hz),
+        _logs(folder, log, said),
         products=Products(figures, options.exports_of(export)),
         machines=Machines(workers),
         wish=Wish(channel, figures=figures, command=output.command()),
@@ -125,13 +127,11 @@ def watch(
         output.finish(1)
 
 
-def _logs(
-    folder: Path, log: Path | None, sample_rate: float | None
-) -> "Callable[..., TestLog | None]":
+def _logs(folder: Path, log: Path | None, said: "Sampling") -> "Callable[..., TestLog | None]":
     from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
 
     if log is None:
-        return DraftedLog(folder, sample_rate, output.warning)
+        return DraftedLog(folder, said, output.warning)
     given = WatchedLog(log, output.warning)
     given.read()
     return GivenLog(given, folder, output.warning)

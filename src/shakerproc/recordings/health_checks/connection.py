@@ -61,6 +61,9 @@ HARMONICS: Final = 7
 HUM: Final = 0.5
 """Share of the power at the mains from which on it is hum, or the excitation itself [-]."""
 
+HALF: Final = 0.5
+"""Share of another channel's power that a channel of a lower rate must be able to see [-]."""
+
 STEADY: Final = 1.5
 """Unsteadiness half-way between that of a tone (1) and that of noise (2) [-]."""
 
@@ -278,14 +281,22 @@ class Connection(AbstractHealthCheck):
 
         The log says that the table is driven, and another channel is seen to move; or other
         channels move together, for a control (which rests while something decays) other
-        controls with anything.
+        controls with anything. Half of their power must lie where the channel sees it, which
+        one with a low rate of its own does not.
         """
-        others = np.arange(len(self._rows)) != row
+        others = (np.arange(len(self._rows)) != row) & (self._reach(row) >= HALF)
         if self._recording.driven:
             return bool(judged[others].any())
         if self._rows[row] in self._inputs:
             others[len(self._inputs) :] = False  # the inputs come first
         return bool(connected[others].any())
+
+    def _reach(self, row: int) -> FloatArray:
+        """Return the share of each channel's power below half the own rate of one [-]."""
+        averages, rate = self._averages[-1], self._recording.sample_rate
+        own = self._recording.channels[self._rows[row]].own_rate or rate
+        below = np.arange(averages.power.shape[1]) * rate / averages.size <= own / 2.0
+        return _share(averages.power, below)
 
     def _without_hum(self, averages: _Averages) -> NDArray[np.bool_]:
         """Return which bins are judged: those of hum are not, unless hum is the excitation."""

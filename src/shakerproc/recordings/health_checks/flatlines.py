@@ -23,7 +23,7 @@ longest is 2.4 times the next. A cable that fails makes runs of another kind.
 """
 
 SHORTEST_TAIL: Final = 5
-"""Zeros at the end that are looked at."""
+"""Zeros at an end that are looked at."""
 
 TAIL_FACTOR: Final = 4
 """How much longer than the usual runs the zeros at the end must be: there is only one end."""
@@ -121,8 +121,16 @@ class _Channel:
             del self.long[MOST_RUNS:]
 
     def rests(self, limit: int) -> bool:
-        """Return whether it begins at exactly 0: a simulation, or a channel that waits."""
-        return self.lead is not None and self.lead.value == 0.0 and self.lead.length >= limit
+        """Return whether it begins at exactly 0: a simulation, or a channel that waits.
+
+        Noise that dwells at a value for some samples leaves it by one step of the converter;
+        a shock leaves its rest by more.
+        """
+        lead = self.lead
+        if lead is None or lead.value:
+            return False
+        shaken = lead.length >= SHORTEST_TAIL and not self.is_rest(lead)
+        return shaken or lead.length >= limit
 
     def is_rest(self, run: _Run) -> bool:
         """Return whether it came to rest: the samples beside it lie one step of it away."""

@@ -198,10 +198,11 @@ def _problem(entry: Listed) -> str:
 
 def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
     levels = _levels(path, part.properties)
-    axis = _axis(levels[0])
     start = structure.waveforms.starts.get((path, part.number))
     if start is None and part.number == 0:
         start = start_of(levels[0])
+    moment = _time(start)
+    axis = _axis(levels[0], dated=moment is not None)
     promised = max(
         _promised(path, structure, there), _logged(levels, time_base((axis,)).sample_rate)
     )
@@ -212,7 +213,7 @@ def _channel(path: str, structure: Structure, part: _Part, there: int, row: int)
         promised=promised if part.last else there,
         unit=unit_of(levels[0]),
         axes=(axis,),
-        start_time=_time(start),
+        start_time=moment,
         problem=_problem(structure.known[path]),
     )
 
@@ -236,11 +237,13 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
     return round(length) if 0.0 < length < 2.0**50 else 0
 
 
-def _axis(properties: Properties) -> TimeAxis:
-    """Return what a channel states of its times."""
+def _axis(properties: Properties, *, dated: bool) -> TimeAxis:
+    """Return what a channel states of its times; a date of its start holds the offset."""
     quantity, unit = properties.get("wf_xname"), properties.get("wf_xunit_string")
+    offset = properties.get("wf_start_offset")
     axis = TimeAxis(
         "wf_increment",
+        start=float(offset) if isinstance(offset, float) and not dated else 0.0,
         quantity=quantity if isinstance(quantity, str) else "",
         unit=unit if isinstance(unit, str) else "",
     )

@@ -44,6 +44,7 @@ def _over_a_force(result: RunResult) -> bool:
 
 ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "profile": _Kind("ProfileJudgement", lambda result: result.test.profile is not None),
+    "tones": _Kind("ToneAnalysis", lambda result: result.tones is not None),
     "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None),
     "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force),
     "resonances": _Kind("ResonanceAnalysis", _over_a_force),
@@ -56,6 +57,7 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "octaves": _Kind("OctaveAnalysis", _asked("octaves")),
     "distribution": _Kind("DistributionAnalysis", _asked("distribution")),
     "orders": _Kind("OrderAnalysis", lambda result: result.shaft is not None),
+    "dwell": _Kind("DwellAnalysis", _asked("dwell")),
     "waterfall": _Kind("WaterfallAnalysis", _asked("waterfall")),
     "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
     "shock": _Kind("ShockAnalysis", _asked("shock")),

@@ -48,6 +48,30 @@ def excited(
     return keep
 
 
+def audible(
+    frequency: FloatArray, density: FloatArray, band: tuple[float, float]
+) -> NDArray[np.bool_]:
+    """Return which frequencies, inside the band or not, have an input to divide by.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Equally spaced frequencies [Hz].
+    density : (n_frequencies,) array
+        Of the input, such as that of the mean control [unit²/Hz].
+    band : (float, float)
+        Lower and upper limit of the excitation [Hz].
+
+    Returns
+    -------
+    (n_frequencies,) array of bool
+        True where the density exceeds `AUDIBLE` of its largest value in the band; nowhere
+        where there is none.
+    """
+    largest = density[excited(frequency, band)].max(initial=0.0)
+    return np.array((largest > 0.0) & (density > AUDIBLE * largest))
+
+
 def driven(
     frequency: FloatArray, density: FloatArray, band: tuple[float, float]
 ) -> NDArray[np.bool_]:
@@ -68,9 +92,7 @@ def driven(
         True where the density exceeds `AUDIBLE` of its largest value in the band; nowhere
         where there is none.
     """
-    inside = excited(frequency, band)
-    largest = density[inside].max(initial=0.0)
-    return np.array(inside & (density > AUDIBLE * largest))
+    return np.array(excited(frequency, band) & audible(frequency, density, band))
 
 
 def masked(values: FloatArray, keep: NDArray[np.bool_]) -> FloatArray:

@@ -1,0 +1,132 @@
+"""The tones of a sine on random, and the recording without them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording, SampleSource
+from shakerproc.errors import SpectrumError
+from shakerproc.runs import levels
+from shakerproc.runs.averaging import averaged
+from shakerproc.spectra import Crop
+from shakerproc.spectra.tones.lines import centre_of
+from shakerproc.spectra.tones.mixed import MixedTones, check_apart, mixed_tones
+from shakerproc.testlog import Test
+
+FREQUENCY_TOLERANCE: Final = ((0.25, 0.05, 0.0), (5.0, 0.0, 0.2), (50.0, 1.0, 0.0))
+"""Up to which frequency [Hz] a tone may be how far off: [Hz], and [-] (IEC 60068-2-6)."""
+
+ABOVE: Final = 0.02
+"""The same above the last of them [-]."""
+
+
+def frequency_tolerance(frequency: float) -> float:
+    """Return how far a tone may lie from its `frequency` [Hz] by IEC 60068-2-6 [Hz]."""
+    for end, fixed, share in FREQUENCY_TOLERANCE:
+        if frequency <= end:
+            return fixed + share * frequency
+    return ABOVE * frequency
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _WithoutTones(SampleSource):
+    """Samples of a recording less its tones."""
+
+    recording: Recording
+    tones: MixedTones
+    start: int
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        samples = self.recording.samples(start, stop)[list(rows)]
+        rate, first = self.recording.sample_rate, start - self.start
+        return samples - self.tones.at(rows, first, stop - start, rate)
+
+    def close(self) -> None:
+        """Do nothing: the recording closes its own source."""
+
+
+def tones_taken_out(
+    recording: Recording, crop: Crop, test: Test
+) -> tuple[MixedTones | None, Recording]:
+    """Return the tones of a sine on random and the recording without them.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    crop : Crop
+        The run in it, outside of which nothing is taken out that means anything.
+    test : Test
+        What the log says of it.
+
+    Returns
+    -------
+    MixedTones or None, Recording
+        None and the recording itself of any other excitation.
+
+    Raises
+    ------
+    SpectrumError
+        If the controls hold no fixed tone, or the run does not tell its tones apart.
+    """
+    if test.excitation != "sine on random":
+        return None, recording
+    controls = levels.watched(test, recording.channels)
+    if not controls:
+        raise SpectrumError(
+            "sine on random: no channel measures its tones; give one the role control"
+        )
+    found = mixed_tones(
+        lambda start, stop: recording.samples(crop.start + start, crop.start + stop),
+        crop.n_samples,
+        recording.sample_rate,
+        controls,
+        frequency=_places(recording, crop, test, controls),
+        stretch=test.processing.welch.segment,
+    )
+    source = _WithoutTones(recording, found, crop.start)
+    rows = tuple(range(len(recording.channels)))
+    return found, replace(recording, source=source, rows=rows)
+
+
+def _places(
+    recording: Recording, crop: Crop, test: Test, controls: Sequence[int]
+) -> list[float]:
+    """Return where the tones are, near those of the log, else the steady ones [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If the log says none and none is steady.
+    """
+    cross, _ = averaged(recording, crop, test)
+    if not test.tones:
+        band = test.band or (0.0, cross.sample_rate / 2.0)
+        lines = spectra.steady_lines(cross, controls, band)
+        if not lines:
+            raise SpectrumError(
+                "sine on random: the controls hold no tone of fixed frequency, and other tones "
+                "are not known; state tones: [{frequency: ...}], or excitation: random"
+            )
+        return sorted(line.frequency for line in lines)
+    density = spectra.psd(cross)[list(controls)].mean(axis=0)
+    places, stated = [], [tone.frequency for tone in test.tones]
+    check_apart(stated, test.processing.welch.segment, cross.sample_rate)
+    for tone in test.tones:
+        reach = max(frequency_tolerance(tone.frequency), cross.bin_width)
+        others = [abs(tone.frequency - one) / 2.0 for one in stated if one != tone.frequency]
+        reach = min([reach, *others])
+        near = np.abs(cross.frequency - tone.frequency) <= reach
+        if not near.any():
+            raise SpectrumError(
+                f"sine on random: the tone of {tone.frequency:g} Hz lies above half the sample "
+                f"rate, {cross.sample_rate / 2.0:g} Hz"
+            )
+        peak = int(np.argmax(np.where(near, density, -1.0)))
+        at = centre_of(cross, density, peak)
+        places.append(float(np.clip(at, tone.frequency - reach, tone.frequency + reach)))
+    return places
