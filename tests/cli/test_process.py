@@ -26,7 +26,7 @@ def columns_of(path):
 
 def numbers_of(path):
     return {
-        name: np.array(values, dtype=float)
+        name: np.array([value or "nan" for value in values], dtype=float)
         for name, values in columns_of(path).items()
         if name not in {"direction", "excited", "incomplete"}
     }

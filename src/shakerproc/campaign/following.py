@@ -101,7 +101,8 @@ def followed(runs: Sequence[Sequence[PeakSummary]]) -> Followed:
         costs = np.array([
             [min(_cost(peak, seen.peak) for seen in mode) for mode in modes] for peak in peaks
         ]).reshape(len(peaks), len(modes))
-        rows, columns = scipy.optimize.linear_sum_assignment(costs)
+        some = costs.size > 0  # else the module is not loaded for nothing
+        rows, columns = scipy.optimize.linear_sum_assignment(costs) if some else ((), ())
         continued = {
             int(i): modes[j] for i, j in zip(rows, columns, strict=True) if costs[i, j] < NEVER
         }

@@ -189,8 +189,15 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         blows=blows,
         tones=tones,
     )
-    result = _with_shaft(whole, _told_of_averages(result))
-    if pictured or test.processing.spectrogram is not None:
+    return _with_the_rest(whole, recording, _told_of_averages(result), pictured=pictured)
+
+
+def _with_the_rest(
+    whole: Recording, recording: Recording, result: RunResult, *, pictured: bool
+) -> RunResult:
+    """Return a result with rotation, spectrogram, analyses and flags, in this order."""
+    result = _with_shaft(whole, result)
+    if pictured or result.test.processing.spectrogram is not None:
         result = _with_spectrogram(recording, result)
     result = with_analyses(recording, result)
     return replace(result, flags=flagging.flags_of(recording, result))

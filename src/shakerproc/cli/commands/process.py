@@ -182,14 +182,19 @@ def process(
         products=products,
         pictured=figures,
     ).summary
+    _tell(summary)
+    output.write_json(summary, json)
+    _print(summary, folder, json)
+    next_step.after_processing(recording, log, json)
+
+
+def _tell(summary: "RunSummary") -> None:
+    """Write notes and flags to stderr."""
     for remark in summary.remarks:
         output.message(f"note: {remark}")
     for flag in summary.flags:
         where = f" ({flag.channel})" if flag.channel else ""
         output.warning(f"{flag.kind}{where}: {flag.message}")
-    output.write_json(summary, json)
-    _print(summary, folder, json)
-    next_step.after_processing(recording, log, json)
 
 
 def _unlogged(recording: Path) -> "Test":
