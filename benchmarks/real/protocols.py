@@ -73,12 +73,12 @@ def training_constants(model: Model, folder: Path) -> Constants:
 
 def samples_of(log: TestLog, test: Test, model: Model) -> Samples:
     """Return what drives the model and what its first sensor measured, as recorded."""
-    name, sensor = next(iter(sensors_of(model).items()))
+    name = next(iter(sensors_of(model)))
     with open_test(log, test) as recording:
         crop = find_crop(recording, test)
         samples = recording.samples(crop.start, crop.stop)
         driven = samples[input_rows(recording, model)].mean(axis=0)
-        row = sensor_row(recording, name, sensor)
+        row = sensor_row(recording, name, model)
         return Samples(driven, samples[row], recording.sample_rate)
 
 

@@ -19,6 +19,8 @@ _BLOCK = re.compile(
     r"```(?P<kind>\w+)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
+_PROGRESS = re.compile(r"^(?:tests|compare|diagnose|add): .*\n", re.MULTILINE)
+"""What is told every few seconds of long work: no page shows it."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -56,7 +58,7 @@ def run(command, folder):
     words = shlex.split(command.line)
     if words[0] == "shakerproc":
         done = completed(*words[1:], cwd=folder, env={"NO_COLOR": "1"}, merged=True)
-        return done.returncode, done.stdout
+        return done.returncode, _PROGRESS.sub("", done.stdout)
     if words[0] == "python":
         words[:1] = [sys.executable]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}

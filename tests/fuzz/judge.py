@@ -25,6 +25,7 @@ OUTCOMES = (
     "numbers differ, noted",
     "numbers differ",
     "rows gone at an end of a file without a count",
+    "channels left out, noted",
     "times as the damaged file states them",
     "lost silently",
     "rows displaced",
@@ -35,7 +36,7 @@ OUTCOMES = (
     "out of memory",
     "traceback",
 )
-GOOD = OUTCOMES[:7]
+GOOD = OUTCOMES[:8]
 
 
 hashing._TICK = 0
@@ -110,9 +111,10 @@ class Judge:
             if mutant.while_open is not None:
                 path.write_bytes(mutant.while_open)
             samples = recording.samples()
-            if wrong_description(recording, mutant.seed):
-                return "name or unit wrong", ""
             told = bool(said(recording) - self.usual[mutant.seed.name])
+            if wrong_description(recording, mutant.seed):
+                noted = told and lacks_channels(recording, mutant.seed)
+                return ("channels left out, noted" if noted else "name or unit wrong"), ""
             moved = times_moved(recording, samples, mutant.seed)
             if moved and states_otherwise(mutant):
                 return "times as the damaged file states them", ""
@@ -136,6 +138,13 @@ def wrong_description(recording: Recording, seed: Seed) -> bool:
     names = tuple(channel.source_name for channel in recording.channels)
     units = {channel.source_unit for channel in recording.channels}
     return names != seed.channels or units != {"g"}
+
+
+def lacks_channels(recording: Recording, seed: Seed) -> bool:
+    """Return whether channels are as in the original, but for some that are not there."""
+    names = [channel.source_name for channel in recording.channels]
+    kept = [name for name in seed.channels if name in names]
+    return names == kept and {channel.source_unit for channel in recording.channels} == {"g"}
 
 
 def times_moved(recording: Recording, samples: np.ndarray, seed: Seed) -> str:

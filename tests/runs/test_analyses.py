@@ -130,7 +130,9 @@ def table(path):
 def numbers(path):
     columns = {name: np.array(values) for name, values in table(path).items()}
     return {
-        name: v.astype(float) for name, v in columns.items() if not name.startswith("excited")
+        name: np.where(v == "", "nan", v).astype(float)
+        for name, v in columns.items()
+        if not name.startswith("excited")
     }
 
 
@@ -225,8 +227,9 @@ def test_a_function_from_the_controls_is_the_usual_one_and_one_between_responses
     usual = spectra["h1_ch3_magnitude"][inside]
     assert_allclose(found["h1_ch3_over_controls_magnitude"][inside], usual, rtol=1e-9)
     phase = np.radians(spectra["h1_ch3_phase_deg"])
-    wanted = np.abs(0.6 + 0.4 / (spectra["h1_ch3_magnitude"] * np.exp(1j * phase)))
-    assert_allclose(found["h1_ch4_over_ch3_magnitude"][inside], wanted[inside], rtol=0.05)
+    h1 = (spectra["h1_ch3_magnitude"] * np.exp(1j * phase))[inside]
+    wanted = np.abs(0.6 + 0.4 / h1)
+    assert_allclose(found["h1_ch4_over_ch3_magnitude"][inside], wanted, rtol=0.05)
     rows = table(results / "process" / "response_functions.csv")
     assert rows["unit"] == ["1", "1"]
     assert rows["name"] == ["transmissibility"] * 2
@@ -268,6 +271,8 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
         "multisine",
         "driving_point",
         "orders",
+        "tones",
+        "dwell",
     }
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))

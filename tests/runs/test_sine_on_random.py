@@ -95,7 +95,7 @@ def test_a_tone_too_weak_and_one_that_is_not_there_are_told_each():
 
 
 def test_a_tone_whose_amplitude_swells_is_said_not_to_be_fixed():
-    swelling = (1.0 + 0.5 * TIME / SECONDS) * np.sin(2.0 * np.pi * 100.0 * TIME)
+    swelling = (0.5 + 1.5 * TIME / SECONDS) * np.sin(2.0 * np.pi * 100.0 * TIME)
     (problem,) = tones_in(processed(floor_of(4) + swelling, stated=((100.0, 1.25),))).problems
     assert "moves by up to" in problem
     assert "only fixed tones" in problem

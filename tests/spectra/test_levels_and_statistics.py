@@ -56,8 +56,9 @@ def test_response_bounds_cover_the_truth_as_often_as_they_say(overlap):
 def test_gain_error_refuses_what_is_no_coherence():
     with pytest.raises(ValueError, match=r"coherence must lie in 0 to 1, not 1\.2"):
         gain_random_error(np.array([0.5, 1.2]), 10)
-    with pytest.raises(ValueError, match="n_averages must be above 1"):
-        gain_random_error(np.array([0.5]), 1)
+    with pytest.raises(ValueError, match="n_averages must be at least 1"):
+        gain_random_error(np.array([0.5]), 0.5)
+    assert gain_random_error(np.array([0.5]), 1)[0] == np.inf  # one average tells no scatter
     assert gain_random_error(np.array([0.0]), 10)[0] == np.inf
     with pytest.raises(ValueError, match="confidence must lie between 0 and 1"):
         psd_bounds(cross_spectra(white((1, 4096)), RATE), 95.0)

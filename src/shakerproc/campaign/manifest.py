@@ -22,9 +22,9 @@ SINGLE: Final = "process"
 """Name of the only entry where a folder holds the results of a single recording."""
 
 RESULTS: Final = frozenset({
-    ".csv", ".html", ".json", ".mat", ".parquet", ".pdf", ".png", ".uff", ".unv",
+    ".csv", ".html", ".mat", ".parquet", ".pdf", ".png", ".uff", ".unv",
 })  # fmt: skip
-"""Endings of files that hold results, in lower case."""
+"""Endings of files that hold results, in lower case; a document may go anywhere by `--json`."""
 
 Status: TypeAlias = Literal["done", "failed"]
 

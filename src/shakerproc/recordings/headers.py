@@ -144,7 +144,7 @@ def _heading(header: str, beside: _Beside) -> Heading:
 def _in_brackets(name: str, unit: str, beside: _Beside) -> str:
     """Return why what stands in brackets is no unit for sure; empty where it is one."""
     known, named = parse_unit(unit), quantity_named(name)
-    if _RANGE.fullmatch(unit):
+    if unit != "1" and _RANGE.fullmatch(unit):  # that is how a bare number is written
         return f"{shown(unit, 30)} in its header is taken for a range"
     if known is None:
         is_direction = (
