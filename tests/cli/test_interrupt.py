@@ -8,6 +8,11 @@ import time
 import pytest
 
 
+def _heeding():
+    """Heed the signal: what a shell starts in the background ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
 def test_an_interrupt_while_the_program_is_loaded_is_one_word_and_130():
     """A module of the command line that takes its time: the signal comes while it loads."""
@@ -23,7 +28,11 @@ def test_an_interrupt_while_the_program_is_loaded_is_one_word_and_130():
         "main()\n"
     )
     program = subprocess.Popen(
-        [sys.executable, "-c", slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", slow],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_heeding,  # noqa: PLW1509
     )
     assert program.stdout.readline() == "loading\n"
     time.sleep(0.05)
