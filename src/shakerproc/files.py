@@ -204,7 +204,8 @@ def _plain(value: Any) -> Any:  # noqa: PLR0911 - the kinds of JSON, one line ea
     if isinstance(value, complex):
         return {"real": _plain(value.real), "imag": _plain(value.imag)}
     if isinstance(value, Sequence | set | frozenset):
-        return [_plain(item) for item in value]
+        items = [_plain(item) for item in value]  # a set in one order, whatever the process
+        return items if isinstance(value, Sequence) else sorted(items, key=str)
     if isinstance(value, Path):
         return value.as_posix()
     raise TypeError(f"no JSON for {type(value).__name__}")
