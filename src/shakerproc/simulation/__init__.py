@@ -3,6 +3,7 @@
 from shakerproc.simulation.band_limited import has_jumps, is_smooth
 from shakerproc.simulation.free_runs import (
     FreeRuns,
+    Held,
     Runs,
     free_runs,
     largest_states,
@@ -17,6 +18,7 @@ __all__ = [
     "CHAOTIC_GROWTH",
     "SENSITIVE_GROWTH",
     "FreeRuns",
+    "Held",
     "Input",
     "InterpolationError",
     "Runs",

@@ -12,10 +12,49 @@ from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System, assemble
 from shakerproc.simulation.cases import impose
 from shakerproc.simulation.inputs import Input
+from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.walking import Placed, Walk
 
 RUNAWAY: Final = 1e3
 """Size of a failed window as a multiple of the usual size of its sensor [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Held:
+    """What motions are held to, and how fast they are moved there.
+
+    After every sample the displacements and velocities that were measured pull the model's to
+    them by 1 - exp(-rate h), h being the time between samples (nudging).
+
+    Attributes
+    ----------
+    rate : float
+        Above 0; one over the time after which the model forgets where it was [1/s].
+    measured : tuple of (m, n_samples) array
+        In each test, what sensors tell of displacements [m] and velocities [m/s].
+    sees : (m, 2 n_motions) array
+        Which displacements and velocities of what moves these are.
+
+    References
+    ----------
+    .. [1] H. D. I. Abarbanel, D. R. Creveling, R. Farsian, M. Kostuk, "Dynamical state and
+       parameter estimation", SIAM Journal on Applied Dynamical Systems 8, 1341-1381, 2009.
+    """
+
+    rate: float
+    measured: tuple[FloatArray, ...]
+    sees: FloatArray
+
+    def nudges(self, test: int, sample_rate: float) -> Nudges:
+        """Return the nudges of a test that has so many samples per second [Hz]."""
+        share = -np.expm1(-self.rate / sample_rate)
+        return Nudges(
+            np.ascontiguousarray(self.measured[test].T),
+            self.sees,
+            np.ascontiguousarray(share * np.linalg.pinv(self.sees)),
+            np.zeros(len(self.sees)),
+        )
 
 
 @final
@@ -37,12 +76,15 @@ class Runs:
     sizes : (n_sensors,) array, optional
         Usual size of what each sensor records [SI], against which the filling of failed
         windows is measured; by default the largest of the windows that did not fail.
+    held : Held, optional
+        What the motions are held to; free by default.
     """
 
     inputs: tuple[Input, ...]
     windows: NDArray[np.int64]
     starts: FloatArray | None = None
     sizes: FloatArray | None = None
+    held: Held | None = None
 
 
 @final
@@ -57,10 +99,14 @@ class FreeRuns:
     failed : (n_windows,) array of bool
         Whether the motion ran away or could not be computed; such a window is held at
         `RUNAWAY` times the usual size.
+    nudged : tuple of (2 n_masses, n_samples) array
+        By how much each displacement [m] and velocity [m/s] is moved after each sample; none
+        where motions are free.
     """
 
     outputs: tuple[FloatArray, ...]
     failed: NDArray[np.bool_]
+    nudged: tuple[FloatArray, ...] = ()
 
 
 def motions_of(model: Model) -> tuple[str, ...]:
@@ -112,6 +158,8 @@ def free_runs(
     counts = runs.windows[:, 2]
     offsets = np.concatenate(([0], np.cumsum(counts)))
     flat = np.zeros((len(model.sensors), offsets[-1]))
+    held = runs.held
+    nudged = None if held is None else np.zeros((2 * len(system.names), offsets[-1]))
     failed = np.zeros(len(runs.windows), np.bool_)
     walk = Walk(model, system, tolerance, plain=plain)
     for test, given in enumerate(runs.inputs):
@@ -125,7 +173,10 @@ def free_runs(
             impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
             placed = Placed(first, count, offsets[members], rows)
-            failed[members] = walk.fill(given, placed, starts, flat, means=means)
+            nudges = None if held is None else held.nudges(test, given.sample_rate)
+            failed[members] = walk.fill(
+                given, placed, starts, flat, means=means, nudges=nudges, nudged=nudged
+            )
             if means:
                 _repeat_last(model, placed, flat)
     outputs = tuple(flat[:, a:b] for a, b in pairwise(offsets))
@@ -133,7 +184,8 @@ def free_runs(
         failed |= [not np.isfinite(found).all() for found in outputs]
     _apply_faults(model, runs, outputs)
     _hold_failed(runs, outputs, failed)
-    return FreeRuns(outputs, failed)
+    moved = () if nudged is None else tuple(nudged[:, a:b] for a, b in pairwise(offsets))
+    return FreeRuns(outputs, failed, moved)
 
 
 def _within_limits(starts: FloatArray, system: System) -> None:

@@ -16,6 +16,7 @@ from shakerproc.simulation.cases import dop853_tableau, least_sizes
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
+from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import walk_windows
 from shakerproc.simulation.propagators import build_store
@@ -55,6 +56,11 @@ class Placed:
     count: Whole
     offset: Whole
     rows: Whole
+
+    def beginning(self, begin: int, stop: int) -> Whole:
+        """Return which of the rows from begin to stop are the first of a window."""
+        firsts = np.cumsum(self.rows) - self.rows - begin
+        return np.asarray(firsts[(firsts >= 0) & (firsts < stop - begin)])
 
     def between(self, begin: int, stop: int, ready: int) -> tuple[Places, Places, Places]:
         """Return what becomes of the rows from begin to stop of all windows together.
@@ -112,8 +118,9 @@ class Walk:
         self._rooms: dict[tuple[float, int], _Room | None] = {}
 
     def fill(
-        self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *, means: bool
-    ) -> NDArray[np.bool_]:
+        self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *,
+        means: bool, nudges: Nudges | None = None, nudged: FloatArray | None = None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
         """Set what the sensors record in windows of one test; return which of them failed.
 
         Parameters
@@ -128,7 +135,12 @@ class Walk:
             Set, where the windows stand in it [units of the sensors].
         means : bool
             Whether accelerations are means over intervals.
+        nudges : Nudges, optional
+            What the motion is held to.
+        nudged : (2 n, any) array, optional
+            Set to how far each displacement [m] and velocity [m/s] is nudged.
         """
+        held = free(self._system) if nudges is None else nudges
         room = self._room(given)
         if room is None:
             return np.ones(placed.first.size, np.bool_)
@@ -139,16 +151,24 @@ class Walk:
         while done < total:
             kept = min(seen, 1)
             new = self._advance(
-                room, given, windows, starts, cursor=cursor, failed=failed, kept=kept
-            )
+                room, given, windows, starts, cursor=cursor, failed=failed, kept=kept,
+                nudges=held,
+            )  # fmt: skip
             done, seen = done + new, kept + new
             ready = seen - (done < total)  # a mean needs the next sample as well
             samples, wanted, places = placed.between(done - seen, done, ready)
+            moved = None
+            if nudges is not None:
+                moved = _moved(nudges, room.motion[:seen], samples)
+                moved[placed.beginning(done - seen, done)] = 0.0
             motion = Motion(
-                room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps
-            )
+                room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps,
+                moved, rate,
+            )  # fmt: skip
             recorded = sense(self._model, self._system, motion, rate, means=means)
             flat[:, places] = recorded[:, wanted]
+            if nudged is not None and moved is not None:
+                nudged[:, places] = moved[wanted].T
             room.motion[0] = room.motion[seen - 1]
             room.acceleration[0] = room.acceleration[seen - 1]
         return failed
@@ -164,7 +184,7 @@ class Walk:
 
     def _advance(
         self, room: "_Room", given: Input, windows: Whole, starts: FloatArray, *,
-        cursor: Whole, failed: NDArray[np.bool_], kept: int,
+        cursor: Whole, failed: NDArray[np.bool_], kept: int, nudges: Nudges,
     ) -> int:  # fmt: skip
         """Carry the windows on by as many rows as there is room, or fewer; return how many."""
         system = self._system
@@ -176,7 +196,7 @@ class Walk:
             given.part, given.stride, windows, starts, least, self._tolerance,
             room.series, room.steps, room.carried, room.work, cursor, failed,
             room.motion[kept:], room.acceleration[kept:], np.zeros(7),
-            PATIENCE / len(system.names) ** 2,
+            PATIENCE / len(system.names) ** 2, nudges,
         )  # fmt: skip
 
 
@@ -192,6 +212,19 @@ class _Room:
     work: FloatArray
     motion: FloatArray
     acceleration: FloatArray
+
+
+def free(system: System) -> Nudges:
+    """Return the nudges of a run that is free: none."""
+    n = 2 * len(system.names)
+    return Nudges(np.zeros((0, 0)), np.zeros((0, n)), np.zeros((n, 0)), np.zeros(0))
+
+
+def _moved(nudges: Nudges, rows: FloatArray, samples: Places) -> FloatArray:
+    """Return how far each row of a motion is nudged, (n_rows, 2 n) array."""
+    seen = rows[:, : nudges.sees.shape[1]] @ nudges.sees.T
+    moved: FloatArray = (nudges.measured[samples] - seen) @ nudges.gain.T
+    return moved
 
 
 def _room_for(system: System, store: Store, degree: int) -> _Room:

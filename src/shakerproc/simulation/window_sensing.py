@@ -53,7 +53,7 @@ _BASES: Final[WeakKeyDictionary[Input, BaseMotion]] = WeakKeyDictionary()
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Rows of the motion of a model, not all of one window, and where the base is meanwhile.
 
@@ -69,6 +69,10 @@ class Motion:
         Where the base moves.
     jumps : bool
         Whether accelerations jump.
+    nudged : (n, 2 n_masses) array, optional
+        By how much displacements and velocities were nudged at each row, after it.
+    rate : float
+        Samples per second [Hz].
     """
 
     rows: FloatArray
@@ -76,6 +80,21 @@ class Motion:
     samples: Samples
     base: BaseMotion | None
     jumps: bool = False
+    nudged: FloatArray | None = None
+    rate: float = 1.0
+
+    @cached_property
+    def accelerated(self) -> FloatArray:
+        """The rows as their accelerations alone move them, each window from where it begins."""
+        if self.nudged is None:
+            return self.rows
+        n = self.nudged.shape[1] // 2
+        before = np.zeros_like(self.nudged)
+        before[1:] = np.cumsum(self.nudged[:-1], axis=0)
+        rows = self.rows.copy()
+        rows[:, n : 2 * n] -= before[:, n:]
+        rows[:, :n] -= before[:, :n] + np.cumsum(before[:, n:], axis=0) / self.rate
+        return rows
 
     @property
     def parts(self) -> list[slice]:
@@ -120,10 +139,10 @@ def sense(
 def _acceleration(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
     if at is not None and rate and m.jumps:
         for part in m.parts:
-            rows = m.rows[part]
+            rows = m.accelerated[part]
             out[part][:-1] = mean_accelerations(rows[:, at], rows[:, n + at], rate)
     elif at is not None and rate:
-        out[:-1] = np.diff(m.rows[:, n + at]) * rate
+        out[:-1] = np.diff(m.accelerated[:, n + at]) * rate
     elif at is not None:
         out[:] = m.acceleration[:, at]
     if m.base is not None:

@@ -27,6 +27,8 @@ class Windows:
     passed : tuple of (n_sensors, n_samples) array, optional
         What noise of the input becomes in each window, standard deviation [unit of the
         sensor]; none where nothing is known of the motion yet.
+    rate : float, optional
+        Nudging rate at which all are held to the measured motion, with which they begin [1/s].
     """
 
     table: NDArray[np.int64]
@@ -34,6 +36,7 @@ class Windows:
     from_rest: bool = True
     run_in: "Windows | None" = None
     passed: tuple[FloatArray, ...] | None = None
+    rate: float | None = None
 
     def __len__(self) -> int:
         return len(self.table)

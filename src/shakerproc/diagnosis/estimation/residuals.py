@@ -5,7 +5,7 @@ table of windows; what differs is where a window begins and whether its start is
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -15,6 +15,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.of_tests import as_free, inputs_with, models_with
 from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.nudged.motion import begun, held_to
 from shakerproc.models import Model
 from shakerproc.simulation import FreeRuns, Runs, free_runs
 
@@ -75,7 +76,10 @@ def predict(
         If the model cannot be assembled.
     """
     own = as_free(data, np.zeros((0, 0)) if of_tests is None else of_tests)
-    runs = Runs(inputs_with(data, own), windows.table, starts)
+    held = None if windows.rate is None else held_to(data, model, windows.rate)
+    if held is not None:
+        starts = begun(data, model, windows.table)
+    runs = Runs(inputs_with(data, own), windows.table, starts, held=held)
     means = evened or not data.points
     found = _free_runs(models_with(data, model, own), runs, means=means, plain=plain)
     outputs = found.outputs
@@ -96,7 +100,7 @@ def _free_runs(models: Sequence[Model], runs: Runs, *, means: bool, plain: bool)
         if not members.size:
             continue
         starts = None if runs.starts is None else runs.starts[members]
-        own = Runs(runs.inputs, runs.windows[members], starts)
+        own = replace(runs, windows=runs.windows[members], starts=starts)
         found = free_runs(model, own, tolerance=TOLERANCE, means=means, plain=plain)
         failed[members] = found.failed
         for i, rows in zip(members, found.outputs, strict=True):

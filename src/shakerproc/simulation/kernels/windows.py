@@ -12,6 +12,7 @@ from shakerproc.simulation.kernels.carrying import carry
 from shakerproc.simulation.kernels.dop853 import one_sample
 from shakerproc.simulation.kernels.exact import fast, record
 from shakerproc.simulation.kernels.motion import begin
+from shakerproc.simulation.kernels.nudging import Nudges, nudge, nudged
 from shakerproc.simulation.kernels.table import Machine, Series, Store
 from shakerproc.simulation.kernels.taylor import careful
 
@@ -48,30 +49,35 @@ def _walk(
     accelerations: FloatArray,
     stats: FloatArray,
     patience: float,
+    nudges: Nudges,
 ) -> int:
     """Carry the motion from piece j towards `stop`; return where it is, or -1 if it cannot."""
     scales = room[3]
     n, n_y, tables = machine.mass.size, series.y.shape[0], store.parts.size > 0
     linear = tables and store.push.shape[2] == 0
     passed, wanted, until = 0.0, 1.0, stats[3] + patience
+    holds = nudged(nudges)
     while j < stop and stats[3] < until:
+        end = min(stop, j + stride - j % stride) if holds else stop
         if linear and n == 1 and n_y == 2:
             j, passed = fast(
-                machine, store, pieces, j, stop, stride, before, scales, series, room[0],
+                machine, store, pieces, j, end, stride, before, scales, series, room[0],
                 room[1], motion, accelerations, 1, 2,
             )  # fmt: skip
         elif linear:
             j, passed = fast(
-                machine, store, pieces, j, stop, stride, before, scales, series, room[0],
+                machine, store, pieces, j, end, stride, before, scales, series, room[0],
                 room[1], motion, accelerations, n, n_y,
             )  # fmt: skip
         elif tables:
             j, passed = carry(
-                machine, store, pieces, j, stop, stride, before, sample, tolerance, scales,
+                machine, store, pieces, j, end, stride, before, sample, tolerance, scales,
                 series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
-        if j == stop:
-            break
+        if j == end:
+            if holds and j % stride == 0:
+                _nudge_here(machine, nudges, pieces, j, stride, sample, series)
+            continue
         reached = careful(
             machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
             room[2], room[1], stats, 1, motion, accelerations,
@@ -92,7 +98,26 @@ def _walk(
             for k in range(pieces.shape[1]):
                 series.w[0] += pieces[j - 1, k]
             record(machine, j * sample, series, motion, accelerations, j // stride - before)
+            if holds:
+                _nudge_here(machine, nudges, pieces, j, stride, sample, series)
     return j if abs(series.y[0, 0]) < LARGEST else -1
+
+
+@inlined
+def _nudge_here(
+    machine: Machine,
+    nudges: Nudges,
+    pieces: FloatArray,
+    j: int,
+    stride: int,
+    sample: float,
+    series: Series,
+) -> None:
+    """Nudge the motion at the end of piece j - 1, which is that of a sample."""
+    series.w[0] = 0.0
+    for k in range(pieces.shape[1]):
+        series.w[0] += pieces[j - 1, k]
+    nudge(machine, nudges, j // stride, j * sample, stride * sample, series)
 
 
 @compiled
@@ -118,6 +143,7 @@ def walk_windows(
     accelerations: FloatArray,
     stats: FloatArray,
     patience: float,
+    nudges: Nudges,
 ) -> int:
     """Fill in the next rows of the motion in all windows, one after the other.
 
@@ -146,6 +172,8 @@ def walk_windows(
         Set, as many rows as are done.
     patience : float
         Steps outside the propagators after which to return in any case.
+    nudges : Nudges
+        What the motion is held to.
 
     Returns
     -------
@@ -180,7 +208,7 @@ def walk_windows(
             reached = _walk(
                 machine, store, analytic, tableau, pieces, cursor[2],
                 (here + rows - 1) * stride, stride, here - row, sample, tolerance, series,
-                room, carried, work, motion, accelerations, stats, patience,
+                room, carried, work, motion, accelerations, stats, patience, nudges,
             )  # fmt: skip
             cursor[3] += int(stats[3] - steps)
             if reached < 0 or cursor[3] > MOST_STEPS * count + FREE_STEPS:

@@ -1,0 +1,281 @@
+"""The race: every law is fitted while it is held, and goes on as long as it keeps up."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.form import Form
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.residual_slopes import (
+    EXCESS,
+    FARTHEST_STEP,
+    Linearisation,
+)
+from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.diagnosis.hypotheses.hypothesis import (
+    Hypothesis,
+    addition,
+    hypothesis_of,
+)
+from shakerproc.diagnosis.hypotheses.joints import Joint
+from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
+from shakerproc.diagnosis.selection.scores import Score, best_of, gain, scored
+from shakerproc.errors import ModelError
+from shakerproc.models.identification import Contained, Values
+
+LADDER: Final = ((1.0, 0.05), (0.3, 0.05), (0.1, 0.1), (0.03, 0.2), (0.01, 0.4), (0.003, 1.0))
+"""Nudging rates over the angular frequency of the joint's motion, each a third of the last, and
+the share of the tests that is fitted to at each [-]."""
+
+SCORED: Final = 4.0
+"""Share of what is held out that is scored over the share of the rest that is fitted to [-]."""
+
+LOOKED_AT: Final = 6
+"""Pieces in which starts are compared [-]."""
+
+FEW: Final = 2
+"""Starts of a law that are fitted, of those that leave least [-]."""
+
+ROUNDS: Final = 4
+"""Steps of a fit at each rate: the next one goes on [-]."""
+
+BEHIND: Final = 6.0
+"""Standard errors by which a law may be behind the best and still goes on: once in 10^9 by
+chance [-]."""
+
+KEPT: Final = 3
+"""Laws that go on however far behind [-]."""
+
+LONGER: Final = 1.1
+"""Error over the least at larger rates up to which a smaller rate is taken: errors of numbers
+add up, what cannot be predicted adds far more [-]."""
+
+Key = tuple[str, Joint, tuple[str, ...]]
+"""Kind of an effect, its joint, and the words of its variant."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Rung:
+    """What a race was at one rate.
+
+    Attributes
+    ----------
+    rate : float
+        Nudging rate; 0 where the runs are free [1/s].
+    form : Form
+        What was fitted to and what was held out.
+    scores : mapping of hypothesis to Score
+        What is left of each.
+    error, floor : float
+        Of the best in what was held out [-].
+    """
+
+    rate: float
+    form: Form
+    base: Score
+    scores: tuple[Score, ...]
+    error: float
+    floor: float
+
+    @property
+    def best(self) -> Score:
+        return best_of((self.base, *self.scores))
+
+
+def race(campaign: Campaign, say: Callable[[str], None], *, own: FloatArray | None = None) -> list[Rung]:
+    """Return what is left of every law at each rate, until the best does not keep up itself."""
+    data = campaign.data
+    omega = 2.0 * np.pi * data.frequency
+    none = hypothesis_of(data.model)
+    begin = np.zeros(none.size) if own is None else own
+    rungs: list[Rung] = []
+    live: list[Fit] = []
+    base: Fit | None = None
+    for i, (share, part) in enumerate(LADDER):
+        rate = share * omega
+        say(f"held at {rate:.3g} per s")
+        form = _form(data, rate, part)
+        if base is None:
+            base = fit(data, none, begin, form.fitted, rounds=2 * ROUNDS)
+            live = [] if base is None else _laws(campaign, base, form.fitted, say)
+        else:
+            base = _again(base, form)
+            live = [one for one in (_again(one, form) for one in live) if one is not None]
+        if base is None:
+            break
+        rung = _rung(data, rate, form, base, live)
+        if rung is None or (rungs and not _keeps_up(rung, rungs)):
+            break
+        rungs.append(rung)
+        live = [score.fit for score in _survivors(rung)]
+        base = rung.base.fit
+    if rungs and all(test.at_rest for test in data.tests):
+        whole = whole_tests(data, held_out=False)
+        form = Form(None, whole, whole, whole_tests(data, held_out=True))
+        base = _again(rungs[-1].base.fit, form)
+        live = [one for one in (_again(s.fit, form) for s in _survivors(rungs[-1])) if one]
+        rung = _rung(data, 0.0, form, base, live) if base is not None else None
+        if rung is not None and _keeps_up(rung, rungs):
+            rungs.append(rung)
+    return rungs
+
+
+def _form(data: DataSet, rate: float, share: float) -> Form:
+    own = pieces(data, rate, share, held_out=False)
+    return Form(1.0 / rate, own, own, pieces(data, rate, min(1.0, SCORED * share), held_out=True))
+
+
+def _again(found: Fit, form: Form) -> Fit | None:
+    return fit(
+        found.data, found.hypothesis, found.x, form.fitted, rounds=ROUNDS,
+        channels=found.channels, step=found.steps,
+    )  # fmt: skip
+
+
+def _rung(
+    data: DataSet, rate: float, form: Form, base: Fit, live: Sequence[Fit]
+) -> Rung | None:
+    best = min((base, *live), key=lambda one: one.level)
+    known = form.knowing(data, best)
+    own = scored(data, base, known.held_out)
+    scores = [s for s in (scored(data, one, known.held_out) for one in live) if s is not None]
+    if own is None:
+        return None
+    leader = best_of((own, *scores))
+    error = error_of(data, leader.fit, known.held_out)
+    floor = pooled_floor(floors_of(data, leader.fit, known.held_out))
+    ordered = tuple(sorted(scores, key=lambda s: s.mean))
+    return Rung(rate, known, own, ordered, error, floor)
+
+
+def _keeps_up(rung: Rung, before: Sequence[Rung]) -> bool:
+    return (
+        rung.error <= LONGER * min(one.error for one in before)
+        or rung.error <= EXCESS * rung.floor
+    )
+
+
+def _survivors(rung: Rung) -> list[Score]:
+    best = rung.best
+    out: list[Score] = []
+    for score in rung.scores:
+        if len(out) < KEPT or gain(best, score).t < BEHIND:
+            out.append(score)
+    return out
+
+
+def _laws(
+    campaign: Campaign, base: Fit, windows: Windows, say: Callable[[str], None]
+) -> list[Fit]:
+    """Return the best fit of every law in every joint, the simple ones first."""
+    found: dict[Key, Fit] = {}
+    known = Known(base, windows.some(LOOKED_AT))
+    groups: dict[Key, list[tuple[Hypothesis, FloatArray]]] = {}
+    for joint, laws in campaign.known.items():
+        for kind, one in laws.items():
+            for start in one.starts:
+                words = tuple(v for v in start.values() if isinstance(v, str))
+                groups.setdefault((kind, joint, words), []).append(
+                    _begun(campaign, base, kind, joint, start)
+                )
+    size = {key: own[0][0].size for key, own in groups.items()}
+    for key in sorted(groups, key=lambda key: size[key]):
+        kind, joint, _ = key
+        say(f"{kind} between {' and '.join(joint)}")
+        starts = groups[key]
+        for contained in campaign.known[joint][kind].contains:
+            starts += _from_simpler(campaign, key, contained, found)
+        one = _best(known, starts, windows)
+        if one is not None:
+            found[key] = one
+    return list(found.values())
+
+
+def _begun(
+    campaign: Campaign, base: Fit, kind: str, joint: Joint, start: Values
+) -> tuple[Hypothesis, FloatArray]:
+    extra = addition(kind, joint, campaign.known[joint][kind], start)
+    hypothesis = base.hypothesis.with_added(extra)
+    return hypothesis, np.concatenate([base.x, extra.transformed(start)])
+
+
+def _from_simpler(
+    campaign: Campaign, key: Key, contained: Contained, found: dict[Key, Fit]
+) -> list[tuple[Hypothesis, FloatArray]]:
+    kind, joint, words = key
+    out = []
+    for (other, there, _), one in found.items():
+        if other != contained.kind or there != joint:
+            continue
+        extra = one.hypothesis.added[-1]
+        part = one.hypothesis.parts(one.x)[-1]
+        for start in contained.extend({**extra.fixed, **extra.values(part)}):
+            if tuple(v for v in start.values() if isinstance(v, str)) != words:
+                continue
+            own = replace(one, x=one.x[: one.x.size - part.size])
+            plain = replace(one.hypothesis, added=one.hypothesis.added[:-1])
+            out.append(_begun(campaign, replace(own, hypothesis=plain), kind, joint, start))
+    return out
+
+
+def _best(
+    base: "Known", starts: Sequence[tuple[Hypothesis, FloatArray]], windows: Windows
+) -> Fit | None:
+    """Return the best of fits from the starts that leave least."""
+    moved = [base.moved(*start) for start in starts]
+    order = sorted(range(len(starts)), key=lambda i: moved[i][0])[:FEW]
+    fits = [
+        fit(
+            base.fit.data, starts[i][0], moved[i][1], windows, rounds=ROUNDS,
+            channels=base.fit.channels, step=FARTHEST_STEP,
+        )
+        for i in order
+        if np.isfinite(moved[i][0])
+    ]  # fmt: skip
+    good = [one for one in fits if one is not None]
+    return min(good, key=lambda one: one.level) if good else None
+
+
+@final
+class Known:
+    """The model without an effect, and how its residual follows its own numbers.
+
+    What an effect leaves depends on numbers that stood in for it: so starts of an effect are
+    compared with the model's own numbers moved, which held runs follow along straight lines.
+    """
+
+    def __init__(self, base: Fit, windows: Windows) -> None:
+        self.fit, self._windows = base, windows
+        own = Linearisation(base.data, base.hypothesis, windows)
+        at = own.point(base.x, base.channels)
+        state = own.residual(at)
+        slopes = [] if state is None else own.linearise(at, state).slopes
+        table = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
+        self._slopes = table[:, : base.x.size]
+        prior = np.diag(own.spread[: base.x.size] ** -2.0)
+        self._solved = np.linalg.solve(self._slopes.T @ self._slopes + prior, self._slopes.T)
+
+    def moved(self, hypothesis: Hypothesis, x: FloatArray) -> tuple[float, FloatArray]:
+        """Return the level of a start, the model's own numbers moved, and where it is then."""
+        own = Linearisation(self.fit.data, hypothesis, self._windows)
+        try:
+            state = own.residual(own.point(x, self.fit.channels))
+        except ModelError:
+            return np.inf, x
+        if state is None or state[1].failed.any():
+            return np.inf, x
+        rows = np.concatenate([r.ravel() for r in state[0]])
+        change = np.clip(-self._solved @ rows, -1.0, 1.0)
+        left = rows + self._slopes @ change
+        there = x.copy()
+        there[: change.size] += change
+        blocks = np.array_split(left**2, max(1, round(left.size / own.block)))
+        return float(np.mean([np.log1p(np.mean(b)) for b in blocks])), there
