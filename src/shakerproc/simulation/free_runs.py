@@ -35,6 +35,8 @@ class Held:
         In each test, what sensors tell of displacements [m] and velocities [m/s].
     sees : (m, 2 n_motions) array
         Which displacements and velocities of what moves these are.
+    lead : int, optional
+        Samples after which a window is let go, to run freely; held throughout by default.
 
     References
     ----------
@@ -45,14 +47,16 @@ class Held:
     rate: float
     measured: tuple[FloatArray, ...]
     sees: FloatArray
+    lead: int | None = None
 
     def nudges(self, test: int, sample_rate: float) -> Nudges:
         """Return the nudges of a test that has so many samples per second [Hz]."""
         share = -np.expm1(-self.rate / sample_rate)
         return Nudges(
             np.ascontiguousarray(self.measured[test].T),
-            self.sees,
+            np.ascontiguousarray(self.sees),
             np.ascontiguousarray(share * np.linalg.pinv(self.sees)),
+            len(self.measured[test][0]) if self.lead is None else self.lead,
             np.zeros(len(self.sees)),
         )
 

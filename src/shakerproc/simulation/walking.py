@@ -57,10 +57,12 @@ class Placed:
     offset: Whole
     rows: Whole
 
-    def beginning(self, begin: int, stop: int) -> Whole:
-        """Return which of the rows from begin to stop are the first of a window."""
-        firsts = np.cumsum(self.rows) - self.rows - begin
-        return np.asarray(firsts[(firsts >= 0) & (firsts < stop - begin)])
+    def place_of(self, begin: int, stop: int) -> Whole:
+        """Return how far into their windows the rows from begin to stop are [samples]."""
+        rows = np.arange(begin, stop)
+        ends = np.cumsum(self.rows)
+        which = np.searchsorted(ends, rows, "right")
+        return np.asarray(rows - (ends - self.rows)[which])
 
     def between(self, begin: int, stop: int, ready: int) -> tuple[Places, Places, Places]:
         """Return what becomes of the rows from begin to stop of all windows together.
@@ -160,7 +162,8 @@ class Walk:
             moved = None
             if nudges is not None:
                 moved = _moved(nudges, room.motion[:seen], samples)
-                moved[placed.beginning(done - seen, done)] = 0.0
+                place = placed.place_of(done - seen, done)
+                moved[(place == 0) | (place > nudges.lead)] = 0.0
             motion = Motion(
                 room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps,
                 moved, rate,
@@ -217,7 +220,7 @@ class _Room:
 def free(system: System) -> Nudges:
     """Return the nudges of a run that is free: none."""
     n = 2 * len(system.names)
-    return Nudges(np.zeros((0, 0)), np.zeros((0, n)), np.zeros((n, 0)), np.zeros(0))
+    return Nudges(np.zeros((0, 0)), np.zeros((0, n)), np.zeros((n, 0)), 0, np.zeros(0))
 
 
 def _moved(nudges: Nudges, rows: FloatArray, samples: Places) -> FloatArray:

@@ -84,11 +84,12 @@ def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     if not np.any(own):
         return data.inputs
     key = own.tobytes()
-    if key not in data.driven:
+    found = data.driven.get(key)
+    if found is None:
         for old in list(data.driven)[: 1 - KEPT]:
-            del data.driven[old]
-        data.driven[key] = _driven(data, of_tests)
-    return data.driven[key]
+            data.driven.pop(old, None)
+        found = data.driven[key] = _driven(data, of_tests)
+    return found
 
 
 def _driven(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:

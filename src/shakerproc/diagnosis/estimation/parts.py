@@ -29,6 +29,8 @@ class Windows:
         sensor]; none where nothing is known of the motion yet.
     rate : float, optional
         Nudging rate at which all are held to the measured motion, with which they begin [1/s].
+    lead : int, optional
+        Samples after which they are let go; held throughout by default.
     """
 
     table: NDArray[np.int64]
@@ -37,6 +39,7 @@ class Windows:
     run_in: "Windows | None" = None
     passed: tuple[FloatArray, ...] | None = None
     rate: float | None = None
+    lead: int | None = None
 
     def __len__(self) -> int:
         return len(self.table)

@@ -1,7 +1,11 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
+from itertools import islice
 from typing import Final, final
 
 import numpy as np
@@ -37,6 +41,9 @@ DELAY_SPREAD: Final = 20e-6
 
 EXCESS: Final = 1.5
 """Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+
+THREADS: Final = os.cpu_count() or 1
+"""Predictions that are made at once [-]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
@@ -225,12 +232,17 @@ class Linearisation:
     ) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each coordinate, away from its bound."""
         sizes = np.full(at.x.size, STEP) if steps is None else steps
-        for k in range(at.x.size):
-            step = sizes[k] if at.x[k] + sizes[k] <= self.high[k] else -sizes[k]
-            moved = at.x.copy()
-            moved[k] += step
-            there = self.predict(replace(at, x=moved), evened=True)
+        changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
+        points = (replace(at, x=at.x + row) for row in np.diag(changes))
+        for step, there in zip(changes, self._evened_at(points), strict=True):
             yield self.differences(at.gain / step, here, there)
+
+    def _evened_at(self, points: Iterable[Point]) -> Iterator[Predicted | None]:
+        """Yield what the model says at points, some at once: kernels leave Python to others."""
+        waiting = iter(points)
+        with ThreadPoolExecutor(THREADS) as pool:
+            while some := list(islice(waiting, THREADS)):
+                yield from pool.map(partial(self.predict, evened=True), some)
 
     def by_tests(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by the numbers of each test."""
@@ -250,10 +262,9 @@ class Linearisation:
         """Yield the slopes of all windows by each number of their own start."""
         if at.starts is None:
             return
-        for k, scale in enumerate(self.sizes_of_starts(at)):
-            shifted = at.starts.copy()
-            shifted[:, k] += STEP * scale
-            there = self.predict(replace(at, starts=shifted), evened=True)
+        steps = np.diag(STEP * self.sizes_of_starts(at))
+        points = (replace(at, starts=at.starts + step) for step in steps)
+        for there in self._evened_at(points):
             yield self.differences(at.gain / STEP, here, there)
 
     def differences(

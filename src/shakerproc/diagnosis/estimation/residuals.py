@@ -76,7 +76,7 @@ def predict(
         If the model cannot be assembled.
     """
     own = as_free(data, np.zeros((0, 0)) if of_tests is None else of_tests)
-    held = None if windows.rate is None else held_to(data, model, windows.rate)
+    held = held_to(data, model, windows)
     if held is not None:
         starts = begun(data, model, windows.table)
     runs = Runs(inputs_with(data, own), windows.table, starts, held=held)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.models import Model
 from shakerproc.simulation import Held, largest_states
 from shakerproc.simulation.assembly import System, assemble
@@ -27,10 +28,12 @@ def seen_of(model: Model) -> Seen:
     return tuple(sorted(placed.items()))
 
 
-def held_to(data: DataSet, model: Model, rate: float) -> Held:
-    """Return what runs of a model are held to in all tests, at a nudging rate [1/s]."""
+def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
+    """Return what runs of a model are held to in all tests; None where they are free."""
+    if windows.rate is None:
+        return None
     seen, n = seen_of(model), len(assemble(model).names)
-    return Held(rate, _measured(data, seen), _sees(seen, n))
+    return Held(windows.rate, _measured(data, seen), _sees(seen, n), windows.lead)
 
 
 def _sees(seen: Seen, n: int) -> FloatArray:

@@ -18,32 +18,38 @@ PERIODS: Final = 2.0
 def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windows:
     """Return pieces of tests with as much of the energy of the responses in each step.
 
-    With even steps in time, what a sweep passes in a moment would be lost.
+    With even steps in time, what a sweep passes in a moment would be lost. Each has a lead-in
+    in which the start is forgotten, and which does not count; those that are to run freely are
+    held in it alone, at the angular frequency of the joint's motion.
 
     Parameters
     ----------
     data : DataSet
         The tests.
     rate : float
-        Nudging rate [1/s].
+        Nudging rate; 0 where the pieces run freely [1/s].
     share : float
         Share of the samples that counts; 1 is all [-].
     held_out : bool
         Whether to take what is held out, or what is fitted to.
     """
+    held_at = rate or 2.0 * np.pi * data.frequency
+    lead_s = max(FORGOTTEN / held_at, PERIODS / data.frequency)
+    lead = TAPS + round(lead_s * data.tests[0].sample_rate)
     table, counted = [], []
     for i, (test, runs) in enumerate(
         zip(data.tests, data.stretches(held_out=held_out), strict=True)
     ):
-        lead = TAPS + round(
-            max(FORGOTTEN / rate, PERIODS / data.frequency) * test.sample_rate
-        )
         length = max(4 * TAPS, round(data.block_s * test.sample_rate))
         for first, last in _chosen(data, i, runs, length, share):
             begin = max(0, first - lead)
-            table.append((i, begin, last - begin))
-            counted.append(np.arange(begin, last) >= max(first, begin + TAPS))
-    return Windows(np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=rate)
+            if last - begin > lead + 2 * TAPS:
+                table.append((i, begin, last - begin))
+                counted.append(np.arange(begin, last) >= max(first, begin + lead))
+    return Windows(
+        np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=held_at,
+        lead=None if rate else lead,
+    )  # fmt: skip
 
 
 def _chosen(
@@ -53,9 +59,7 @@ def _chosen(
     if share >= 1.0:
         return [(a, b) for a, b in runs if b - a > 2 * TAPS]
     places = np.array([
-        (a, min(a + length, b))
-        for first, b in runs
-        for a in range(first, b - 2 * TAPS, length)
+        (a, min(a + length, b)) for first, b in runs for a in range(first, b - 2 * TAPS, length)
     ]).reshape(-1, 2)
     if not len(places):
         return []

@@ -13,11 +13,9 @@ from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import (
-    EXCESS,
     FARTHEST_STEP,
     Linearisation,
 )
-from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import (
     Hypothesis,
     addition,
@@ -30,9 +28,17 @@ from shakerproc.diagnosis.selection.scores import Score, best_of, gain, scored
 from shakerproc.errors import ModelError
 from shakerproc.models.identification import Contained, Values
 
-LADDER: Final = ((1.0, 0.05), (0.3, 0.05), (0.1, 0.1), (0.03, 0.2), (0.01, 0.4), (0.003, 1.0))
+LADDER: Final = (
+    (1.0, 0.05),
+    (0.3, 0.05),
+    (0.1, 0.1),
+    (0.03, 0.2),
+    (0.01, 0.4),
+    (0.003, 1.0),
+    (0.0, 1.0),
+)
 """Nudging rates over the angular frequency of the joint's motion, each a third of the last, and
-the share of the tests that is fitted to at each [-]."""
+the share of the tests that is fitted to at each [-]. At last runs are free."""
 
 SCORED: Final = 4.0
 """Share of what is held out that is scored over the share of the rest that is fitted to [-]."""
@@ -43,7 +49,7 @@ LOOKED_AT: Final = 6
 FEW: Final = 2
 """Starts of a law that are fitted, of those that leave least [-]."""
 
-ROUNDS: Final = 4
+ROUNDS: Final = 3
 """Steps of a fit at each rate: the next one goes on [-]."""
 
 BEHIND: Final = 6.0
@@ -52,10 +58,6 @@ chance [-]."""
 
 KEPT: Final = 3
 """Laws that go on however far behind [-]."""
-
-LONGER: Final = 1.1
-"""Error over the least at larger rates up to which a smaller rate is taken: errors of numbers
-add up, what cannot be predicted adds far more [-]."""
 
 Key = tuple[str, Joint, tuple[str, ...]]
 """Kind of an effect, its joint, and the words of its variant."""
@@ -90,47 +92,33 @@ class Rung:
         return best_of((self.base, *self.scores))
 
 
-def race(campaign: Campaign, say: Callable[[str], None], *, own: FloatArray | None = None) -> list[Rung]:
-    """Return what is left of every law at each rate, until the best does not keep up itself."""
+def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
+    """Return what is left of laws at each rate, until they run freely or all run away."""
     data = campaign.data
-    omega = 2.0 * np.pi * data.frequency
     none = hypothesis_of(data.model)
-    begin = np.zeros(none.size) if own is None else own
     rungs: list[Rung] = []
-    live: list[Fit] = []
-    base: Fit | None = None
-    for i, (share, part) in enumerate(LADDER):
-        rate = share * omega
-        say(f"held at {rate:.3g} per s")
+    for share, part in LADDER:
+        rate = share * 2.0 * np.pi * data.frequency
+        say(f"held at {rate:.3g} per s" if rate else "free runs")
         form = _form(data, rate, part)
-        if base is None:
-            base = fit(data, none, begin, form.fitted, rounds=2 * ROUNDS)
-            live = [] if base is None else _laws(campaign, base, form.fitted, say)
+        if rungs:
+            base = _again(rungs[-1].base.fit, form)
+            live = [_again(score.fit, form) for score in _survivors(rungs[-1])]
         else:
-            base = _again(base, form)
-            live = [one for one in (_again(one, form) for one in live) if one is not None]
-        if base is None:
-            break
-        rung = _rung(data, rate, form, base, live)
-        if rung is None or (rungs and not _keeps_up(rung, rungs)):
+            base = fit(data, none, np.zeros(none.size), form.fitted, rounds=2 * ROUNDS)
+            live = [] if base is None else _laws(campaign, base, form.fitted, say)
+        rung = None if base is None else _rung(data, rate, form, base, live)
+        if rung is None:
             break
         rungs.append(rung)
-        live = [score.fit for score in _survivors(rung)]
-        base = rung.base.fit
-    if rungs and all(test.at_rest for test in data.tests):
-        whole = whole_tests(data, held_out=False)
-        form = Form(None, whole, whole, whole_tests(data, held_out=True))
-        base = _again(rungs[-1].base.fit, form)
-        live = [one for one in (_again(s.fit, form) for s in _survivors(rungs[-1])) if one]
-        rung = _rung(data, 0.0, form, base, live) if base is not None else None
-        if rung is not None and _keeps_up(rung, rungs):
-            rungs.append(rung)
     return rungs
 
 
 def _form(data: DataSet, rate: float, share: float) -> Form:
     own = pieces(data, rate, share, held_out=False)
-    return Form(1.0 / rate, own, own, pieces(data, rate, min(1.0, SCORED * share), held_out=True))
+    scored_share = min(1.0, SCORED * share)
+    held_out = pieces(data, rate, scored_share, held_out=True)
+    return Form(1.0 / rate if rate else None, own, own, held_out)
 
 
 def _again(found: Fit, form: Form) -> Fit | None:
@@ -141,8 +129,9 @@ def _again(found: Fit, form: Form) -> Fit | None:
 
 
 def _rung(
-    data: DataSet, rate: float, form: Form, base: Fit, live: Sequence[Fit]
+    data: DataSet, rate: float, form: Form, base: Fit, fits: Sequence[Fit | None]
 ) -> Rung | None:
+    live = [one for one in fits if one is not None]
     best = min((base, *live), key=lambda one: one.level)
     known = form.knowing(data, best)
     own = scored(data, base, known.held_out)
@@ -154,13 +143,6 @@ def _rung(
     floor = pooled_floor(floors_of(data, leader.fit, known.held_out))
     ordered = tuple(sorted(scores, key=lambda s: s.mean))
     return Rung(rate, known, own, ordered, error, floor)
-
-
-def _keeps_up(rung: Rung, before: Sequence[Rung]) -> bool:
-    return (
-        rung.error <= LONGER * min(one.error for one in before)
-        or rung.error <= EXCESS * rung.floor
-    )
 
 
 def _survivors(rung: Rung) -> list[Score]:

@@ -38,6 +38,8 @@ class Nudges(NamedTuple):
         The same combinations of the model's displacements and velocities.
     gain : (2 n, m) array
         How far a difference moves each displacement and velocity.
+    lead : int
+        Samples of a window after which it is let go.
     apart : (m,) array
         Room for the differences.
     """
@@ -45,13 +47,14 @@ class Nudges(NamedTuple):
     measured: FloatArray
     sees: FloatArray
     gain: FloatArray
+    lead: int
     apart: FloatArray
 
 
 @inlined
-def nudged(nudges: Nudges) -> bool:
-    """Return whether a motion is nudged at all."""
-    return nudges.measured.shape[1] > 0
+def held_until(nudges: Nudges, first: int) -> int:
+    """Return the last sample at which a window that begins at `first` is nudged."""
+    return first + nudges.lead if nudges.measured.shape[1] > 0 else first
 
 
 @inner
@@ -90,9 +93,7 @@ def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
     velocity = between(machine, row, series.y, n, 0)
     direction = 1 if velocity >= 0.0 else -1
     if law == FRICTION:
-        if mode == 0 and velocity != 0.0 and not _resists(machine, row, velocity, period, series):
-            machine.mode[row, 0] = direction
-        elif mode != 0:
+        if mode != 0 or not _resists(machine, row, velocity, period, series):
             machine.mode[row, 0] = direction
     elif law == JENKINS:
         if mode * direction < 0:
@@ -101,8 +102,8 @@ def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
         if mode * direction < 0:
             follow(machine, row, 0, displacement)
     elif law == SERIES and (mode == 2 or mode == -2):
-        if 0.5 * mode * velocity < series_slip(machine, row):
-            machine.mode[row, 0] = mode // 2
+        slips = 0.5 * mode * velocity >= series_slip(machine, row)
+        machine.mode[row, 0] = mode if slips else mode // 2
     else:
         memory = machine.lines[row, MEMORY]
         state = series.y[2 * n + memory, 0] if memory >= 0 else 0.0
@@ -118,8 +119,8 @@ def _resists(
     It acts like a force over the sample that follows, on top of what the joint carries.
     """
     easy = mobility(machine, row, row)
-    if easy == 0.0:
-        return False
+    if velocity == 0.0 or easy == 0.0:
+        return velocity == 0.0
     impulse = velocity / easy
     if abs(series.lines[row, HOLDING, 0] + impulse / period) > machine.values[row, 1]:
         return False

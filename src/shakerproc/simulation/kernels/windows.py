@@ -12,7 +12,7 @@ from shakerproc.simulation.kernels.carrying import carry
 from shakerproc.simulation.kernels.dop853 import one_sample
 from shakerproc.simulation.kernels.exact import fast, record
 from shakerproc.simulation.kernels.motion import begin
-from shakerproc.simulation.kernels.nudging import Nudges, nudge, nudged
+from shakerproc.simulation.kernels.nudging import Nudges, held_until, nudge
 from shakerproc.simulation.kernels.table import Machine, Series, Store
 from shakerproc.simulation.kernels.taylor import careful
 
@@ -50,15 +50,15 @@ def _walk(
     stats: FloatArray,
     patience: float,
     nudges: Nudges,
+    until: int,
 ) -> int:
     """Carry the motion from piece j towards `stop`; return where it is, or -1 if it cannot."""
     scales = room[3]
     n, n_y, tables = machine.mass.size, series.y.shape[0], store.parts.size > 0
     linear = tables and store.push.shape[2] == 0
-    passed, wanted, until = 0.0, 1.0, stats[3] + patience
-    holds = nudged(nudges)
-    while j < stop and stats[3] < until:
-        end = min(stop, j + stride - j % stride) if holds else stop
+    passed, wanted, weary = 0.0, 1.0, stats[3] + patience
+    while j < stop and stats[3] < weary:
+        end = min(stop, j + stride - j % stride) if j < until * stride else stop
         if linear and n == 1 and n_y == 2:
             j, passed = fast(
                 machine, store, pieces, j, end, stride, before, scales, series, room[0],
@@ -75,8 +75,7 @@ def _walk(
                 series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
         if j == end:
-            if holds and j % stride == 0:
-                _nudge_here(machine, nudges, pieces, j, stride, sample, series)
+            _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
             continue
         reached = careful(
             machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
@@ -98,8 +97,7 @@ def _walk(
             for k in range(pieces.shape[1]):
                 series.w[0] += pieces[j - 1, k]
             record(machine, j * sample, series, motion, accelerations, j // stride - before)
-            if holds:
-                _nudge_here(machine, nudges, pieces, j, stride, sample, series)
+            _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
     return j if abs(series.y[0, 0]) < LARGEST else -1
 
 
@@ -112,8 +110,11 @@ def _nudge_here(
     stride: int,
     sample: float,
     series: Series,
+    until: int,
 ) -> None:
-    """Nudge the motion at the end of piece j - 1, which is that of a sample."""
+    """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`."""
+    if j % stride != 0 or j > until * stride:
+        return
     series.w[0] = 0.0
     for k in range(pieces.shape[1]):
         series.w[0] += pieces[j - 1, k]
@@ -209,6 +210,7 @@ def walk_windows(
                 machine, store, analytic, tableau, pieces, cursor[2],
                 (here + rows - 1) * stride, stride, here - row, sample, tolerance, series,
                 room, carried, work, motion, accelerations, stats, patience, nudges,
+                held_until(nudges, first),
             )  # fmt: skip
             cursor[3] += int(stats[3] - steps)
             if reached < 0 or cursor[3] > MOST_STEPS * count + FREE_STEPS:
