@@ -11,7 +11,9 @@ from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.drawn import unwrapped_line
+from shakerproc.report.in_units import panel_in
 from shakerproc.report.pictures import LEFT, save
+from shakerproc.report.shown_units import USUAL
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
@@ -53,7 +55,7 @@ def draw_analyses(result: RunResult, title: str, folder: Path) -> list[Path]:
     written = []
     for panel in (panel for one in result.analyses for panel in one.panels):
         with style.look():
-            figure = draw_panel(panel, title, chosen)
+            figure = draw_panel(panel_in(panel, USUAL), title, chosen)
         written.append(save(figure, folder / f"{panel.name}.png"))
     return written
 
