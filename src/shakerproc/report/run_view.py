@@ -117,7 +117,8 @@ def _not_printed(run: RunSummary) -> str:
 
 
 def _analysis_view(one: AnalysisSummary, run: RunSummary) -> AnalysisView:
-    names = list(one.rows[0]) if one.rows else []
+    named = list(one.rows[0]) if one.rows else []
+    names = [name for name in named if any(row.get(name) is not None for row in one.rows)]
     rows = [[_cell(shown_cell(name, row.get(name))) for name in names] for row in one.rows]
     columns, paper = (
         [heading(name) for name in names],

@@ -354,7 +354,7 @@ function draw(host, figure, hidden, width, height) {
   const drawn = new uPlot({
     width, height, series, bands, padding: [8, 18, 0, 0],
     scales: { x: scale(figure.x), y: scale(figure.y) },
-    axes: [figure.x.label ? axis(figure.x, 20) : { ...axis(figure.x, 6), values: () => [] }, { ...axis(figure.y, 44), side: 3 }],
+    axes: [figure.x.label ? axis(figure.x, 20) : { ...axis(figure.x, 6), values: () => [] }, { ...axis(figure.y, 44), side: 3, ...(height < 120 ? { space: 14 } : {}) }],
     legend: { show: false },
     cursor: { points: { show: false }, drag: { x: true, y: true, uni: 25, dist: 4 },
       bind: { dblclick: (u) => () => { whole(u); return null; } } },
