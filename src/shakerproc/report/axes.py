@@ -56,13 +56,17 @@ def grid(
                 (box.left - 5) * UNIT, y + 14, shown(value, y_axis)
             )
         )
-    x_middle, y_middle = (box.left + box.width / 2) * UNIT, (box.top + box.height / 2) * UNIT
+    if x_axis.label:
+        middle = (box.left + box.width / 2) * UNIT
+        texts.append(
+            Markup('<text x="{:.0f}" y="{}">{}</text>').format(
+                middle, (height - 4) * UNIT, x_axis.label
+            )
+        )
+    y_middle = (box.top + box.height / 2) * UNIT
     return (
         Markup('<g class="axes"><path class="grid" d="{}"/>').format("".join(lines))
         + Markup("").join(texts)
-        + Markup('<text x="{:.0f}" y="{}">{}</text>').format(
-            x_middle, (height - 4) * UNIT, x_axis.label
-        )
         + Markup('<text transform="translate(48 {:.0f})rotate(-90)">{}</text></g>').format(
             y_middle, y_axis.label
         )
