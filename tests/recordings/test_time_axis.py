@@ -17,7 +17,7 @@ from tests.recordings import shared_data
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import Sampling, contents, health, open_recording
+from shakerproc.recordings import Sampling, contents, file_flags, open_recording
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.time_base import time_base
@@ -148,7 +148,7 @@ def test_a_step_of_one_is_what_labview_writes_and_can_be_corrected(tmp_path):
     with open_recording(path, sample_rate=Sampling(RATE, override=True)) as recording:
         assert recording.sample_rate == RATE
         assert recording.notes[0].startswith("The sample rate is 2000 Hz by override")
-        assert [flag.kind for flag in health(recording, checks=())] == ["sample rate"]
+        assert [flag.kind for flag in file_flags(recording)] == ["sample rate"]
 
 
 def test_a_stated_rate_is_corrected_by_override_alone(tmp_path):
@@ -451,7 +451,7 @@ def test_a_gap_in_uneven_times_is_flagged(tmp_path):
         tmp_path, "t [s],a [g]", [f"{t:.9f}" for t in times], np.delete(WAVE, slice(600, 610))
     )
     with open_recording(path, sample_rate=Sampling(resample=RATE)) as recording:
-        (flag,) = (f for f in health(recording, checks=()) if f.kind == "sample rate")
+        (flag,) = (f for f in file_flags(recording) if f.kind == "sample rate")
         assert "1 step is longer than two others" in flag.message
 
 
