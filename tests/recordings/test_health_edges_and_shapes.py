@@ -147,9 +147,12 @@ def test_an_offset_above_the_threshold_does_not_decide_the_crop(offset, tmp_path
     assert (crop.warning is not None) == (offset != 0.0)
 
 
-@pytest.mark.parametrize("zeros", [5, 16, 40, 3000])
-def test_shocks_after_exact_zeros_are_no_dropout(zeros):
-    """Two half-sines and what follows of them in two masses, in steps of a converter."""
+@pytest.mark.parametrize("zeros", [-20, 0, 5, 16, 40, 3000])
+def test_shocks_and_the_rest_between_them_are_no_dropout(zeros):
+    """Two half-sines and what follows in two masses, in steps of a converter.
+
+    The first comes after exact zeros, or the recording begins with it, or in its middle.
+    """
     n = np.arange(N)
     phase = (n - zeros) / (0.011 * RATE)
     base = 300.0 * np.sin(np.pi * np.clip(phase, 0.0, 1.0))
