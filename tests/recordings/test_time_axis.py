@@ -142,6 +142,15 @@ def test_the_unit_of_the_abscissa_counts_in_tdms_and_uff(tmp_path):
     assert_read(uff(tmp_path, step=0.5, unit="ms"))
 
 
+@pytest.mark.parametrize("rate", [10.0, 0.2, 5e6])
+def test_the_interval_of_a_waveform_is_in_seconds_where_its_axis_has_no_unit(tmp_path, rate):
+    """As NI defines wf_increment, however slow or fast the channel is."""
+    path = tdms(tmp_path, a=(WAVE, {"wf_increment": 1.0 / rate}))
+    with open_recording(path) as recording:
+        assert recording.sample_rate == pytest.approx(rate, rel=1e-12)
+        assert recording.rate_doubtful == ""
+
+
 def test_a_step_of_one_is_what_labview_writes_and_can_be_corrected(tmp_path):
     path = tdms(tmp_path, a=(WAVE, {"wf_increment": 1.0}))
     assert "1 as LabVIEW writes it where none is given" in refusal(path)
