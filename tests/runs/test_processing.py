@@ -229,6 +229,8 @@ def test_controls_can_be_named_and_units_given_where_no_log_speaks(tmp_path):
         assert {c.role for c in recording.channels} == {"response"}
     with pytest.raises(LogError, match=r"no channel .top. to be a control. It has table, left"):
         open_path(path, Test("t"), controls=["top"], unit=UnitOption("g"))
+    with pytest.raises(LogError, match=r"Did you mean 'table'\? It has .*; name one of these"):
+        open_path(path, Test("t"), controls=["tabel"], unit=UnitOption("g"))
 
 
 def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():

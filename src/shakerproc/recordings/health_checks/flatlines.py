@@ -37,7 +37,7 @@ LOBES: Final = 3
 """Lobes of a shock at most: the pulse, one before and one after it."""
 
 LOBE: Final = 0.2
-"""Height of a lobe that counts, over the largest: what IEC 60068-2-27 tolerates beside it [-]."""
+"""Height of a lobe that counts, over the largest: what IEC 60068-2-27 tolerates [-]."""
 
 LONGEST_SHOCK: Final = 2**18
 """Samples of which a shock is looked for in what is before a channel's first rest."""
