@@ -831,3 +831,13 @@ def test_a_table_of_more_columns_than_rows_is_read_number_by_number(
         assert recording.sample_rate == 64.0
         read = recording.samples() / 9.80665
     np.testing.assert_allclose(read, numbers[:, 1:].T, rtol=1e-15)
+
+
+def test_two_infinite_values_of_a_damaged_file_make_no_time_and_no_warning(tmp_path):
+    """As `make fuzz` found it: a flipped bit in two exponents that are neighbours."""
+    values = np.arange(64.0)
+    values[20:22] = np.inf
+    path = tmp_path / "damaged.mat"
+    scipy_io.savemat(path, {"a": values, "b": np.ones(64), "fs": 64.0})
+    with open_recording(path, sample_rate=64.0) as recording:
+        assert recording.sample_rate == 64.0
