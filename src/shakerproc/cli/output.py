@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias, final
 
 import typer
 
@@ -177,6 +177,26 @@ def message(text: str) -> None:
 def warning(text: str) -> None:
     """Say what may be wrong, on stderr."""
     message(f"warning: {text}")
+
+
+@final
+class Once:
+    """What is said only once: before the long work, and not again with its results."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+
+    def warning(self, text: str) -> None:
+        """Say what may be wrong, on stderr."""
+        if text not in self._said:
+            self._said.add(text)
+            warning(text)
+
+    def message(self, text: str) -> None:
+        """Say something to the user, on stderr."""
+        if text not in self._said:
+            self._said.add(text)
+            message(text)
 
 
 def finish(status: int) -> NoReturn:

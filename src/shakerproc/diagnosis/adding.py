@@ -86,6 +86,7 @@ def add(
     start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> Added:
     """Return a model with one effect more, fitted jointly with its own numbers to a log.
 
@@ -105,6 +106,8 @@ def add(
         Whether to return it even where it is no gain.
     progress : callable, optional
         Called with what is being done.
+    warn : callable
+        Told, before the work, which tests are left out and of faulty channels.
 
     Raises
     ------
@@ -115,6 +118,7 @@ def add(
         If a recording cannot be used.
     """
     usable = tests_of(log, model)
+    usable.tell(warn)
     measured = usable.tests
     found = add_to_arrays(
         kind,
@@ -130,6 +134,7 @@ def add(
         found,
         tests=tuple(m.name for m in measured if not m.test.hold_out),
         left_out=usable.left_out,
+        notes=(*usable.notes, *found.notes),
         sha256={m.name: m.sha256 for m in measured},
     )
 

@@ -145,10 +145,11 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
     models : Models, optional
         The comparison that stands in the same report.
     """
+    told = [] if models is None else _limits(models.before)
     paragraphs = [
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
-        *diagnosis.notes,
+        *(note for note in diagnosis.notes if note not in told),
         *_confidence(diagnosis),
     ]
     if models is not None:
