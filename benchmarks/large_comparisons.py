@@ -3,8 +3,8 @@
 python -m benchmarks.large_comparisons [--cases many,long,chain]
 
 many: 16 tests of 1.4 million samples; long: one of 22 million; chain: 200 masses with 8
-sensors, two tests of 100,000 samples. Base acceleration and responses are noise through one mass (of the
-chain: noise), which is all that time and memory depend on.
+sensors, two tests of 100,000 samples. Base acceleration and responses are noise, through one
+mass but for the chain: time and memory depend on nothing else.
 """
 
 import argparse
