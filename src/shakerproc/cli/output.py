@@ -26,6 +26,9 @@ _BARS: Final[list["Console"]] = []
 TELL_EVERY: Final = 5.0
 """Seconds between two lines of progress where no bar is drawn [s]."""
 
+GO_ON: Final = "what is done stands, call again to go on"
+"""What is left of an interrupted batch, as its KeyboardInterrupt says it."""
+
 STDOUT: Final = "-"
 """The target of JSON that is stdout."""
 

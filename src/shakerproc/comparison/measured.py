@@ -137,7 +137,9 @@ class Measured:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines for people: what the reader decided, places in doubt, channels not used."""
-        return (*self.read, *self.places, *unused_lines(self.unused))
+        mixed = self.test.excitation == "sine on random"
+        tones = ("the tones drive the model too: errors are of tones and random vibration",)
+        return (*self.read, *(tones * mixed), *self.places, *unused_lines(self.unused))
 
     @property
     def name(self) -> str:

@@ -11,7 +11,6 @@ from shakerproc.modal.held_out import N_PARTS, confirmed, parts_of
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
-    Scatter,
     joined,
     lines_of_functions,
     lines_of_samples,
@@ -125,7 +124,6 @@ def identify_functions(
     frequency: FloatArray,
     functions: ComplexArray,
     settings: Settings,
-    scatter: Scatter | None = None,
 ) -> ModeSet:
     """Return the modes of response functions, such as those of an analyser.
 
@@ -140,8 +138,6 @@ def identify_functions(
         Response functions [response unit/input unit].
     settings : Settings
         Band, number of modes, highest order.
-    scatter : Scatter, optional
-        Of the functions at these lines, where it is known.
 
     Returns
     -------
@@ -155,8 +151,7 @@ def identify_functions(
     """
     low, high = settings.band
     kept = (frequency >= low) & (frequency <= high) & (frequency > 0.0)
-    known = None if scatter is None else scatter.at(kept)
-    lines = lines_of_functions(frequency[kept], functions[..., kept], known)
+    lines = lines_of_functions(frequency[kept], functions[..., kept])
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
     parts = _of_parts(lines, ones, functions[..., kept])

@@ -80,7 +80,7 @@ def model_section(models: Models) -> Section:
                 *evidence_spectra.error_by_band(models),
                 evidence_motion.error_by_level(models),
                 *evidence_motion.error_by_motion(models),
-                drift,
+                *drift,
                 *evidence_spectra.harmonics(models),
             ],
         ),
