@@ -124,9 +124,9 @@ def judged(
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
-    """Return all that was tried, the best first, with intervals of what stands."""
-    stands = [chosen, *as_good(standing)]
-    fitted = (tried(found, score, stands=score in stands) for score in found.effects)
+    """Return all that was tried, by what it leaves, with intervals of what stands."""
+    stands, order = [chosen, *as_good(standing)], sorted(found.effects, key=found.left_by)
+    fitted = (tried(found, score, stands=score in stands) for score in order)
     return (*fitted, *untried(found))
 
 
@@ -286,10 +286,7 @@ def unlike_held_out(found: Found, chosen: Score, errors: Errors) -> list[str]:
 def _asked_next(
     found: Found, stands: Score, errors: Errors, verdict: str
 ) -> tuple[tuple[str, ...], list[str]]:
-    """Return the kinds to add next, and the notes on what is left.
-
-    Those that help a little beside what stands; what stands, where it explains too little.
-    """
+    """Return the kinds to add next, and the notes on what is left."""
     if verdict in {"cannot tell", "measurement fault"}:
         return (), []
     if verdict == "outside library" and stands.fit.hypothesis.added:
