@@ -117,9 +117,9 @@ def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> st
             ". How much of that is noise these tests do not say: record some seconds at rest "
             "before the excitation, or repeat a test."
         )
-    name, left = least
-    if left < after:
-        said += f" The best that was tried, {name}, leaves {left:.3g}: less, but not surely so."
+    name, left = least[0], f"{least[1]:.3g}"
+    if least[1] < after and left != f"{after:.3g}":
+        said += f" The best that was tried, {name}, leaves {left}: less, but not surely so."
     return said
 
 
