@@ -182,6 +182,15 @@ def fitted_note(left: float) -> str:
     )
 
 
+def whole_note(was: float, now: float, horizon: float) -> str:
+    """Return that whole tests are predicted worse [-], though parts [s] of them better."""
+    return (
+        f"Parts of {horizon:.3g} s are predicted better; simulated from rest as a whole, as "
+        f"`compare` does where it can, the tests leave {now:.3g} of the response, {was:.3g} "
+        "before."
+    )
+
+
 def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     """Return what tests have of their own, for which the errors allow.
 
