@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")
@@ -33,7 +34,7 @@ def probability_text(diagnosis: Diagnosis) -> str:
         return ""
     if not math.isfinite(diagnosis.errors.noise_floor):
         return "no probability: the noise is not known"
-    if diagnosis.verdict == "nothing missing":
+    if diagnosis.errors.held_out.after <= NEGLIGIBLE:
         return "no probability: more than noise is left"
     return "no probability: more is missing than the library explains"
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -9,8 +10,13 @@ from shakerproc.comparison.noise import Refuted
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
 from shakerproc.diagnosis.result import Errors, Estimate, Finding, Where
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.diagnosis.selection.where import PARTS
 from shakerproc.models.motion import Motion, shown_in
+
+
+CALIBRATED: Final = f"; sensors are calibrated to no better than {NEGLIGIBLE:.0%}"
+"""Why what is left beyond noise may be nothing."""
 
 
 def outside_sentence(
@@ -64,6 +70,8 @@ def more_sentence(errors: Errors, left: Where, motion: Motion) -> str:
     after, floor = errors.held_out.after, errors.noise_floor
     if not math.isfinite(floor):
         return f"It leaves {after:.3g}; how much of that is noise these tests do not say."
+    if after <= NEGLIGIBLE:
+        return f"It leaves {after:.3g}, the noise is {floor:.3g}{CALIBRATED}."
     where = [f"at {low:.3g} to {high:.3g} Hz" for low, high in left.bands_hz]
     where += _range("displacements", left.displacement_m, "m", motion)
     where += _range("velocities", left.velocity_m_per_s, "m/s", motion)
@@ -89,7 +97,7 @@ def fault_sentence(faults: Sequence[Finding], errors: Errors, *, alone: bool) ->
 
 def nothing_sentence(errors: Errors, which: str, *, complete: bool) -> str:
     """Return the verdict that nothing is missing, by `which` model; only noise, if complete."""
-    beyond = "" if complete else "; sensors are calibrated to no better than 1 %"
+    beyond = "" if complete else CALIBRATED
     return (
         f"Nothing is missing: {which} leaves {errors.held_out.after:.3g} of the "
         f"response, the noise is {_noise(errors.noise_floor)}{beyond}."
