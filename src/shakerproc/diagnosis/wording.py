@@ -14,7 +14,6 @@ from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.diagnosis.selection.where import PARTS
 from shakerproc.models.motion import Motion, shown_in
 
-
 CALIBRATED: Final = f"; sensors are calibrated to no better than {NEGLIGIBLE:.0%}"
 """Why what is left beyond noise may be nothing."""
 
