@@ -55,15 +55,7 @@ def standing_of(found: Found) -> list[Score]:
 
 def leaves_more(found: Found, score: Score) -> bool:
     """Return whether more is left than is known to be noise, by what sensors can tell."""
-    return found.left_by(score) > NEGLIGIBLE and not is_complete(found, score)
-
-
-def is_complete(found: Found, score: Score) -> bool:
-    """Return whether a hypothesis leaves no more than noise, of most blocks at least.
-
-    However far motions part in a few; not where the noise is unknown.
-    """
-    return found.is_explained_by(score) or score.is_mostly_noise
+    return found.left_by(score) > NEGLIGIBLE and not found.is_explained_by(score)
 
 
 def further(found: Found, chosen: Score) -> Score | None:

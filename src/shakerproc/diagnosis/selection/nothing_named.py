@@ -7,7 +7,7 @@ import numpy as np
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Errors, Estimate, Finding
-from shakerproc.diagnosis.selection.choice import bare, is_complete, leaves_more
+from shakerproc.diagnosis.selection.choice import bare, leaves_more
 from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
 
@@ -29,7 +29,7 @@ def nothing_named(
         return "cannot tell", sentence
     if not known:
         return "cannot tell", unnamed
-    complete = is_complete(found, chosen)
+    complete = found.is_explained_by(chosen)
     return "nothing missing", wording.nothing_sentence(errors, which, complete=complete)
 
 

@@ -26,7 +26,6 @@ from shakerproc.diagnosis.selection.choice import (
     bare,
     further,
     is_at_fault,
-    is_complete,
     is_outside,
     leaves_more,
     standing_of,
@@ -70,7 +69,7 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
     before, effects = _as_it_was(found, data), _effects(fit)
-    errors, complete = _errors(found, chosen, before), is_complete(found, chosen)
+    errors, complete = _errors(found, chosen, before), found.is_explained_by(chosen)
     left = Where() if complete else _left(found, chosen)
     alike, faults = _indistinguishable(standing), faults_of(found, fit)
     locked, unclosed = _locked(found, fit, effects), None
