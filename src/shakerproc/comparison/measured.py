@@ -16,7 +16,7 @@ from shakerproc.comparison.not_measured import (
     check_measured,
     check_sizes,
 )
-from shakerproc.comparison.part import Part, check_periods, free_part, part_of
+from shakerproc.comparison.part import Part, few_periods, free_part, part_of
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.sensors import (
     input_rows,
@@ -308,7 +308,7 @@ def measure(
         samples = recording.samples(part.first, part.last)
         faults = check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
         run = samples[:, part.start - part.first : part.stop - part.first]
-        check_periods(recording.run, run[rows])
+        few = few_periods(recording.run, run[rows])
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
@@ -319,7 +319,7 @@ def measure(
         )  # fmt: skip
         return replace(
             found,
-            notes=(*found.notes, *faults),
+            notes=(*found.notes, *faults, *few),
             rate_doubt=recording.rate_doubt,
             read=recording.notes,
             unused=unused_channels(recording, {*inputs, *rows}),

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, sentence
+from shakerproc.diagnosis.headline import probability_text
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_motion, evidence_spectra
@@ -171,13 +172,9 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
 
 
 def _confidence(diagnosis: Diagnosis) -> list[str]:
-    """Return how probable the verdict is, where that is known."""
-    if diagnosis.confidence is None:
-        return []
-    return [
-        f"Verdict, effects and joints are exactly right with a probability of "
-        f"{100.0 * diagnosis.confidence:.0f} %."
-    ]
+    """Return how probable the verdict is, or why that is not known."""
+    text = probability_text(diagnosis)
+    return [f"Verdict, effects and joints: {text}."] if text else []
 
 
 def _horizon(diagnosis: Diagnosis) -> str:
@@ -208,10 +205,13 @@ def error_ladder(diagnosis: Diagnosis) -> Drawing:
     fitted = [c for c in best_last if c.held_out_error is not None]
     many = len({c.between for c in diagnosis.candidates}) > 1
     rungs += [Rung(_named(c, place=many), c.fitted_error, c.held_out_error) for c in fitted]
-    new = {"effect found": "with the effect", "nothing missing": "numbers fitted"}
+    if diagnosis.verdict == "outside library" and diagnosis.further:
+        new = f"with {candidate_name(diagnosis.further[0], {})}"
+    else:
+        new = "with the effect" if diagnosis.effects else "without an effect"
     rungs.append(
         Rung(
-            new.get(diagnosis.verdict, "best that was found"),
+            new,
             errors.fitted.after,
             errors.held_out.after,
             strong=True,

@@ -89,20 +89,21 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
 
     Notes that were said `once` before are not printed again.
     """
+    from shakerproc.diagnosis.headline import probability_text
+
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     if numbers:
         output.data(numbers, json_target=json_target)
     output.data(result.sentence, json_target=json_target)
-    if result.confidence is not None:
-        output.data(
-            f"exactly right with a probability of {100.0 * result.confidence:.0f} %",
-            json_target=json_target,
-        )
+    if surely := probability_text(result):
+        output.data(surely, json_target=json_target)
     errors = result.errors
+    alone = [["numbers fitted", None, errors.without]] if errors.without is not None else []
     output.print_table(
         ["error", "fitted", "held_out"],
         [
             ["before", errors.fitted.before, errors.held_out.before],
+            *alone,
             ["after", errors.fitted.after, errors.held_out.after],
             ["noise floor", None, errors.as_json()["noise_floor"]],
         ],
