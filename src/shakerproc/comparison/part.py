@@ -25,8 +25,8 @@ RUN_IN: Final = 16
 FEW_PERIODS: Final = 10
 r"""Periods of the motion below which an error is said to be known roughly.
 
-The rms of :math:`n` periods is known to :math:`1 / (2 \sqrt{n})`, 16 % here: Bendat and Piersol,
-"Random Data", 4th ed., eq. 8.58, with one independent value a period.
+The rms of :math:`n` periods is known to :math:`1 / (2 \sqrt{n})`, 16 % here: Bendat and
+Piersol, "Random Data", 4th ed., eq. 8.58, with one independent value a period.
 """
 
 
@@ -91,8 +91,8 @@ def few_periods(run: str, motion: FloatArray) -> list[str]:
     n_periods = int(np.count_nonzero(above[1:] & ~above[:-1]))
     if not above.any():
         raise DiagnosisError(
-            f"{run}: nothing moves in the {above.size} samples that are compared. Crop less, or "
-            "record longer."
+            f"{run}: nothing moves in the {above.size} samples that are compared. Crop less, "
+            "or record longer."
         )
     if n_periods >= FEW_PERIODS:
         return []
