@@ -15,9 +15,9 @@ import argparse
 import ast
 import re
 import statistics
-import tokenize
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 NUMBER = re.compile(r"\b(float|FloatArray|ComplexArray|NDArray(?!\[np\.(bool_|u?int\w*)\]))\b")
@@ -49,11 +49,17 @@ Declared = dict[str, tuple[list[str], dict[str, str]]]
 """The bases of each class, and the docstrings of its methods; namesakes are taken together."""
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """Return the syntax of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def classes_of(paths: Sequence[Path]) -> Declared:
     """Return what the classes of all files declare, by their names."""
     found: Declared = {}
     for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.ClassDef):
                 methods = {
                     one.name: ast.get_docstring(one) or ""
@@ -85,7 +91,8 @@ def house(source: Path) -> tuple[list[Path], list[Function]]:
 def functions_of(path: Path, root: Path, classes: Declared) -> Iterator[Function]:
     """Yield the functions of a file, methods and inner functions too."""
     source = path.read_text(encoding="utf-8")
-    held = code_lines(path)
+    tree = parsed(path)
+    held = code_lines(source, tree)
     place = path.relative_to(root)
 
     def walk(node: ast.AST, owner: str, *, public: bool, inner: bool) -> Iterator[Function]:
@@ -102,22 +109,20 @@ def functions_of(path: Path, root: Path, classes: Declared) -> Iterator[Function
             else:
                 yield from walk(child, owner, public=public, inner=inner)
 
-    yield from walk(ast.parse(source), "", public=True, inner=False)
+    yield from walk(tree, "", public=True, inner=False)
 
 
-def code_lines(path: Path) -> set[int]:
-    """Return the numbers of the lines that hold code."""
-    empty = {
-        tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
-        tokenize.ENCODING, tokenize.ENDMARKER,
-    }  # fmt: skip
-    with path.open("rb") as file:
-        return {
-            line
-            for token in tokenize.tokenize(file.readline)
-            if token.type not in empty
-            for line in range(token.start[0], token.end[0] + 1)
-        }
+def code_lines(text: str, tree: ast.Module) -> set[int]:
+    """Return the numbers of the lines that hold code: all of a string does."""
+    held = {
+        number
+        for number, line in enumerate(text.split("\n"), 1)
+        if (code := line.strip()) and not code.startswith("#")
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant | ast.JoinedStr) and node.end_lineno != node.lineno:
+            held.update(range(node.lineno, node.end_lineno + 1))
+    return held
 
 
 def counted(

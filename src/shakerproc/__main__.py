@@ -8,7 +8,7 @@ def main() -> None:
     try:
         from shakerproc import cli
     except KeyboardInterrupt:
-        sys.stderr.write("interrupted\n")
+        sys.stderr.write("stopped by the user; nothing was written\n")
         sys.exit(130)
     cli.main()
 

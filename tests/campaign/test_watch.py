@@ -149,7 +149,7 @@ def test_an_interrupt_ends_it_at_once_and_the_page_stands_still(tmp_path):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 130, errors
-    assert errors.splitlines()[-1].startswith("interrupted; what is done stands")
+    assert errors.splitlines()[-1].startswith("stopped by the user; what is done stands")
     assert "data-refresh" not in page.read_text(encoding="utf-8")
 
 

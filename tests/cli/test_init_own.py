@@ -8,7 +8,7 @@ from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.model_files import read_model
 from shakerproc.recordings import write_tdms
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows.draft_channels import controls_of
+from shakerproc.workflows.draft_channels import controls_of, measures
 from shakerproc.workflows.recordings_seen import recordings_below
 
 
@@ -214,3 +214,16 @@ def test_a_shaken_test_is_the_template_and_a_hammer_in_volts_a_force(tmp_path):
     assert "\n  table: {role: control}" in text
     assert "channels: {hammer: {role: force" in text
     assert list(read_model(tmp_path / "model.yaml").sensors) == ["tip"]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "wanted"),
+    [
+        ("Kraft 1", "", "N"), ("impact hammer", "V", "N"), ("laser", "", "m"),
+        ("Weg", "", "m"), ("beschleunigung x", "", "m/s^2"), ("laser", "V", "V"),
+        ("Kraft 1", "g", "m/s^2"), ("tip", "", ""),
+    ],
+)  # fmt: skip
+def test_a_name_says_the_same_quantity_to_a_draft_as_to_a_reader(name, unit, wanted):
+    """Words of other languages, too; a unit counts more, but for volts of a force sensor."""
+    assert measures(name, unit) == wanted

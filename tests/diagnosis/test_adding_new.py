@@ -6,10 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.diagnosis.component import component, rod
-from tests.diagnosis.one_mass import JOINT, QUIET, RATE, STIFFNESS, arrays_of, one_mass
+from tests.diagnosis.one_mass import JOINT, QUIET, RATE, STIFFNESS, added, arrays_of, one_mass
 
 from shakerproc.diagnosis import TestArrays, diagnose_arrays
-from shakerproc.diagnosis.adding import add_to_arrays
+from shakerproc.diagnosis.adding import add_to_arrays, worse_whole
+from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.data import prepared
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.least_squares import fit
+from shakerproc.diagnosis.horizon import usable_forms
+from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.one_effect import Fitted
+from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import effect_files, load_effects
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
@@ -43,6 +51,20 @@ def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
     assert found.errors.fitted.before > 0.5
     assert found.worse == ""
     assert found.modes == found.notes == ()
+
+
+@pytest.mark.parametrize(("kind", "said"), [("cubic_stiffness", 1), ("gap", 0)])
+def test_an_effect_with_which_whole_tests_are_predicted_worse_is_told(gap, kind, said):
+    """The truth is a gap; before stands the linear model, whose peak is elsewhere."""
+    data = DataSet(one_mass(), prepared(gap))
+    values = GAP if kind == "gap" else {"coefficient": 1e13}  # a wall
+    form = usable_forms(campaign_of(data.model, data.tests))[0]
+    tried = (hypothesis_of(data.model), np.zeros(2)), added(data, kind, **values)
+    fits = [fit(data, *one, form.fitted, rounds=0) for one in tried]
+    scores = [Score(one, np.zeros(3)) for one in fits]
+    notes = worse_whole(Fitted(data, form, fits[0], *scores))
+    assert len(notes) == said
+    assert all(f"Parts of {form.horizon:.3g} s" in note for note in notes)
 
 
 def test_what_is_no_gain_is_refused_unless_it_is_forced():

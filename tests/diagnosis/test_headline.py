@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from shakerproc.diagnosis.headline import headline
+from shakerproc.diagnosis.headline import headline, probability_text
 from shakerproc.diagnosis.result import Diagnosis, Errors, Estimate, Finding, Pair, Where
 from shakerproc.testlog import Test
 
@@ -36,6 +36,22 @@ def test_kind_joint_numbers_and_probability_are_in_one_line():
         "gap between base and coupon: clearance +-0.0500 mm (0.100 mm in total), "
         "stiffness 5e+04 N/m; probability 0.97."
     )
+
+
+@pytest.mark.parametrize(
+    ("left", "floor", "words"),
+    [
+        (0.3, 0.01, "more is missing than the library explains"),
+        (0.009, 0.001, "more than noise is left"),
+        (0.3, float("nan"), "the noise is not known"),
+    ],
+)
+def test_why_there_is_no_probability_is_said_in_few_words(left, floor, words):
+    errors = Errors(Pair(0.9, left), Pair(0.9, left), floor)
+    open_one = replace(FOUND, errors=errors, complete=False, confidence=None)
+    assert probability_text(open_one) == f"no probability: {words}"
+    assert probability_text(replace(open_one, complete=True)) == ""  # of a component test
+    assert probability_text(FOUND) == "exactly right with a probability of 97 %"
 
 
 def test_a_stop_has_one_side_and_a_fault_no_joint():

@@ -6,8 +6,10 @@ from tests.diagnosis.one_mass import JOINT, one_mass
 
 from shakerproc.diagnosis.hypotheses.hypothesis import OWN_REACH, addition, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import identifications
+from shakerproc.diagnosis.screening.shared import linear_parts
 from shakerproc.errors import ModelError
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
+from shakerproc.models.effects import Damper, Spring
 from shakerproc.models.identification import JointScales
 
 AT = JointScales(1e-3, 0.3, 100.0, 1e5, 1.0, 4.0, 500.0)
@@ -87,3 +89,17 @@ def test_numbers_that_no_model_can_have_are_told_with_the_model():
 @pytest.mark.parametrize("kind", ["spring", "damper"])
 def test_what_every_joint_has_is_not_looked_for(kind):
     assert kind not in KNOWN
+
+
+def test_a_damping_ratio_of_the_file_is_free_and_known_where_it_stands():
+    elements = (
+        Element(Spring(2e4), ("base", "coupon")),
+        Element(Damper(damping_ratio=0.02), ("base", "coupon")),
+    )
+    sensors = {"a": Sensor("coupon")}
+    model = Model("ratio", {"coupon": 0.5}, elements, Excitation("base acceleration"), sensors)
+    hypothesis = hypothesis_of(model)
+    assert [number.name for number in hypothesis.own] == ["stiffness", "damping_ratio"]
+    damper = hypothesis.model_at(np.log([1.0, 1.5])).elements[1].effect
+    assert damper.damping == pytest.approx(2.0 * 0.03 * np.sqrt(2e4 * 0.5))
+    assert linear_parts(model, ("base", "coupon")) == pytest.approx((2e4, 4.0))

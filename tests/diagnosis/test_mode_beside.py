@@ -22,7 +22,7 @@ DRIVES = (drive(level=12.0), drive(level=20.0, number=2))
 
 @pytest.mark.slow
 def test_a_mode_that_a_gap_hides_is_found_beside_it():
-    tests = arrays_of(campaign(WITH_MODE, hidden=((0, GAP),), drives=DRIVES))
+    tests = arrays_of(campaign(WITH_MODE, hidden=((0, GAP),), drives=DRIVES, seconds=2.5))
     assert fit_linear(model(), tests).model.modes == ()
     found = add_to_arrays("gap", model(), [test.arrays for test in tests])
     (mode,) = found.modes

@@ -1,5 +1,6 @@
 """The console blocks of a page: their commands are run, and what they print is compared."""
 
+import math
 import os
 import re
 import shlex
@@ -7,8 +8,11 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 from tests.in_process import completed
+
+from shakerproc.cli import output
 
 TOLERANCE = 1e-3
 """How far a number on a page may lie from what a command prints (on another machine) [-]: at
@@ -19,8 +23,6 @@ _BLOCK = re.compile(
     r"```(?P<kind>\w+)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
-_PROGRESS = re.compile(r"^(?:tests|compare|diagnose|add): .*\n", re.MULTILINE)
-"""What is told every few seconds of long work: no page shows it."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -57,8 +59,9 @@ def run(command, folder):
     """Run a command as the page shows it; return its status and all that it printed."""
     words = shlex.split(command.line)
     if words[0] == "shakerproc":
-        done = completed(*words[1:], cwd=folder, env={"NO_COLOR": "1"}, merged=True)
-        return done.returncode, _PROGRESS.sub("", done.stdout)
+        with mock.patch.object(output, "TELL_EVERY", math.inf):  # no page shows progress
+            done = completed(*words[1:], cwd=folder, env={"NO_COLOR": "1"}, merged=True)
+        return done.returncode, done.stdout
     if words[0] == "python":
         words[:1] = [sys.executable]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}

@@ -248,3 +248,16 @@ def test_a_dead_sensor_is_told_beside_the_modes_of_the_others(analysed):
     told, out = analysed("  - {id: 1, recording: 4.csv}\n", "--no-figures")
     assert "a1 is constant: its modes may be wrong. Stands at exactly 0 m/s" in told.out
     assert (out / "modes.csv").exists()
+
+
+def test_what_is_wrong_with_a_sensor_that_measures_is_told_beside_its_modes(
+    analysed, folder, structure
+):
+    spoiled = structure.response.copy()
+    spoiled[2, 5000] += 80.0 * np.std(spoiled[2])
+    write_csv(folder / "recordings" / "spike.csv", replace(structure, response=spoiled))
+    test = "  - {id: 1, recording: spike.csv, excitation: random, from: 3 Hz, to: 215 Hz}\n"
+    done, out = analysed(test, "--no-figures")
+    assert "spike (a3): An isolated spike" in done.out
+    (one,) = json.loads((out / "report.json").read_text())["tests"]
+    assert any(note.startswith("spike (a3)") for note in one["notes"])

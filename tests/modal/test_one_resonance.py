@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import signal, stats
 
 from shakerproc.modal import Settings, identify_samples
+from shakerproc.modal.held_out import chance_of
 
 RATE, SECONDS, FREQUENCY, DAMPING = 200.0, 40.0, 22.0, 0.006
 SUBSTEPS = 64
@@ -52,9 +53,37 @@ def test_two_modes_that_are_close_stay_two(apart):
     np.testing.assert_allclose(frequencies_of(*linear(3, *truth)), truth, rtol=1e-4)
 
 
-@pytest.mark.xfail(reason="one of 20 draws is still split (two without held-out parts)")
+@pytest.mark.parametrize("seed", [15, 41])
+def test_a_resonance_that_bends_is_one_mode_although_two_fit_both_halves_better(seed):
+    assert frequencies_of(*bent(seed, 0.02)).size == 1
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_a_resonance_that_bends_under_random_force_is_one_mode():
+    """`python -m benchmarks.bent_resonances` has 200 draws."""
     for seed in range(20):
         assert frequencies_of(*bent(seed, 0.02)).size == 1
+
+
+def test_a_mode_that_bends_has_an_interval_that_holds_its_scatter_over_parts():
+    """A linear resonance of that damping is known to some 0.0015 % in 40 s, this one is not."""
+    settings = Settings((5.0, 60.0))
+    errors = []
+    for force, out in (linear(1, FREQUENCY), bent(1, 0.02)):
+        found = identify_samples(force[np.newaxis], out[np.newaxis], RATE, settings)
+        errors.append(float(found.frequency_error[0]))
+        moving = any("moves with level or time" in note for note in found.notes)
+        assert moving == (len(errors) == 2)
+    assert errors[0] < 3e-5
+    assert errors[1] > 1e-3  # 200 draws scatter by 0.0017
+
+
+def test_gains_of_either_sign_have_the_chance_of_wilcoxons_test():
+    """Against scipy's exact law of signed ranks."""
+    rng = np.random.default_rng(0)
+    for n in (3, 5, 8):
+        for _ in range(20):
+            gain = rng.standard_normal(n) + 0.5
+            exact = stats.wilcoxon(gain, alternative="greater", method="exact").pvalue
+            assert chance_of(gain) == pytest.approx(exact, rel=1e-12)

@@ -9,9 +9,7 @@ from tests.recordings.test_health import RATE, N, excitation, four_channels, rec
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import health
-from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.joining import side_by_side
-from shakerproc.testlog import read_testlog
 
 
 def told(samples, *kinds, roles=("control", "control", "response", "response"), block=2**17):
@@ -48,12 +46,15 @@ AFTER = {
 }
 
 
-@pytest.mark.parametrize("after", AFTER)
-def test_clipping_before_a_filter_is_told_of_the_channel_alone(after):
+@pytest.mark.parametrize(
+    ("after", "level"), [("AC coupling", 1.2), ("AC coupling", 2.0), ("a low-pass", 1.2)]
+)
+def test_clipping_before_a_filter_is_told_of_the_channel_alone(after, level):
+    """At 1.2 standard deviations 23 % of the samples, at 2 it is 4.6 %."""
     rng = np.random.default_rng(4)
     base = noise(rng, 4 * N)
     response = sdof(base)
-    limit = 1.2 * np.std(response)  # 23 % of the samples
+    limit = level * np.std(response)
     rows = np.array([base, AFTER[after](np.clip(response, -limit, limit)), sdof(base, 400.0)])
     roles = ("control", "response", "response")
     assert told(rows, "short tails", "clipping", roles=roles) == [("short tails", "ch2")]
@@ -124,32 +125,12 @@ def test_orders_of_a_shaft_that_no_other_channel_shares_are_no_open_input():
     assert told(rows, "open input", roles=("response",) * 3) == []
 
 
-@pytest.mark.parametrize("offset", [-1.0, 0.0, 1.0])
-def test_an_offset_above_the_threshold_does_not_decide_the_crop(offset, tmp_path):
-    """Rest, 10 s of noise, rest: known samples."""
-    rng = np.random.default_rng(12)
-    moving = np.zeros(15_000)
-    moving[2_500:12_500] = rng.normal(size=10_000)
-    np.savetxt(
-        tmp_path / "a.csv", (moving + offset)[:, np.newaxis], header="control [g]", comments=""
-    )
-    (tmp_path / "log.yaml").write_text(
-        "testlog: 1\nrecordings: .\n"
-        "processing: {sample_rate: 1000 Hz, crop: {threshold: 0.45 g}}\n"
-        "channels: {control: {role: control}}\n"
-        "tests: [{id: 1, recording: a.csv, excitation: random, from: 5 Hz, to: 400 Hz}]\n"
-    )
-    log = read_testlog(tmp_path / "log.yaml")
-    with open_test(log, log.active[0]) as recording:
-        crop = find_crop(recording, log.active[0])
-    assert crop.start == 2_500 + int(np.argmax(moving[2_500:] >= 0.45))
-    assert crop.stop == 1 + int(np.flatnonzero(moving >= 0.45)[-1])
-    assert (crop.warning is not None) == (offset != 0.0)
+@pytest.mark.parametrize("zeros", [-20, 0, 5, 16, 40, 3000])
+def test_shocks_and_the_rest_between_them_are_no_dropout(zeros):
+    """Two half-sines and what follows in two masses, in steps of a converter.
 
-
-@pytest.mark.parametrize("zeros", [5, 16, 40, 3000])
-def test_shocks_after_exact_zeros_are_no_dropout(zeros):
-    """Two half-sines and what follows of them in two masses, in steps of a converter."""
+    The first comes after exact zeros, or the recording begins with it, or in its middle.
+    """
     n = np.arange(N)
     phase = (n - zeros) / (0.011 * RATE)
     base = 300.0 * np.sin(np.pi * np.clip(phase, 0.0, 1.0))
@@ -168,7 +149,7 @@ def test_shocks_after_exact_zeros_are_no_dropout(zeros):
 @pytest.mark.parametrize(("low", "accused"), [(20.0, False), (0.1, True)])
 def test_a_channel_of_a_low_rate_is_open_only_where_it_could_see_the_others(low, accused):
     """Noise of 10 Hz beside what moves above 20 Hz, or below 5 Hz for the most part."""
-    rng, rate, n = np.random.default_rng(16), 256.0, 256 * 120
+    rng, rate, n = np.random.default_rng(16), 256.0, 256 * 60
     high = 100.0 if low > 5.0 else 4.0
     band = signal.butter(4, [low, high], "band", fs=rate, output="sos")
     base = signal.sosfilt(band, rng.normal(size=n))
@@ -176,6 +157,6 @@ def test_a_channel_of_a_low_rate_is_open_only_where_it_could_see_the_others(low,
         Channel(name, "m/s^2", name, "g", name) for name in ("control", "response")
     ], np.array([base, 0.5 * base]) + 1e-4 * rng.normal(size=(2, n)), rate)  # fmt: skip
     slow = Channel("temperature", "m/s^2", "temperature", "g", "response")
-    other = recording_of_arrays("run", [slow], 0.01 * rng.normal(size=(1, 1200)), 10.0)
+    other = recording_of_arrays("run", [slow], 0.01 * rng.normal(size=(1, 600)), 10.0)
     flags = health(replace(side_by_side(main, other, None), driven=True))
     assert [f.channel for f in flags if f.kind == "open input"] == ["temperature"] * accused

@@ -810,3 +810,34 @@ def test_a_line_without_end_is_refused(tmp_path):
     (tmp_path / "one.csv").write_text("1.5," * 5_000_000)
     with pytest.raises(RecordingError, match="line 1 does not end within 16777216 bytes"):
         open_recording(tmp_path / "one.csv")
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal", "end"), [(",", ".", "\n"), (";", ",", "\r\n"), (" ", ".", "\n")]
+)
+def test_a_table_of_more_columns_than_rows_is_read_number_by_number(
+    tmp_path, delimiter, decimal, end
+):
+    """Known numbers to the last digit; one cell is empty where a delimiter shows it."""
+    numbers = np.random.default_rng(4).standard_normal((8, 300))
+    numbers[:, 0] = np.arange(8) / 64.0
+    lines = [[repr(float(x)).replace(".", decimal) for x in row] for row in numbers]
+    if delimiter != " ":
+        lines[3][7], numbers[3, 7] = "", np.nan
+    header = ["time_s", *(f"a{i}_g" for i in range(1, 300))]
+    path = tmp_path / "wide.csv"
+    path.write_bytes("".join(delimiter.join(row) + end for row in [header, *lines]).encode())
+    with open_recording(path) as recording:
+        assert recording.sample_rate == 64.0
+        read = recording.samples() / 9.80665
+    np.testing.assert_allclose(read, numbers[:, 1:].T, rtol=1e-15)
+
+
+def test_two_infinite_values_of_a_damaged_file_make_no_time_and_no_warning(tmp_path):
+    """As `make fuzz` found it: a flipped bit in two exponents that are neighbours."""
+    values = np.arange(64.0)
+    values[20:22] = np.inf
+    path = tmp_path / "damaged.mat"
+    scipy_io.savemat(path, {"a": values, "b": np.ones(64), "fs": 64.0})
+    with open_recording(path, sample_rate=64.0) as recording:
+        assert recording.sample_rate == 64.0

@@ -17,7 +17,7 @@ from tests.recordings import shared_data
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import Sampling, contents, health, open_recording
+from shakerproc.recordings import Sampling, contents, file_flags, open_recording
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.time_base import time_base
@@ -142,13 +142,22 @@ def test_the_unit_of_the_abscissa_counts_in_tdms_and_uff(tmp_path):
     assert_read(uff(tmp_path, step=0.5, unit="ms"))
 
 
+@pytest.mark.parametrize("rate", [10.0, 0.2, 5e6])
+def test_the_interval_of_a_waveform_is_in_seconds_where_its_axis_has_no_unit(tmp_path, rate):
+    """As NI defines wf_increment, however slow or fast the channel is."""
+    path = tdms(tmp_path, a=(WAVE, {"wf_increment": 1.0 / rate}))
+    with open_recording(path) as recording:
+        assert recording.sample_rate == pytest.approx(rate, rel=1e-12)
+        assert recording.rate_doubtful == ""
+
+
 def test_a_step_of_one_is_what_labview_writes_and_can_be_corrected(tmp_path):
     path = tdms(tmp_path, a=(WAVE, {"wf_increment": 1.0}))
     assert "1 as LabVIEW writes it where none is given" in refusal(path)
     with open_recording(path, sample_rate=Sampling(RATE, override=True)) as recording:
         assert recording.sample_rate == RATE
         assert recording.notes[0].startswith("The sample rate is 2000 Hz by override")
-        assert [flag.kind for flag in health(recording, checks=())] == ["sample rate"]
+        assert [flag.kind for flag in file_flags(recording)] == ["sample rate"]
 
 
 def test_a_stated_rate_is_corrected_by_override_alone(tmp_path):
@@ -451,7 +460,7 @@ def test_a_gap_in_uneven_times_is_flagged(tmp_path):
         tmp_path, "t [s],a [g]", [f"{t:.9f}" for t in times], np.delete(WAVE, slice(600, 610))
     )
     with open_recording(path, sample_rate=Sampling(resample=RATE)) as recording:
-        (flag,) = (f for f in health(recording, checks=()) if f.kind == "sample rate")
+        (flag,) = (f for f in file_flags(recording) if f.kind == "sample rate")
         assert "1 step is longer than two others" in flag.message
 
 

@@ -6,7 +6,7 @@ from tests.recordings.shared_data import FOLDER
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import open_recording, write_parquet
+from shakerproc.recordings import open_recording, trial, write_parquet
 from shakerproc.recordings.trial import check_survived
 
 ABORTS = FOLDER.parent / "cases" / "33-parquet-abort" / "x.parquet"
@@ -31,6 +31,38 @@ def test_what_kills_the_process_of_the_trial_is_one_line(tmp_path, monkeypatch, 
         return
     with pytest.raises(RecordingError, match=f"run: the library that reads it {told}"):
         check_survived(tmp_path / "file.x", "run", "deadly:open_it")
+
+
+def test_a_file_is_not_blamed_for_what_an_earlier_one_did_to_the_process(tmp_path, monkeypatch):
+    """The process of the trial goes on with the next file; here it dies of its third."""
+    (tmp_path / "frail.py").write_text(
+        "import os\npaths = []\ndef open_it(path):\n"
+        "    path.with_suffix('.process').write_text(str(os.getpid()))\n"
+        "    paths.append(path)\n"
+        "    if path.name == 'deadly.x' or len(paths) == 3:\n        os.abort()\n",
+        encoding="utf-8",
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    processes = []
+    for name in ("a", "b", "c", "d"):
+        (tmp_path / f"{name}.x").write_bytes(b"1")
+        check_survived(tmp_path / f"{name}.x", "run", "frail:open_it")
+        processes.append((tmp_path / f"{name}.process").read_text())
+    first, second = processes[0], processes[2]
+    assert processes == [first, first, second, second]
+    assert first != second
+    (tmp_path / "deadly.x").write_bytes(b"1")
+    with pytest.raises(RecordingError, match=r"gives up \(SIGABRT\)"):
+        check_survived(tmp_path / "deadly.x", "run", "frail:open_it")
+
+
+def test_a_trial_without_an_answer_is_given_up(tmp_path, monkeypatch):
+    (tmp_path / "slow.py").write_text("import time\ndef open_it(path):\n    time.sleep(60)\n")
+    (tmp_path / "file.x").write_bytes(b"1")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(trial, "LONGEST_S", 0.2)
+    with pytest.raises(RecordingError, match=r"gives up \(no answer for 0\.2 s\)"):
+        check_survived(tmp_path / "file.x", "run", "slow:open_it")
 
 
 @pytest.mark.shared

@@ -60,6 +60,12 @@ def many(summary):
     return [*runs, failed, RunSummary("93", "discarded")]
 
 
+@pytest.fixture(scope="module")
+def many_page(many):
+    """Their page, which takes seconds to make."""
+    return html(report_of(many))
+
+
 class Page(HTMLParser):
     """Every tag with its attributes, and the text in order."""
 
@@ -84,8 +90,8 @@ def report_of(runs, **more):
     return Report("Campaign", runs, found, "ch3", "shakerproc batch testlog.yaml", **more)
 
 
-def test_the_page_opens_with_what_matters(many):
-    main = html(report_of(many)).split("<main>")[1]
+def test_the_page_opens_with_what_matters(many_page):
+    main = many_page.split("<main>")[1]
     shown = re.sub(r'<section class="contents".*?</section>', "", main, flags=re.DOTALL)
     text = "".join(Page(shown).text)
     places = [
@@ -123,8 +129,8 @@ def test_92_runs_stay_small_and_are_all_there(many, tmp_path):
     assert {link[1:] for link in links} <= ids
 
 
-def test_nothing_is_loaded_and_only_our_style_and_script_may_run(many):
-    text = html(report_of(many))
+def test_nothing_is_loaded_and_only_our_style_and_script_may_run(many_page):
+    text = many_page
     page = Page(text)
     assert not [a for _, a in page.tags if "src" in a or a.get("href", "#")[0] != "#"]
     named = "http://www.w3.org/2000/svg"  # the name of a format, fetched by nobody
@@ -224,10 +230,10 @@ def test_every_text_can_be_read_in_the_dark_too():
         assert contrast(colours[name], colours["tint"]) >= 4.5, name
 
 
-def test_a_column_that_holds_nothing_is_left_out(many, summary):
+def test_a_column_that_holds_nothing_is_left_out(many_page, summary):
     facts = {k: v for k, v in summary.facts.items() if k not in {"joint", "specimen"}}
     bare = "".join(Page(html(report_of([replace(summary, facts=facts)]))).text)
-    assert "joint" in "".join(Page(html(report_of(many))).text)
+    assert "joint" in "".join(Page(many_page).text)
     table = bare[bare.index("All runs") :]
     assert "joint" not in table[: table.index("Click a heading")]
     assert "orientation" in table
@@ -257,8 +263,8 @@ def test_a_sweep_shows_its_control_between_its_limits(summary):
         assert words in drawing.drawing
 
 
-def test_a_table_in_front_holds_the_resonances_of_every_run(many):
-    page = html(report_of(many))
+def test_a_table_in_front_holds_the_resonances_of_every_run(many, many_page):
+    page = many_page
     front = page.split('id="resonances"')[1].split("</table>")[0]
     assert page.index('id="resonances"') < page.index('class="contents"')
     channel = next(c for c in many[0].channels if c.name == "ch3")

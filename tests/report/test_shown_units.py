@@ -84,3 +84,19 @@ def test_a_wrong_unit_in_a_log_is_told_with_its_place(tmp_path):
     log.write_text(start.format("[SI, mil]"))
     assert units_of(read_testlog(log))["m"] == ("mil", pytest.approx(2.54e-5))
     assert units_of(read_testlog(log), "mm") == {"m": ("mm", pytest.approx(1e-3))}
+
+
+def test_cells_in_a_unit_of_their_own_column_follow_it():
+    """A tone of 2.5 g is one of 24.5 m/s²: the number changes with its unit."""
+    from tests.runs.test_sine_on_random import floor_of, processed, tones_of
+
+    from shakerproc.runs import summary_of
+
+    summary = summary_of(processed(floor_of() + tones_of()), "1", {}, "run.tdms", "")
+    (before,) = [one for one in summary.analyses if one.kind == "tones"]
+    (after,) = [one for one in run_in(summary, shown("SI")).analyses if one.kind == "tones"]
+    gravity = 9.80665
+    for old, new in zip(before.rows, after.rows, strict=True):
+        assert (old["unit"], new["unit"]) == ("g", "m/s²")
+        for name in ("amplitude", "amplitude_error", "demanded_amplitude", "least_in_parts"):
+            assert new[name] == pytest.approx(gravity * old[name])

@@ -13,6 +13,7 @@ from shakerproc.data import STANDARD_GRAVITY, recording_of_arrays
 from shakerproc.errors import LogError, RecordingError, SpectrumError
 from shakerproc.runs import (
     UnitOption,
+    find_crop,
     notch,
     open_path,
     open_test,
@@ -229,6 +230,8 @@ def test_controls_can_be_named_and_units_given_where_no_log_speaks(tmp_path):
         assert {c.role for c in recording.channels} == {"response"}
     with pytest.raises(LogError, match=r"no channel .top. to be a control. It has table, left"):
         open_path(path, Test("t"), controls=["top"], unit=UnitOption("g"))
+    with pytest.raises(LogError, match=r"Did you mean 'table'\? It has .*; name one of these"):
+        open_path(path, Test("t"), controls=["tabel"], unit=UnitOption("g"))
 
 
 def test_a_knock_that_the_crop_leaves_out_is_no_flag_any_more():
@@ -269,3 +272,26 @@ def test_a_run_of_one_segment_has_spectra_and_no_coherence(n_samples):
     assert all(len(found) == 1 for found in result.psd_peaks)
     assert "one average has no coherence and no damping" in result.notes[-1]
     assert all(peak.damping is None for found in result.response_peaks for peak in found)
+
+
+@pytest.mark.parametrize("offset", [-1.0, 0.0, 1.0])
+def test_an_offset_above_the_threshold_does_not_decide_the_crop(offset, tmp_path):
+    """Rest, 10 s of noise, rest: known samples."""
+    rng = np.random.default_rng(12)
+    moving = np.zeros(15_000)
+    moving[2_500:12_500] = rng.normal(size=10_000)
+    np.savetxt(
+        tmp_path / "a.csv", (moving + offset)[:, np.newaxis], header="control [g]", comments=""
+    )
+    (tmp_path / "log.yaml").write_text(
+        "testlog: 1\nrecordings: .\n"
+        "processing: {sample_rate: 1000 Hz, crop: {threshold: 0.45 g}}\n"
+        "channels: {control: {role: control}}\n"
+        "tests: [{id: 1, recording: a.csv, excitation: random, from: 5 Hz, to: 400 Hz}]\n"
+    )
+    log = read_testlog(tmp_path / "log.yaml")
+    with open_test(log, log.active[0]) as recording:
+        crop = find_crop(recording, log.active[0])
+    assert crop.start == 2_500 + int(np.argmax(moving[2_500:] >= 0.45))
+    assert crop.stop == 1 + int(np.flatnonzero(moving >= 0.45)[-1])
+    assert (crop.warning is not None) == (offset != 0.0)

@@ -101,6 +101,8 @@ def test_a_rotational_model_is_written_as_it_is_read(tmp_path):
         ("stiffness: 1200.0 N/m", "a number with a unit of N m/rad"),
         ("masses: {disc: 0.02 kg m^2, rim: 1 kg}", "all in kg, or all moments of inertia"),
         ("masses: {disc: -1 kg m^2}", "more than 0"),
+        ("masses: {disc: 0.02}", "such as 0.02 kg m.2, got 0.02"),
+        ("masses: {disc: 0.02, rim: 1 kg m^2}", "such as 0.02 kg m.2, got 0.02"),
     ],
 )
 def test_a_unit_of_the_other_motion_is_told_with_its_place(tmp_path, wrong, match):

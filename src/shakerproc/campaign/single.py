@@ -3,10 +3,9 @@
 import os
 import re
 from pathlib import Path
-from typing import Final
 
 from shakerproc import files
-from shakerproc.campaign.jobs import SUMMARY, folder_names
+from shakerproc.campaign.jobs import folder_names
 from shakerproc.campaign.manifest import (
     SINGLE,
     Entry,
@@ -20,11 +19,6 @@ from shakerproc.campaign.manifest import (
 )
 from shakerproc.errors import ShakerprocError
 from shakerproc.testlog import Test
-
-_ALWAYS: Final = (SUMMARY, "spectra.csv", "peaks.csv", "statistics.csv")
-"""Files that every processed run has."""
-
-_REMEDY: Final = "choose another folder with --out, or move this one away"
 
 
 def folder_name(recording: Path, test: Test) -> str:
@@ -56,12 +50,8 @@ def check_folder(folder: Path, sha256: str) -> None:
     if entry is not None and entry.recording_sha256 != sha256:
         raise ShakerprocError(
             f"{folder}: holds the results of another recording (SHA-256 "
-            f"{entry.recording_sha256[:12]}..., this one has {sha256[:12]}...); {_REMEDY}."
-        )
-    there = [name for name in _ALWAYS if (folder / name).exists()]
-    if entry is None and there:
-        raise ShakerprocError(
-            f"{folder}: holds {there[0]}, and nothing says of which recording; {_REMEDY}."
+            f"{entry.recording_sha256[:12]}..., this one has {sha256[:12]}...); "
+            "choose another folder with --out, or move this one away."
         )
 
 

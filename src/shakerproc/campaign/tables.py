@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from shakerproc.campaign.trend import Trend
+from shakerproc.runs.levels import density_unit
+from shakerproc.runs.peak_rows import gain_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.runs.tables import Columns, columns_of
 
@@ -24,7 +26,14 @@ def peak_columns(runs: Sequence[RunSummary]) -> Columns:
     Of response functions over forces, it is one row for each resonance.
     """
     rows = [
-        {**_run_cells(run), **_channel_cells(channel), **_peak_cells(run, quantity, rank, peak)}
+        {
+            **_run_cells(run),
+            **_channel_cells(channel),
+            **_peak_cells(run, quantity, rank, peak),
+            "height_unit": density_unit(channel.unit).replace("²", "^2")
+            if quantity == "psd"
+            else gain_unit(run, channel) or "1",
+        }
         for run in runs
         for channel in run.channels
         for quantity, peaks in (("psd", channel.psd_peaks), ("h1", channel.response_peaks))
@@ -38,6 +47,7 @@ def peak_columns(runs: Sequence[RunSummary]) -> Columns:
             "rank": 1,
             "frequency_hz": peak.frequency_hz,
             "height": peak.gain,
+            "height_unit": gain_unit(run, channel) or "1",
             "height_steady": peak.steady_gain,
             "steady_hz": peak.steady_hz,
             "natural_frequency_hz": peak.natural_frequency_hz,

@@ -13,11 +13,14 @@ import typer
 # matrix library would only wait for each other
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from shakerproc import __version__
+from shakerproc import __version__, files
 from shakerproc.cli import output
 from shakerproc.cli.commands import COMMANDS
 from shakerproc.errors import LockedError, ShakerprocError
 from shakerproc.late import seek_garbage_seldom
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C."""
 
 EPILOG = (
     "Exit status: 0 done, 1 unusable input or some runs failed, 2 wrong usage, "
@@ -69,8 +72,18 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # an old Windows code page has no omega
+    with files.noted() as written:
+        _run(written)
+
+
+def _run(written: "list[Path]") -> None:
+    """Run the command line; `written` are the files that it has written so far."""
     try:
         build_app(sys.argv[1:2] if sys.argv[1:2] and sys.argv[1] in COMMANDS else COMMANDS)()
+    except SystemExit as left:
+        if left.code == INTERRUPTED:  # typer says nothing of it
+            output.message(_stopped(left, written))
+        raise
     except LockedError as error:
         _fail(f"{error}", 75)
     except ShakerprocError as error:
@@ -81,9 +94,19 @@ def main() -> None:
         _fail(f"{error.filename or 'the system'}: {error.strerror or error}{hint}", 1)
     except MemoryError:
         _fail("not enough memory; process fewer channels, or set --memory-limit", 1)
-    except KeyboardInterrupt:
-        output.message("interrupted")
-        sys.exit(130)
+    except KeyboardInterrupt as stopped:
+        output.message(_stopped(stopped, written))
+        sys.exit(INTERRUPTED)
+
+
+def _stopped(error: BaseException | None, written: "list[Path]") -> str:
+    """Return that the user stopped the program, and what is left of its work."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    left = [path for path in written if path.exists()]
+    kept = f"{left[0]} and all that was written before is whole" if left else ""
+    told = str(error) if error is not None else ""
+    return f"stopped by the user; {told or kept or 'nothing was written'}"
 
 
 def _fill_closed_streams() -> None:

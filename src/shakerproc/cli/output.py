@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias, final
 
 import typer
 
@@ -25,6 +25,9 @@ _BARS: Final[list["Console"]] = []
 
 TELL_EVERY: Final = 5.0
 """Seconds between two lines of progress where no bar is drawn [s]."""
+
+GO_ON: Final = "what is done stands, call again to go on"
+"""What is left of an interrupted batch, as its KeyboardInterrupt says it."""
 
 STDOUT: Final = "-"
 """The target of JSON that is stdout."""
@@ -174,6 +177,26 @@ def message(text: str) -> None:
 def warning(text: str) -> None:
     """Say what may be wrong, on stderr."""
     message(f"warning: {text}")
+
+
+@final
+class Once:
+    """What is said only once: before the long work, and not again with its results."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+
+    def warning(self, text: str) -> None:
+        """Say what may be wrong, on stderr."""
+        if text not in self._said:
+            self._said.add(text)
+            warning(text)
+
+    def message(self, text: str) -> None:
+        """Say something to the user, on stderr."""
+        if text not in self._said:
+            self._said.add(text)
+            message(text)
 
 
 def finish(status: int) -> NoReturn:

@@ -41,9 +41,8 @@ def work_through_log(
                     start, tell_outdated, lambda test: advance[0](f"(test {test} ended)")
                 ),
             )
-        except KeyboardInterrupt:
-            output.message("interrupted; what is done stands, call again to go on")
-            raise
+        except KeyboardInterrupt as stopped:
+            raise KeyboardInterrupt(output.GO_ON) from stopped
 
 
 def tell_outdated(count: int) -> None:

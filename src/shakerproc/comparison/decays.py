@@ -102,6 +102,7 @@ def compare_decays(
     log: TestLog,
     *,
     tell: Callable[[str], None] = lambda _: None,
+    warn: Callable[[str], None] = lambda _: None,
 ) -> DecayComparison:
     """Return frequency and damping against amplitude, of the tests of a log and of a model.
 
@@ -113,6 +114,8 @@ def compare_decays(
         The campaign.
     tell : callable
         Told what is going on.
+    warn : callable
+        Told, before the work, which tests are left out and of faulty channels.
 
     Raises
     ------
@@ -122,6 +125,7 @@ def compare_decays(
         If a recording cannot be used, or the model runs away.
     """
     usable = usable_tests(log, model)
+    usable.tell(warn)
     found = []
     for test in usable.tests:
         tell(f"test {test.name}")

@@ -1,6 +1,6 @@
 """What a model is compared with: the input and every sensor of one test, as arrays in SI."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final, final
@@ -16,7 +16,7 @@ from shakerproc.comparison.not_measured import (
     check_measured,
     check_sizes,
 )
-from shakerproc.comparison.part import Part, check_periods, free_part, part_of
+from shakerproc.comparison.part import Part, few_periods, free_part, part_of
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.sensors import (
     input_rows,
@@ -101,7 +101,7 @@ class Measured:
         Band of the free-run error: `from` to `to` of the test; where the log has none, where
         the responses exceed their noise [Hz].
     notes : tuple of str
-        What had to be decided, a sentence each.
+        What had to be decided, and faults of the channels that are used, a sentence each.
     rate_doubt : float
         How far `sample_rate` may be off, relative [-].
     read : tuple of str
@@ -137,7 +137,9 @@ class Measured:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines for people: what the reader decided, places in doubt, channels not used."""
-        return (*self.read, *self.places, *unused_lines(self.unused))
+        mixed = self.test.excitation == "sine on random"
+        tones = ("the tones drive the model too: errors are of tones and random vibration",)
+        return (*self.read, *(tones * mixed), *self.places, *unused_lines(self.unused))
 
     @property
     def name(self) -> str:
@@ -171,6 +173,16 @@ class Usable:
 
     tests: tuple[Measured, ...]
     left_out: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided of the tests, and faults of their channels, a sentence each."""
+        return tuple(dict.fromkeys(note for test in self.tests for note in test.notes))
+
+    def tell(self, warn: Callable[[str], None]) -> None:
+        """Tell, before long work, which tests are left out and what is odd about the others."""
+        for text in (*self.left_out, *self.notes):
+            warn(text)
 
     def with_those_of(self, other: "Usable") -> "Usable":
         """Return only the tests that another model can be compared with as well."""
@@ -294,9 +306,9 @@ def measure(
         if model.excitation.role is None:
             part = free_part(recording, test, part, rows)
         samples = recording.samples(part.first, part.last)
-        check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
+        faults = check_measured(recording, samples, part, [*inputs, *rows], most_clipped)
         run = samples[:, part.start - part.first : part.stop - part.first]
-        check_periods(recording.run, run[rows])
+        few = few_periods(recording.run, run[rows])
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
@@ -307,6 +319,7 @@ def measure(
         )  # fmt: skip
         return replace(
             found,
+            notes=(*found.notes, *faults, *few),
             rate_doubt=recording.rate_doubt,
             read=recording.notes,
             unused=unused_channels(recording, {*inputs, *rows}),

@@ -12,7 +12,15 @@ from shakerproc.data import (
     recording_of_arrays,
 )
 from shakerproc.errors import DiagnosisError
-from shakerproc.recordings import FAULTS, MOST_LOST, measuring, unusable
+from shakerproc.recordings import (
+    FAULTS,
+    MOST_LOST,
+    Flag,
+    file_flags,
+    health,
+    unusable,
+    within,
+)
 from shakerproc.spectra import periodogram
 from shakerproc.testlog import Test
 
@@ -32,10 +40,10 @@ class NotMeasuredError(DiagnosisError):
 
 def check_measured(
     recording: Recording, samples: FloatArray, part: Part, rows: list[int], clipped: float
-) -> None:
-    """Pass the samples of a test of which every channel that is needed was measured.
+) -> tuple[str, ...]:
+    """Return what else is wrong with a test of which every channel that is needed measured.
 
-    Of several that were not, the first of `rows` is named: where the controls are dead, no
+    Of several that did not, the first of `rows` is named: where the controls are dead, no
     response has anything in common with them. Not being numbers goes before all else.
 
     `samples` are in the units of the channels, `clipped` is a share [-].
@@ -45,25 +53,31 @@ def check_measured(
     NotMeasuredError
         If one was not.
     """
-    judged = samples[:, part.start - part.first : part.stop - part.first]
-    seen = recording_of_arrays(recording.run, recording.channels, judged, recording.sample_rate)
+    rate = recording.sample_rate
+    looked_at = recording_of_arrays(recording.run, recording.channels, samples, rate)
+    start, stop = ((at - part.first) / rate for at in (part.start, part.stop))
     needed = [recording.channels[row].name for row in rows]
     found = [
-        f for f in measuring(replace(seen, driven=recording.driven)) if f.channel in needed
+        f for f in health(replace(looked_at, driven=recording.driven)) if f.channel in needed
     ]
     for flag in sorted(
         found, key=lambda f: (f.kind != "not a number", needed.index(f.channel))
     ):
         most = {"clipping": clipped, "not a number": 0.0}.get(flag.kind, MOST_LOST)
-        if unusable([flag], 0.0, seen.duration, most=most):
-            start = part.start / recording.sample_rate
-            since = ""
-            if start and flag.start:
-                since = f" (Times count from {start:.6g} s on, where the crop begins.)"
+        if unusable([flag], start, stop, most=most):
             raise NotMeasuredError(
                 f"{recording.run} is left out: {flag.channel} "
-                f"{FAULTS.get(flag.kind, flag.kind)}. {flag.message}{since}"
+                f"{FAULTS.get(flag.kind, flag.kind)}. {flag.message}"
+                f"{_since(flag, part.first / rate)}"
             )
+    told = [flag.line for flag in file_flags(recording)]
+    told += [f"{f.line}{_since(f, part.first / rate)}" for f in within(found, start, stop)]
+    return tuple(f"{recording.run}: {line}" for line in told)
+
+
+def _since(flag: Flag, start: float) -> str:
+    """Return from when on the times of a flag count, if not from 0 s."""
+    return f" (Times count from {start:.6g} s on.)" if start and flag.start else ""
 
 
 def check_sizes(

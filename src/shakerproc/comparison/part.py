@@ -22,11 +22,11 @@ PARTS: Final = 16
 RUN_IN: Final = 16
 """The model runs in for this share of the part that is judged: its inverse [-]."""
 
-LEAST_PERIODS: Final = 10
-r"""Periods of the motion by which a model can be judged.
+FEW_PERIODS: Final = 10
+r"""Periods of the motion below which an error is said to be known roughly.
 
-The rms of so many is known to :math:`1 / (2 \sqrt{n})`, 16 %: Bendat and Piersol, "Random
-Data", 4th ed., eq. 8.58, with one independent value a period.
+The rms of :math:`n` periods is known to :math:`1 / (2 \sqrt{n})`, 16 % here: Bendat and
+Piersol, "Random Data", 4th ed., eq. 8.58, with one independent value a period.
 """
 
 
@@ -70,8 +70,8 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
     return Part(first, stop, start, stop, tuple(notes))
 
 
-def check_periods(run: str, motion: FloatArray) -> None:
-    """Pass motion of enough periods, of the channel that moves most, to judge a model.
+def few_periods(run: str, motion: FloatArray) -> list[str]:
+    """Return the note that motion holds few periods, of the channel that moves most.
 
     Parameters
     ----------
@@ -83,17 +83,24 @@ def check_periods(run: str, motion: FloatArray) -> None:
     Raises
     ------
     DiagnosisError
-        If they are too few.
+        If nothing moves.
     """
     motion = np.nan_to_num(motion)
     motion = motion - motion.mean(axis=1, keepdims=True)
     above = motion[int(np.argmax(motion.std(axis=1)))] > 0.0
     n_periods = int(np.count_nonzero(above[1:] & ~above[:-1]))
-    if n_periods < LEAST_PERIODS:
+    if not above.any():
         raise DiagnosisError(
-            f"{run}: the {above.size} samples that are compared hold {n_periods} periods of "
-            f"the motion; a model needs {LEAST_PERIODS} at least. Crop less, or record longer."
+            f"{run}: nothing moves in the {above.size} samples that are compared. Crop less, "
+            "or record longer."
         )
+    if n_periods >= FEW_PERIODS:
+        return []
+    known = 0.5 / np.sqrt(max(n_periods, 1))
+    return [
+        f"{run}: the {above.size} samples that are compared hold {n_periods} periods of the "
+        f"motion, so the error is known to {known:.0%} only; a longer record tells more."
+    ]
 
 
 def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> Part:

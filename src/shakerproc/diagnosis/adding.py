@@ -8,6 +8,7 @@ from shakerproc.comparison.free_run_error import fall
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
+from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.joint_outcomes import FurtherMode
 from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
 from shakerproc.diagnosis.result import Errors, Estimate, Pair
@@ -20,7 +21,7 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.updated import with_numbers
 from shakerproc.diagnosis.wanted import Wanted
-from shakerproc.diagnosis.wording import mode_notes
+from shakerproc.diagnosis.wording import mode_notes, whole_note
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model
@@ -86,6 +87,7 @@ def add(
     start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> Added:
     """Return a model with one effect more, fitted jointly with its own numbers to a log.
 
@@ -105,6 +107,8 @@ def add(
         Whether to return it even where it is no gain.
     progress : callable, optional
         Called with what is being done.
+    warn : callable
+        Told, before the work, which tests are left out and of faulty channels.
 
     Raises
     ------
@@ -115,6 +119,7 @@ def add(
         If a recording cannot be used.
     """
     usable = tests_of(log, model)
+    usable.tell(warn)
     measured = usable.tests
     found = add_to_arrays(
         kind,
@@ -130,6 +135,7 @@ def add(
         found,
         tests=tuple(m.name for m in measured if not m.test.hold_out),
         left_out=usable.left_out,
+        notes=(*usable.notes, *found.notes),
         sha256={m.name: m.sha256 for m in measured},
     )
 
@@ -215,8 +221,22 @@ def _added(model: Model, fitted: Fitted) -> Added:
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
         modes=modes,
         worse=worse,
-        notes=tuple(mode_notes([FurtherMode.of(mode) for mode in modes])),
+        notes=(*mode_notes([FurtherMode.of(mode) for mode in modes]), *worse_whole(fitted)),
     )
+
+
+def worse_whole(fitted: Fitted) -> list[str]:
+    """Return the note that whole tests are predicted worse with an effect, though parts better.
+
+    As a drive without a spring drifts, whose end says little of friction. A free decay has no
+    run from rest.
+    """
+    data, horizon = fitted.data.plain, fitted.form.horizon
+    if horizon is None or data.model.excitation.role is None:
+        return []
+    whole = whole_tests(data, held_out=True)
+    was, now = (error_of(data, one, whole) for one in (fitted.before, fitted.with_effect.fit))
+    return [whole_note(was, now, horizon)] if now > was else []
 
 
 def _errors(fitted: Fitted) -> tuple[Errors, str]:

@@ -81,7 +81,7 @@ def diagnose_tests(
         seed=seed,
         progress=progress,
     )
-    return replace(found, notes=(*usable.left_out, *found.notes))
+    return replace(found, notes=(*usable.left_out, *usable.notes, *found.notes))
 
 
 def diagnose_arrays(

@@ -12,6 +12,7 @@ from shakerproc.diagnosis.estimation.linear import as_given
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.search import as_it_is, ruled_out
 from shakerproc.diagnosis.selection.scores import ranked
 from shakerproc.errors import DiagnosisError
@@ -51,7 +52,7 @@ def search_component_tests(
         raise DiagnosisError(
             f"{model.title}: its force cannot be simulated in what is held out."
         )
-    return Found(
+    found = Found(
         data=data,
         linear_model=as_given(model, tests),
         form=form,
@@ -62,3 +63,4 @@ def search_component_tests(
         ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
     )
+    return with_all(found, campaign, [form], one_more.left_behind(), say)

@@ -16,6 +16,8 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import Stages
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.levels import level_at
+from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
@@ -44,9 +46,34 @@ def stages_of(form: Form) -> Stages:
 
 
 def linear_fit(data: DataSet, form: Form) -> Fit | None:
-    """Return the model's own numbers, fitted alone; None where nothing can be simulated."""
+    """Return the model's own numbers, fitted alone; None where nothing can be simulated.
+
+    From those of the file or from a regression, whichever leave less: the slope along the
+    logarithm of a damping that is far too small is next to nothing.
+    """
     none = hypothesis_of(data.model)
-    return fit(data, none, np.zeros(none.size), form.fitted, rounds=ROUNDS)
+    tried = np.zeros(none.size), own_start(none, _linear_start(data))
+    x = min(tried, key=lambda one: level_at(data, none, one, form.fitted))
+    return fit(data, none, x, form.fitted, rounds=ROUNDS)
+
+
+def _linear_start(data: DataSet) -> Start:
+    """Return what stiffness and damping of every joint a regression of the force tells."""
+    chosen, joints = _fitted(data), joints_of(data.model)
+    motions = [data.across(joint) for joint in joints]
+    rows = [
+        _column(data, chosen, [getattr(own[i], name) for i in chosen])
+        for name in ("displacement", "velocity")
+        for own in motions
+    ]
+    found, *_ = np.linalg.lstsq(np.array(rows).T, _force(data, chosen), rcond=None)
+    sizes = np.array([linear_parts(data.model, joint) for joint in joints]).T.ravel()
+    known = (sizes > 0.0) & (found > 0.0)
+    changes = np.where(known, found / np.where(known, sizes, 1.0) - 1.0, 0.0)
+    stiffness, damping = np.split(changes, 2)
+    return Start(
+        "", joints[0], {}, tuple(stiffness), tuple(damping), 0.0, predicted=0.0, t=0.0, left=1.0
+    )
 
 
 def starts_of(
@@ -74,10 +101,10 @@ def _regressed(data: DataSet, joint: Joint, laws: Sequence[Law]) -> list[Start]:
 
     Laws whose force would have to turn round are left out.
     """
-    chosen = [i for i, test in enumerate(data.tests) if not test.arrays.hold_out]
+    chosen = _fitted(data)
     spring, damper = linear_parts(data.model, joint)
     motions = data.across(joint)
-    force = _column(data, chosen, [data.tests[i].responses.sum(axis=0) for i in chosen])
+    force = _force(data, chosen)
     linear = np.array([
         _column(data, chosen, [getattr(motions[i], name) for i in chosen])
         for name in ("displacement", "velocity")
@@ -118,6 +145,16 @@ def _start(data: DataSet, law: Law, amplitudes: FloatArray, explained: float) ->
         law.kind, law.between, law.scaled(float(amplitudes[0])), changes[0], changes[1],
         explained, predicted=explained, t=np.inf, left=1.0 - explained,
     )  # fmt: skip
+
+
+def _fitted(data: DataSet) -> list[int]:
+    """Return which tests may be fitted to."""
+    return [i for i, test in enumerate(data.tests) if not test.arrays.hold_out]
+
+
+def _force(data: DataSet, chosen: Sequence[int]) -> FloatArray:
+    """Return the measured force of several tests as one [N]."""
+    return _column(data, chosen, [data.tests[i].responses.sum(axis=0) for i in chosen])
 
 
 def _left(rows: FloatArray, linear: FloatArray) -> float:

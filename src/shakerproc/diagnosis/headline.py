@@ -1,9 +1,11 @@
 """The numbers of a verdict that matter, in one line: what was found, how large, how surely."""
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")
@@ -22,6 +24,19 @@ def headline(diagnosis: Diagnosis, tests: Iterable[Test]) -> str:
     found = "; ".join(_finding(effect, logged) for effect in diagnosis.effects)
     surely = diagnosis.confidence
     return found + ("." if surely is None else f"; probability {surely:.2f}.")
+
+
+def probability_text(diagnosis: Diagnosis) -> str:
+    """Return how probable a verdict is, or why that is not known; empty of component tests."""
+    if diagnosis.confidence is not None:
+        return f"exactly right with a probability of {100.0 * diagnosis.confidence:.0f} %"
+    if diagnosis.complete:
+        return ""
+    if not math.isfinite(diagnosis.errors.noise_floor):
+        return "no probability: the noise is not known"
+    if diagnosis.errors.held_out.after <= NEGLIGIBLE:
+        return "no probability: more than noise is left"
+    return "no probability: more is missing than the library explains"
 
 
 def _finding(found: Finding, logged: Sequence[float]) -> str:

@@ -106,8 +106,9 @@ def _values(found: Fit) -> tuple[str, float, float, float]:
 
 def _is_mode(campaign: Campaign, found: Fit) -> bool:
     """Return whether what was fitted lies where a further mode may, and is one."""
-    _, _, frequency, damping_ratio = _values(found)
-    return frequency > _lowest(campaign) and damping_ratio < WIDEST
+    place, _, frequency, damping_ratio = _values(found)
+    fits = _as_mode(found).mass < campaign.data.model.rigid_masses[place]
+    return fits and frequency > _lowest(campaign) and damping_ratio < WIDEST
 
 
 def _tells(campaign: Campaign, best: Score, found: Fit, form: Form) -> bool:
@@ -126,6 +127,6 @@ def _as_mode(found: Fit) -> Mode:
     An attached mode adds to it.
     """
     place, mass, frequency, damping_ratio = _values(found)
-    rest = found.hypothesis.model_at(found.x).masses[place]
+    rest = found.hypothesis.model_at(found.x).rigid_masses[place]
     held = 1.0 if found.hypothesis.frees_masses else rest / (rest + mass)
     return Mode(frequency, damping_ratio, held * mass, {place: 1.0})

@@ -132,8 +132,10 @@ def with_more(
     forms: Sequence[Form],
     singles: Sequence[Fit],
     say: Callable[[str], None],
-) -> Found:
+) -> tuple[Found, Campaign, Sequence[Form]]:
     """Return what pairs of effects, and a force without a name, explain beyond singles.
+
+    In tests and forms as they tell.
 
     A second effect is sought beside the best of all, then beside the best that is another law,
     until no more than noise is left.
@@ -152,11 +154,11 @@ def with_more(
         found, campaign, forms = _judged(found, campaign, forms, singles, pairs)
         found = replace(found, failed={**found.failed, **failed})
         if found.is_enough:
-            return found
+            return found, campaign, forms
     say("a force without a name")
     laws = _free(campaign, found.linear.fit)
     free = along(campaign, laws, forms, beside=found.best.fit)
-    return replace(found, free=free[0] if free else None)
+    return replace(found, free=free[0] if free else None), campaign, forms
 
 
 def _judged(

@@ -89,12 +89,15 @@ class Errors:
     horizon_s : mapping of str to float or None
         For each test the length of the windows in which its motion was predicted; None where
         it was predicted as a whole [s].
+    without : float, optional
+        What the model leaves of what was held out with its own numbers fitted, but no effect.
     """
 
     fitted: Pair
     held_out: Pair
     noise_floor: float
     horizon_s: Mapping[str, float | None] = field(default_factory=dict)
+    without: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
@@ -103,6 +106,7 @@ class Errors:
             "held_out": self.held_out.as_json(),
             "noise_floor": self.noise_floor if math.isfinite(self.noise_floor) else None,
             "horizon_s": dict(self.horizon_s),
+            "without_effect": self.without,
         }
 
 
@@ -207,10 +211,15 @@ class Diagnosis:
         Everything that was tried, best first.
     where : Where
         Where the model failed.
+    complete : bool
+        Whether the model with what was found leaves no more than noise.
+    left : Where
+        Where it does else.
     next_test : tuple of NextTest
         What would settle it.
     confidence : float, optional
-        Calibrated probability that verdict, kinds and joints are exactly right [-].
+        Calibrated probability that verdict, kinds and joints are exactly right [-]; None where
+        more than noise is left, for it is that of laws which explain everything.
     scores : mapping of str to float
         What the probability is made of.
     locked : tuple of Locked
@@ -237,6 +246,8 @@ class Diagnosis:
     candidates: tuple[Tried, ...]
     where: Where
     next_test: tuple[NextTest, ...]
+    complete: bool = True
+    left: Where = Where()
     confidence: float | None = None
     scores: Mapping[str, float] = field(default_factory=dict)
     locked: tuple[Locked, ...] = ()
@@ -253,12 +264,14 @@ class Diagnosis:
             "schema": SCHEMA,
             "verdict": self.verdict,
             "sentence": self.sentence,
+            "complete": self.complete,
             "confidence": self.confidence,
             "effects": [effect.as_json() for effect in self.effects],
             "indistinguishable": list(self.indistinguishable),
             "errors": self.errors.as_json(),
             "candidates": [candidate.as_json() for candidate in self.candidates],
             "where": self.where.as_json(),
+            "left": self.left.as_json(),
             "next_test": [test.as_json() for test in self.next_test],
             "locked": [joint.as_json() for joint in self.locked],
             "outside": self.outside.as_json() if self.outside else None,

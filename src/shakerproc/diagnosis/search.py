@@ -35,6 +35,7 @@ from shakerproc.diagnosis.horizon import (
     usable_forms,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
@@ -120,10 +121,13 @@ class Begun:
         Without and with one effect, or two that hide each other.
     outcome : Outcome
         The same at the horizon.
+    behind : tuple of Fit
+        Every effect as far as it was fitted.
     """
 
     found: Found
     outcome: Outcome
+    behind: tuple[Fit, ...] = ()
 
     @property
     def is_enough(self) -> bool:
@@ -135,7 +139,10 @@ class Begun:
         if self.is_enough:
             return self.found
         first = self.outcome
-        return with_more(self.found, first.campaign, first.forms, first.singles, say)
+        found, campaign, forms = with_more(
+            self.found, first.campaign, first.forms, first.singles, say
+        )
+        return with_all(found, campaign, forms, self.behind, say)
 
 
 def _begun(
@@ -178,13 +185,14 @@ def _begun(
     begun: list[Begun] = []
     for outcome in _outcomes(campaign, linear, starts, one_more, say):
         one = told(original, linear_model, outcome, one_more.failed, starts)
-        begun.append(Begun(one, outcome))
+        begun.append(Begun(one, outcome, tuple(one_more.left_behind())))
         if begun[-1].is_enough:
             break
     last = begun[-1]
     other = where_tests_differ(last.outcome, say, explained=last.found.explained)
     if other is not None:
-        last = Begun(told(original, linear_model, other, one_more.failed, starts), other)
+        one = told(original, linear_model, other, one_more.failed, starts)
+        last = replace(last, found=one, outcome=other)
     mode = None if last.is_enough else mode_beside(last.outcome, say)
     if mode is None:
         return last

@@ -2,22 +2,44 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
 from shakerproc.comparison.noise import Refuted
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
-from shakerproc.diagnosis.result import Errors, Estimate, Finding
+from shakerproc.diagnosis.result import Errors, Estimate, Finding, Where
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.diagnosis.selection.where import PARTS
+from shakerproc.models.motion import Motion, shown_in
+
+CALIBRATED: Final = f"; sensors are calibrated to no better than {NEGLIGIBLE:.0%}"
+"""Why what is left beyond noise may be nothing."""
 
 
-def outside_sentence(errors: Errors) -> str:
-    """Return the verdict that no effect of the library will do."""
-    return (
-        f"Something is missing that is not in the library: the best that was tried leaves "
-        f"{errors.held_out.after:.3g} of the response where the noise is "
-        f"{_noise(errors.noise_floor)}."
+def outside_sentence(
+    table: float, least: float, floor: float, meanwhile: Sequence[Finding], errors: Errors
+) -> str:
+    """Return the verdict that no effect of the library will do.
+
+    Parameters
+    ----------
+    table, least, floor : float
+        What a force without a name leaves, the best of all others, and noise [-].
+    meanwhile : sequence of Finding
+        Effects that are a gain all the same; their `errors` before and after.
+    errors : Errors
+        With them.
+    """
+    said = (
+        "Something is missing that is not in the library: a free force over displacement and "
+        f"velocity leaves {table:.3g} of the response, the best law {least:.3g}, noise "
+        f"{_noise(floor)}."
     )
+    if not meanwhile:
+        return said
+    return f"{said} Meanwhile, add {_effects(meanwhile)}: {_fall(errors)}."
 
 
 def found_sentence(
@@ -32,27 +54,80 @@ def found_sentence(
     return f"The model lacks {_effects(effects)}: {_fall(errors)}{doubt}{beside}."
 
 
+def more_sentence(errors: Errors, left: Where, motion: Motion) -> str:
+    """Return that more is missing than what was found, and where what is left lies.
+
+    Parameters
+    ----------
+    errors : Errors
+        With what was found.
+    left : Where
+        Where that fails.
+    motion : Motion
+        Units of its ranges.
+    """
+    after, floor = errors.held_out.after, errors.noise_floor
+    if not math.isfinite(floor):
+        return f"It leaves {after:.3g}; how much of that is noise these tests do not say."
+    if after <= NEGLIGIBLE:
+        return f"It leaves {after:.3g}, the noise is {floor:.3g}{CALIBRATED}."
+    where = [f"at {low:.3g} to {high:.3g} Hz" for low, high in left.bands_hz]
+    where += _range("displacements", left.displacement_m, "m", motion)
+    where += _range("velocities", left.velocity_m_per_s, "m/s", motion)
+    most = f" Most of it lies {', '.join(where)}." if where else ""
+    return f"More is missing: {after:.3g} is left, the noise is {floor:.3g}.{most}"
+
+
+def _range(
+    of: str, span: tuple[float, float] | tuple[()], unit: str, motion: Motion
+) -> list[str]:
+    """Return a range of motion [m or m/s] in words; nothing where it begins at the smallest."""
+    if not span or PARTS * span[0] <= span[1]:
+        return []
+    shown, times = shown_in(unit, motion, span[1])
+    return [f"at {of} of {times * span[0]:.2g} to {times * span[1]:.2g} {shown}"]
+
+
 def fault_sentence(faults: Sequence[Finding], errors: Errors, *, alone: bool) -> str:
     """Return the verdict that the measurement is at fault, alone or before all else."""
     physics = "; no physics is missing" if alone else ""
     return f"The measurement has a {_faults(faults)}{physics}: {_fall(errors)}."
 
 
-def nothing_sentence(errors: Errors) -> str:
-    """Return the verdict that nothing is missing."""
+def nothing_sentence(errors: Errors, which: str, *, complete: bool) -> str:
+    """Return the verdict that nothing is missing, by `which` model; only noise, if complete."""
+    beyond = "" if complete else CALIBRATED
     return (
-        f"Nothing is missing: the fitted model leaves {errors.held_out.after:.3g} of the "
-        f"response, the noise is {_noise(errors.noise_floor)}."
+        f"Nothing is missing: {which} leaves {errors.held_out.after:.3g} of the "
+        f"response, the noise is {_noise(errors.noise_floor)}{beyond}."
     )
 
 
-def unknown_noise_sentence(errors: Errors) -> str:
-    """Return the verdict that a remainder cannot be told from noise."""
-    return (
-        "No effect predicts better than the fitted model, which leaves "
-        f"{errors.held_out.after:.3g} of the response; how much of that is noise these tests "
-        "do not say. Record some seconds at rest before the excitation, or repeat a test."
-    )
+def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> str:
+    """Return the verdict that something may be missing, but that no effect is sure.
+
+    Parameters
+    ----------
+    errors : Errors
+        Of the model that stands.
+    which : str
+        What that is.
+    least : (str, float)
+        Name of what leaves least of all that was tried, and what it leaves [-].
+    """
+    after, floor = errors.held_out.after, errors.noise_floor
+    said = f"Nothing can be named: {which} leaves {after:.3g} of the response"
+    if math.isfinite(floor):
+        said += f", though the noise is {floor:.3g}."
+    else:
+        said += (
+            ". How much of that is noise these tests do not say: record some seconds at rest "
+            "before the excitation, or repeat a test."
+        )
+    name, left = least[0], f"{least[1]:.3g}"
+    if least[1] < after and left != f"{after:.3g}":
+        said += f" The best that was tried, {name}, leaves {left}: less, but not surely so."
+    return said
 
 
 def locked_sentence(locked: Sequence[Locked]) -> str:
@@ -90,16 +165,8 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     """Return that another effect would lower the error [-], and can be added next."""
     name = " and ".join(kind.replace("_", " ") for kind in kinds)
     return (
-        f"{name} would lower the held-out free-run error from {now:.3g} to {then:.3g}; "
-        "it does not explain most of what is left, so it is not named. It can be added next."
-    )
-
-
-def remainder_note(left: float, floor: float) -> str:
-    """Return that the model with what was found leaves [-] more than the noise [-]."""
-    return (
-        f"With it the model leaves {left:.3g} of the response where the noise "
-        f"is {_noise(floor)}: the law is near, or something smaller is missing too."
+        f"{name} would lower the held-out free-run error from {now:.3g} to {then:.3g}. It can "
+        "be added next."
     )
 
 
@@ -119,6 +186,15 @@ def fitted_note(left: float) -> str:
         f"Of the tests that it was fitted to, the model leaves {left:.3g} of the response, "
         "though noise alone of what was held out: either motions that differ by noise go apart "
         "in some part of them, or something is missing that was not exercised in the rest."
+    )
+
+
+def whole_note(was: float, now: float, horizon: float) -> str:
+    """Return that whole tests are predicted worse [-], though parts [s] of them better."""
+    return (
+        f"Parts of {horizon:.3g} s are predicted better; simulated from rest as a whole, as "
+        f"`compare` does where it can, the tests leave {now:.3g} of the response, {was:.3g} "
+        "before."
     )
 
 
@@ -187,7 +263,10 @@ def _noise(floor: float) -> str:
 
 def _fall(errors: Errors) -> str:
     held = errors.held_out
-    return f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
+    fall = f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
+    alone = f"{errors.without or held.before:.3g}"
+    own = errors.without is not None and errors.without < held.before
+    return f"{fall} ({alone} with no effect)" if own and alone != f"{held.before:.3g}" else fall
 
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:

@@ -11,7 +11,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.modal.analysis import Place
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES, band_of, inputs_of, responses_of
 from shakerproc.modal.struck import Struck, struck_of
-from shakerproc.recordings import FAULTS, measuring, unusable
+from shakerproc.recordings import FAULTS, health, unusable, within
 from shakerproc.runs import find_crop, open_test
 from shakerproc.runs.roles import uses_of
 from shakerproc.spectra import Crop
@@ -55,7 +55,7 @@ class Gathered:
     sha256 : str
         Of the recording.
     remarks : tuple of str
-        What the health checks say of the sensors.
+        What the health checks say of inputs and sensors.
     """
 
     test: Test
@@ -135,7 +135,7 @@ def _gathered(recording: Recording, test: Test, wish: Modal) -> Gathered:
 def _checked(
     recording: Recording, crop: Crop, inputs: set[str], sensors: set[str]
 ) -> tuple[str, ...]:
-    """Return what the health checks say of the sensors in the crop.
+    """Return what the health checks say of inputs and sensors in the crop.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def _checked(
         If an input did not measure: no response function has a meaning.
     """
     start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
-    found = measuring(recording)
+    found = within(health(recording), start, stop)
     lost = unusable(found, start, stop)
     for flag in lost:
         if flag.channel in inputs:
@@ -151,12 +151,15 @@ def _checked(
                 f"{recording.run}: input {flag.channel} {FAULTS.get(flag.kind, flag.kind)}. "
                 f"{flag.message}"
             )
-    return tuple(
+    dead = tuple(
         f"{flag.channel} {FAULTS.get(flag.kind, flag.kind)}: its modes may be wrong. "
         f"{flag.message}"
         for flag in lost
         if flag.channel in sensors
     )
+    used = {"", *inputs, *sensors}
+    others = [flag for flag in found if flag not in lost and flag.channel in used]
+    return (*dead, *(flag.line for flag in others))
 
 
 def _place(

@@ -7,11 +7,10 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.held_out import confirmed, parts_of
+from shakerproc.modal.held_out import N_PARTS, confirmed, parts_of
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
-    Scatter,
     joined,
     lines_of_functions,
     lines_of_samples,
@@ -21,7 +20,7 @@ from shakerproc.modal.lines import (
 from shakerproc.modal.modal_model import Fit
 from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
-from shakerproc.modal.scatter import with_scatter
+from shakerproc.modal.scatter import PARTS, with_scatter
 from shakerproc.modal.selection import selected
 from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
@@ -97,7 +96,7 @@ def identify_records(
     -------
     ModeSet
         With 95 % intervals from the scatter of the lines about the model, wider where the
-        records scatter more than that; `scatter` is that over the records.
+        records, or the parts of one, scatter more; `scatter` is that over several records.
 
     Raises
     ------
@@ -112,16 +111,19 @@ def identify_records(
     diagram = _diagram(lines, driven, outputs, settings)
     more = _of_parts(lines, driven, outputs)
     # poles of one resonance that moves are told from modes where parts of the record differ
-    halves = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
-    found = _modes(lines, diagram, more, settings, "input and response spectra", halves=halves)
-    return found if len(parts) == 1 else with_scatter(found, parts)
+    own = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
+    found = _modes(lines, diagram, more, settings, "input and response spectra", parts=own)
+    if len(records) > 1:
+        return with_scatter(found, parts)
+    if len(own) < N_PARTS[0]:  # two or four say little of scatter
+        return found
+    return replace(with_scatter(found, own, PARTS), scatter=None)
 
 
 def identify_functions(
     frequency: FloatArray,
     functions: ComplexArray,
     settings: Settings,
-    scatter: Scatter | None = None,
 ) -> ModeSet:
     """Return the modes of response functions, such as those of an analyser.
 
@@ -136,8 +138,6 @@ def identify_functions(
         Response functions [response unit/input unit].
     settings : Settings
         Band, number of modes, highest order.
-    scatter : Scatter, optional
-        Of the functions at these lines, where it is known.
 
     Returns
     -------
@@ -151,8 +151,7 @@ def identify_functions(
     """
     low, high = settings.band
     kept = (frequency >= low) & (frequency <= high) & (frequency > 0.0)
-    known = None if scatter is None else scatter.at(kept)
-    lines = lines_of_functions(frequency[kept], functions[..., kept], known)
+    lines = lines_of_functions(frequency[kept], functions[..., kept])
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
     parts = _of_parts(lines, ones, functions[..., kept])
@@ -211,8 +210,8 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
 
 
 def _modes(
-    lines: Lines, diagram: Diagram, parts: ComplexArray, settings: Settings, method: Method,
-    *, halves: Sequence[Lines] = (),
+    lines: Lines, diagram: Diagram, more: ComplexArray, settings: Settings, method: Method,
+    *, parts: Sequence[Lines] = (),
 ) -> ModeSet:  # fmt: skip
     thin = thinned(lines)
     poles, _, counts = candidates(diagram)
@@ -221,10 +220,10 @@ def _modes(
     ordered = poles[by_count]
     notes = [] if thin is lines else [told_thin(lines, thin)]
     low = diagram.poles[diagram.order <= LOW_ORDERS]
-    doubtful = np.concatenate([ordered[~certain], parts, low])
+    doubtful = np.concatenate([ordered[~certain], more, low])
     thin, model = selected(thin, ordered[certain], doubtful, settings.band)
-    model = confirmed(thin, model, halves)
-    model, more = as_wanted(thin, model, diagram, settings)
+    model = confirmed(thin, model, parts)
+    model, told = as_wanted(thin, model, diagram, settings)
     shapes, participation = split_residues(model.residues)
     errors = np.sqrt(np.diag(model.covariance)).reshape(-1, 2)
     return ModeSet(
@@ -237,7 +236,7 @@ def _modes(
         diagram=diagram,
         model=model,
         interval_from="scatter of the lines about the model",
-        notes=(*notes, *more),
+        notes=(*notes, *told),
     )
 
 

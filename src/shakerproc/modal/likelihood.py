@@ -139,13 +139,13 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
         coefficients=scaled / scale[:, np.newaxis],
         left=left,
         noise=noise,
-        deviance=float(lines.independent * n * np.sum(np.log(noise))),
+        deviance=float(n * np.sum(np.log(noise))),
         scaled=scaled,
         inverse=inverse,
     )
 
 
-def _losses(linear: _Linear, n_modes: int, n_columns: int, independent: float) -> FloatArray:
+def _losses(linear: _Linear, n_modes: int, n_columns: int) -> FloatArray:
     """Return how much the deviance rises without each mode, its neighbours adapted."""
     n = linear.left.shape[1]
     losses = np.empty(n_modes)
@@ -157,7 +157,7 @@ def _losses(linear: _Linear, n_modes: int, n_columns: int, independent: float) -
         least = np.finfo(np.float64).eps * sizes.max()
         along = turned.T @ linear.scaled[own] / np.maximum(sizes, least)[:, np.newaxis]
         more = np.sum(along**2, axis=0)
-        losses[mode] = independent * n * np.sum(np.log1p(2.0 * more / n / linear.noise))
+        losses[mode] = n * np.sum(np.log1p(2.0 * more / n / linear.noise))
     return losses
 
 
@@ -200,7 +200,7 @@ def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArra
 
     That of white noise, enlarged where the scores of the lines scatter more (coloured noise,
     noise that the sensors share, what the model does not explain): a line is counted with
-    what its own fit has taken off it (HC2). Lines that a window ties together count as fewer.
+    what its own fit has taken off it (HC2).
     """
     slopes, gram, _ = _normal_equations(lines, poles, linear)
     n_modes, n_columns = slopes.shape[1:3]
@@ -215,28 +215,7 @@ def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArra
     free = n_rows / max(n_rows - linear.q.shape[1], 1)
     plain = 0.5 * free * inverse  # the noise is that of a complex line, rows have half of it
     robust = inverse @ (scores @ scores.T) @ inverse
-    found = _enlarged(plain, robust)
-    if lines.scatter is not None:
-        spread = _spread_of_scores(lines, lines.scatter.covariance, linear, slopes, residues)
-        found = _enlarged(found, inverse @ spread @ inverse)
-    return np.asarray(found / lines.independent)
-
-
-def _spread_of_scores(
-    lines: Lines,
-    noise: ComplexArray,
-    linear: _Linear,
-    slopes: FloatArray,
-    residues: FloatArray,
-) -> FloatArray:
-    """Return the covariance of the scores that noise of a known covariance makes."""
-    n = lines.frequency.size
-    along = np.einsum("amir,mio,o->amor", slopes, residues, 1.0 / linear.noise)
-    flat = along.reshape(-1, *along.shape[2:])
-    whole = (flat[..., :n] + 1j * flat[..., n:]) * lines.weights
-    noisy = np.einsum("aof,opf->apf", whole.conj(), noise, optimize=True)
-    spread = np.einsum("apf,bpf->ab", noisy, whole, optimize=True)
-    return np.asarray(0.5 * spread.real)
+    return _enlarged(plain, robust)
 
 
 def _enlarged(plain: FloatArray, robust: FloatArray) -> FloatArray:
@@ -282,7 +261,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
             / _power(lines.outputs)
         ),
         deviance=linear.deviance,
-        losses=_losses(linear, n_modes, n_columns, lines.independent)[by_frequency],
+        losses=_losses(linear, n_modes, n_columns)[by_frequency],
         n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
         settled=settled,
     )

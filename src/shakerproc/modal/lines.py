@@ -19,32 +19,8 @@ SILENT: Final = 1e-5
 EMPTY: Final = 1e-2
 """Share of the power of the strongest neighbour below which a line has no input [-]."""
 
-LEAST_NOISE: Final = 1e-6
-"""Variance of the quietest line over the mean, at least [-]."""
-
 MOST_LINES: Final = 12_000
 """Lines that the likelihood is computed on at once."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Scatter:
-    """How response functions scatter.
-
-    Attributes
-    ----------
-    covariance : (n_outputs, n_outputs, n_lines) complex array
-        Of the noise of a line; outputs run over responses, then inputs [unit² of them].
-    independent : float
-        Independent lines over all of them: a window ties neighbours to each other [-].
-    """
-
-    covariance: ComplexArray
-    independent: float = 1.0
-
-    def at(self, kept: slice | NDArray[np.bool_]) -> "Scatter":
-        """Return that of some of the lines."""
-        return replace(self, covariance=self.covariance[..., kept])
 
 
 @final
@@ -69,8 +45,6 @@ class Lines:
         Of each line in the fit: small where the noise of all outputs is large [-].
     record : (n_lines,) array of int, optional
         Number of the record that a line is of, from 0; all of one where it is not given.
-    scatter : Scatter, optional
-        Of the outputs, where it is known.
     """
 
     frequency: FloatArray
@@ -80,12 +54,6 @@ class Lines:
     transient: bool = True
     weight: FloatArray | None = None
     record: NDArray[np.intp] | None = None
-    scatter: Scatter | None = None
-
-    @property
-    def independent(self) -> float:
-        """Independent lines over all of them [-]."""
-        return 1.0 if self.scatter is None else self.scatter.independent
 
     @property
     def records(self) -> NDArray[np.bool_]:
@@ -193,7 +161,6 @@ def taken(lines: Lines, kept: slice | NDArray[np.bool_]) -> Lines:
         outputs=lines.outputs[:, kept],
         weight=None if lines.weight is None else lines.weight[kept],
         record=None if lines.record is None else lines.record[kept],
-        scatter=None if lines.scatter is None else lines.scatter.at(kept),
     )
 
 
@@ -236,9 +203,7 @@ def excited_lines(inputs: ComplexArray) -> NDArray[np.bool_]:
     return np.asarray(lit if lit.sum() < driven.sum() // 2 else driven)
 
 
-def lines_of_functions(
-    frequency: FloatArray, functions: ComplexArray, scatter: Scatter | None = None
-) -> Lines:
+def lines_of_functions(frequency: FloatArray, functions: ComplexArray) -> Lines:
     """Return response functions as lines to fit.
 
     Parameters
@@ -247,8 +212,6 @@ def lines_of_functions(
         Lines of the band [Hz].
     functions : (n_responses, n_inputs, n_lines) complex array
         Response functions [response unit/input unit].
-    scatter : Scatter, optional
-        Of the functions, where it is known.
 
     Returns
     -------
@@ -257,10 +220,4 @@ def lines_of_functions(
     """
     flat = functions.reshape(-1, functions.shape[-1])
     ones = np.ones((1, frequency.size), dtype=np.complex128)
-    lines = Lines(frequency, ones, flat, 0.5 / float(frequency[-1]), transient=False)
-    if scatter is None:
-        return lines
-    each = np.einsum("oof->of", scatter.covariance).real
-    share = (each / each.mean(axis=1, keepdims=True)).mean(axis=0)
-    weight = 1.0 / np.sqrt(np.maximum(share, LEAST_NOISE))
-    return replace(lines, weight=weight, scatter=scatter)
+    return Lines(frequency, ones, flat, 0.5 / float(frequency[-1]), transient=False)

@@ -1,4 +1,4 @@
-"""How far the modes of one fit over several records scatter from record to record."""
+"""How far the modes of one fit scatter over several records, or over the parts of one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,7 +21,25 @@ MOST_LINES: Final = 4_000
 """Lines of a record that its own poles are refined on."""
 
 
-def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests") -> ModeSet:
+TESTS: Final = (
+    "tests",
+    "the structure is not the same in all of them, or not linear; analyse them apart",
+)
+"""What the records of one fit are, and what it means that a mode scatters over them."""
+
+BLOWS: Final = ("blows", TESTS[1])
+"""The same of the blows of one test."""
+
+PARTS: Final = (
+    "parts of the record",
+    "it moves with level or time: the structure is not linear, or changes",
+)
+"""The same of the parts of one record."""
+
+
+def with_scatter(
+    modes: ModeSet, records: Sequence[Lines], kind: tuple[str, str] = TESTS
+) -> ModeSet:
     """Return the modes with their scatter over the records, and intervals that allow for it.
 
     Each record is fitted alone, from the common poles. Where they scatter more than their own
@@ -33,8 +51,8 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests")
         Of all records together.
     records : sequence of Lines
         What it was found from, each alone.
-    named : str
-        What the records are, in words.
+    kind : (str, str)
+        What the records are, and what it means that a mode scatters over them, in words.
 
     References
     ----------
@@ -43,6 +61,7 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests")
     """
     if not modes.poles.size:
         return modes
+    named, meaning = kind
     values, errors = _alone(modes, records)
     weight = np.where(np.isnan(values), 0.0, 1.0 / errors**2)
     filled = np.nan_to_num(values)
@@ -55,8 +74,7 @@ def with_scatter(modes: ModeSet, records: Sequence[Lines], named: str = "tests")
     moving = [
         f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the {named} by "
         f"{100.0 * scatter[0, i]:.2g} % in frequency and {100.0 * scatter[1, i]:.2g} % in "
-        f"damping, {ratio[:, i].max():.2g} times what their intervals allow: the structure is "
-        "not the same in all of them, or not linear; analyse them apart"
+        f"damping, {ratio[:, i].max():.2g} times what their intervals allow: {meaning}"
         for i in range(modes.poles.size)
         if ratio[:, i].max() > MUCH
     ]

@@ -25,7 +25,7 @@ from shakerproc.modal.identification import identify_records
 from shakerproc.modal.lines import lines_of_samples
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
-from shakerproc.modal.scatter import with_scatter
+from shakerproc.modal.scatter import BLOWS, with_scatter
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blows import Blow, Setup, windowed
@@ -187,7 +187,7 @@ def identify_blows(
     blows = tests[0].records
     if len(tests) == 1 and len(blows) > 1:
         each = [lines_of_samples(*one, sample_rate, settings.band) for one in blows]
-        modes = replace(with_scatter(modes, each, "blows"), scatter=None)
+        modes = replace(with_scatter(modes, each, BLOWS), scatter=None)
     modes = replace(modes, notes=(*modes.notes, *(x for one in tests for x in one.notes)))
     return modes, _functions(tests, modes, settings.band)
 

@@ -1,9 +1,10 @@
 """Model files in."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from types import MappingProxyType
+from typing import Any, Final, final
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
@@ -102,14 +103,32 @@ def read_model_file(path: Path) -> ModelFile:
     return ModelFile(path, model, said.provenance, document)
 
 
+_OF_MASSES: Final[Mapping[str, Motion]] = MappingProxyType({
+    "kg m^2": "rotation", "kg": "translation",
+})  # fmt: skip
+"""What moves by the unit of the masses."""
+
+
 def _motion(document: Document[ModelSchema]) -> Motion:
-    """Return how the masses move: moments of inertia turn."""
-    first = next(iter(document.value.masses.values()))
+    """Return how the masses move: moments of inertia turn.
+
+    Where no mass has a unit of either, the stiffnesses of the elements tell it.
+    """
+    masses = document.value.masses.values()
+    for unit, motion in _OF_MASSES.items():
+        if any(_reads(mass, unit) for mass in masses):
+            return motion
+    values = (value for element in document.value.elements for value in element.values())
+    return "rotation" if any(_reads(v, "N m/rad") for v in values) else "translation"
+
+
+def _reads(written: object, unit: str) -> bool:
+    """Return whether what is written is a number of a unit."""
     try:
-        to_si(first, "kg m^2")
+        to_si(written, unit)
     except ValueError:
-        return "translation"
-    return "rotation"
+        return False
+    return True
 
 
 def _mass(
@@ -135,9 +154,7 @@ def _mass(
 
 def _mixed(written: object, motion: Motion) -> str:
     """Return what to do about a mass that is one of the other motion; empty where it is not."""
-    try:
-        to_si(written, "kg" if motion == "rotation" else "kg m^2")
-    except ValueError:
+    if not _reads(written, "kg" if motion == "rotation" else "kg m^2"):
         return ""
     return "; masses of one model are all in kg, or all moments of inertia in kg m^2"
 

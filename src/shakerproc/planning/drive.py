@@ -86,29 +86,57 @@ def drive_of_test(
     LogError
         If the log does not say what shakes the test, or how strongly.
     """
-    if test.level is None or test.level_unit is None or test.excitation in {None, *PULSES}:
+    known = test.excitation is not None and not not_playable(test)
+    if test.level is None or test.level_unit is None or not known:
         raise LogError(f"{test.source}: test {test.id}: {_lacking(test)}")
     ramp = min(RAMP, 0.1 * duration)
     if test.excitation == "multisine":
         profile = _profile(test, test.level)
         return played(test, profile, sample_rate, ramp, generator)
-    if test.excitation == "random":
+    if test.excitation in {"random", "sine on random"}:
         profile = _profile(test, test.level)
         samples = random_noise(profile, duration, sample_rate, generator)
+        samples += _tones(test, samples.size, sample_rate, generator)
     else:
         signal = _signal(test, test.level, duration)
         samples = signal(np.arange(round(duration * sample_rate)) / sample_rate)
     return faded(samples, sample_rate, ramp)
 
 
+def tones_unknown(test: Test) -> bool:
+    """Return whether tones are on the random vibration that its log does not say."""
+    stated = bool(test.tones) and all(tone.level is not None for tone in test.tones)
+    return test.excitation == "sine on random" and not stated
+
+
+def _tones(
+    test: Test, n_samples: int, sample_rate: float, generator: np.random.Generator
+) -> FloatArray:
+    """Return the tones of a sine on random, each with a phase of its own, (n,) array."""
+    time = np.arange(n_samples) / sample_rate
+    found = np.zeros(n_samples)
+    for tone in test.tones:
+        phase = generator.uniform(0.0, 2.0 * np.pi)
+        found += (tone.level or 0.0) * np.sin(2.0 * np.pi * tone.frequency * time + phase)
+    return found
+
+
+def not_playable(test: Test) -> str:
+    """Return why no log of such a test says all that shakes it; empty where it may."""
+    if test.excitation == "measured":
+        return "what shakes it stands in its recording alone"
+    if test.excitation in PULSES:
+        return f"a {test.excitation}: its width is no key of the log"
+    if tones_unknown(test):
+        return "the log does not say frequency and level of every tone of a sine on random"
+    return ""
+
+
 def _lacking(test: Test) -> str:
     if test.excitation is None:
         return "the log does not say what shakes it; add excitation, or leave this test out"
-    if test.excitation == "measured":
-        return "what shakes it stands in its recording alone; leave this test out"
-    if test.excitation in PULSES:
-        return f"a {test.excitation}: its width is no key of the log; leave this test out"
-    return "the log does not say its level; add it"
+    why = not_playable(test)
+    return f"{why}; leave this test out" if why else "the log does not say its level; add it"
 
 
 def _profile(test: Test, level: float) -> Profile:

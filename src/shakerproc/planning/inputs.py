@@ -176,8 +176,8 @@ class RandomInput(AbstractInput):
 
 
 def input_of_test(test: Test) -> AbstractInput | None:
-    """Return what shakes a test; None where its log does not say it, and for shocks."""
-    if test.level is None or test.level_unit is None:
+    """Return what shakes a test; None where its log does not say it, or no law here does."""
+    if test.level is None or test.level_unit is None or test.excitation == "sine on random":
         return None
     by_force = LEVELS[test.level_unit][1] in FORCES
     quantity: Quantity = "force" if by_force else "base acceleration"

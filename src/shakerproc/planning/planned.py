@@ -132,6 +132,11 @@ def _unclear(test: Test) -> str:
         return "the log does not say what shakes it"
     if test.excitation == "measured":
         return "what shakes it stands in its recording alone"
+    if test.excitation == "sine on random":
+        return (
+            "left out: how far tones on random vibration move table and joint is not planned; "
+            "simulate plays them"
+        )
     if test.excitation in PULSES:
         return (
             f"a {test.excitation}: its width is not in the log, so that its displacement is "

@@ -9,7 +9,14 @@ from shakerproc.late import loaded
 from shakerproc.recordings.choosing import ANOTHER_GROUP, ChannelNotFoundError, FilePart
 from shakerproc.recordings.fetching import fetch, is_url
 from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
-from shakerproc.recordings.health import MOST_CLIPPED, MOST_LOST, health, measuring, unusable
+from shakerproc.recordings.health import (
+    MOST_CLIPPED,
+    MOST_LOST,
+    file_flags,
+    health,
+    unusable,
+    within,
+)
 from shakerproc.recordings.health_checks import FAULTS, Flag
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.si import UNKNOWN
@@ -40,13 +47,14 @@ __all__ = [
     "WatchedFile",
     "contents",
     "fetch",
+    "file_flags",
     "health",
     "is_url",
-    "measuring",
     "open_recording",
     "read_hashed",
     "sha256",
     "unusable",
+    "within",
     "write_csv",
     "write_mat",
     "write_parquet",

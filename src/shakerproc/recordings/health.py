@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.data import Recording
-from shakerproc.recordings.health_checks import HEALTH_CHECKS, MEASURING, Flag
+from shakerproc.recordings.health_checks import HEALTH_CHECKS, Flag
 from shakerproc.recordings.health_checks.gaps import Gaps
 
 MOST_LOST: Final = 0.01
@@ -20,10 +20,14 @@ MOST_CLIPPED: Final = 0.5
 They weigh nothing in the search; where they are the majority, too little is left.
 """
 
+PASSING: Final = ("transient", "spike")
+"""Faults of a moment, which do no harm outside the part that is used."""
 
-def health(
-    recording: Recording, *, block: int = 2**17, checks: Sequence[str] = tuple(HEALTH_CHECKS)
-) -> tuple[Flag, ...]:
+BESIDE: Final = 0.05
+"""How far outside it they still count: their times are those of windows [s]."""
+
+
+def health(recording: Recording, *, block: int = 2**17) -> tuple[Flag, ...]:
     """Return what a person should look at, in order of time.
 
     One pass over the samples, a second only where a channel seems to measure nothing, in memory
@@ -35,16 +39,14 @@ def health(
         The recording.
     block : int
         Samples read at a time.
-    checks : sequence of str
-        What is looked for, of `HEALTH_CHECKS`; all of it by default.
     """
-    looking = [HEALTH_CHECKS[name](recording) for name in checks]
+    looking = [check(recording) for check in HEALTH_CHECKS.values()]
     gaps = Gaps(recording)
     for number, samples in enumerate(recording.blocks(size=block)):
         finite = gaps.add(number * block, samples)
         for check in looking:
             check.add(number * block, finite)
-    found = [*_incomplete(recording), *_skipped(recording), *_rate(recording), *gaps.flags()]
+    found = [*file_flags(recording), *gaps.flags()]
     for check in looking:
         found += check.flags()
     clipped = {flag.channel for flag in found if flag.kind == "clipping"}
@@ -69,9 +71,18 @@ def unusable(
     return tuple(flag for flag in flags if flag.lost_share(start, stop) > most)
 
 
-def measuring(recording: Recording) -> tuple[Flag, ...]:
-    """Return what `health` says of channels that did not measure, and only that, sooner."""
-    return health(recording, checks=MEASURING)
+def within(flags: Sequence[Flag], start: float, stop: float) -> tuple[Flag, ...]:
+    """Return the flags that concern a part of a recording, from `start` to `stop` [s]."""
+    return tuple(
+        flag for flag in flags
+        if flag.kind not in PASSING
+        or (flag.stop >= start - BESIDE and flag.start <= stop + BESIDE)
+    )  # fmt: skip
+
+
+def file_flags(recording: Recording) -> tuple[Flag, ...]:
+    """Return what is odd about the file, known without a look at the samples."""
+    return (*_incomplete(recording), *_skipped(recording), *_rate(recording))
 
 
 def _incomplete(recording: Recording) -> list[Flag]:

@@ -101,6 +101,56 @@ class ScaledSource(SampleSource):
         self.file.close()
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeFile:
+    """A file that was read once, for whatever is to be known of it.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    run : str
+        Opens every message.
+    file : WatchedFile
+        The file, watched.
+    raw : RawFile
+        What its format says.
+    """
+
+    path: Path
+    run: str
+    file: WatchedFile
+    raw: RawFile
+
+    @property
+    def contents(self) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
+        """The groups as the file describes them, and notes."""
+        raw = with_time_bases(self.raw, AS_STATED)
+        return raw.groups, raw.notes
+
+
+def read_whole(
+    path: Path | str, *, run: str | None = None, hashed: bool | Sequence[Seen] = False
+) -> WholeFile:
+    """Return a file as it is, read or opened once; arguments as of `open_recording`.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or changes meanwhile.
+    """
+    path = Path(path)
+    name = run or path.name
+    reader = _reader(path, name)
+    file = WatchedFile(path, name, hashed=hashed)
+    try:
+        return WholeFile(path, name, file, _unchanged(reader, file, path, name))
+    except BaseException:
+        file.close()
+        raise
+
+
 def open_recording(
     path: Path | str,
     *,
@@ -143,17 +193,32 @@ def open_recording(
         If the file cannot be used as the log wants it, or changes meanwhile. One line that
         names the file, the place, and what to do.
     """
-    path = Path(path)
-    name = run or path.name
-    reader = _reader(path, name)
-    file = WatchedFile(path, name, hashed=hashed)
+    return recording_in(
+        read_whole(path, run=run, hashed=hashed), uses=uses, decide=decide,
+        sample_rate=sample_rate, part=part, bad_rows=bad_rows,
+    )  # fmt: skip
+
+
+def recording_in(
+    whole: WholeFile,
+    *,
+    uses: Sequence[ChannelUse] | None = None,
+    decide: Decision | None = None,
+    sample_rate: float | Sampling | None = None,
+    part: FilePart = WHOLE,
+    bad_rows: BadRows = "refuse",
+) -> Recording:
+    """Return the recording in a file that was read, as `open_recording` does.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be used as the log wants it, or changes meanwhile.
+    """
+    path, name, file, raw = whole.path, whole.run, whole.file, whole.raw
     try:
         said = sample_rate if isinstance(sample_rate, Sampling) else Sampling(sample_rate)
-        raw = with_time_bases(_unchanged(reader, file, path, name), said)
-    except BaseException:
-        file.close()
-        raise
-    try:
+        raw = with_time_bases(raw, said)
         if raw.skipped is not None and bad_rows != "skip":
             raise RecordingError(f"{name}: {raw.refusal}")
         among, note = choose_part(raw, part, uses, name)
@@ -207,10 +272,12 @@ def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
     RecordingError
         If the file cannot be read at all.
     """
-    path = Path(path)
-    raw = with_time_bases(_reader(path, path.name)(path, path.name), AS_STATED)
-    raw.source.close()
-    return raw.groups, raw.notes
+    whole = read_whole(path)
+    try:
+        return whole.contents
+    finally:
+        whole.raw.source.close()
+        whole.file.close()
 
 
 def _reader(path: Path, run: str) -> Reader:

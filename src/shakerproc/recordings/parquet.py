@@ -38,8 +38,8 @@ CURSORS: Final = 4
 def read_parquet(path: Path, run: str) -> RawFile:
     """Return the columns of a Parquet file as channels; what is text is named in a note.
 
-    pyarrow ends the process at some damaged files. A process of its own opens the file first,
-    and reads the first piece of each row group: a third of a second for each file.
+    pyarrow ends the process at some damaged files. Another process opens the file first, and
+    reads the first piece of each row group: a third of a second for the first file.
 
     Raises
     ------
@@ -52,9 +52,12 @@ def read_parquet(path: Path, run: str) -> RawFile:
 
 def try_parquet(path: Path) -> None:
     """Open a file and read the first piece of each row group; the process may die of it."""
-    raw = _opened(path, path.name)
-    if isinstance(raw.source, ParquetSource):
-        raw.source.read_beginnings()
+    source = _opened(path, path.name).source
+    try:
+        if isinstance(source, ParquetSource):
+            source.read_beginnings()
+    finally:
+        source.close()
 
 
 def _opened(path: Path, run: str) -> RawFile:

@@ -141,6 +141,14 @@ def _blocks(file: Readable, skip: int, size: int) -> Iterator[bytes]:
     yield rest
 
 
+def _one_column(block: bytes, delimiter: str) -> bytes:
+    """Return the cells of whole rows below each other, a line each."""
+    if delimiter == " ":
+        return b"\n".join(block.split())
+    rows = block.replace(b"\r\n", b"\n").removesuffix(b"\n")
+    return rows.replace(delimiter.encode(), b"\n") + b"\n"
+
+
 @final
 class _Rows:
     """Takes in a table block by block."""
@@ -220,14 +228,17 @@ class _Rows:
 
         if not block:
             return np.empty((self._width, 0))
+        width = self._width + extra
+        if flat := width > block.count(b"\n"):  # a frame takes its time for each column
+            block, width = _one_column(block, delimiter), 1
         try:
             frame = pd.read_csv(
                 io.BytesIO(block),
                 sep=r"\s+" if delimiter == " " else delimiter,
                 decimal=decimal,
                 header=None,
-                names=list(range(self._width + extra)),
-                usecols=list(range(self._width)),
+                names=list(range(width)),
+                usecols=list(range(min(width, self._width))),
                 dtype=np.float64,
                 engine="c",
                 index_col=False,
@@ -239,7 +250,12 @@ class _Rows:
             )
         except (ValueError, OverflowError):
             return None
-        return np.ascontiguousarray(frame.to_numpy(np.float64).T)
+        values = frame.to_numpy(np.float64)
+        if flat:
+            if values.size % (self._width + extra):
+                return None
+            values = values.reshape(-1, self._width + extra)[:, : self._width]
+        return np.ascontiguousarray(values.T)
 
     def _one_by_one(self, lines: list[bytes]) -> None:
         good: list[str] = []

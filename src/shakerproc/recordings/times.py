@@ -366,7 +366,7 @@ def _is_even(values: FloatArray, step: float) -> bool:
 
     Rounded, a time has steps of two lengths; what wobbles at the last digit makes four.
     """
-    with np.errstate(over="ignore"):  # a value beside which the mean step vanishes
+    with np.errstate(over="ignore", invalid="ignore"):  # values that are infinite, or nearly
         steps = np.diff(values) / step
     return bool(np.all(steps >= 0.0) and np.unique(np.round(steps, 3)).size <= 4)
 

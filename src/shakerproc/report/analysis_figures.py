@@ -11,7 +11,9 @@ from shakerproc.data import FloatArray
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.drawn import unwrapped_line
+from shakerproc.report.in_units import panel_in
 from shakerproc.report.pictures import LEFT, save
+from shakerproc.report.shown_units import USUAL
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
@@ -28,6 +30,12 @@ DECADES: Final = 7
 
 PAGE_BOX: Final = (484, 188)
 """Width and height of the axes of a figure of the page [px]."""
+
+PRINTED: Final[Mapping[str, str]] = {
+    "shock": "shock", "sine": "dwell", "sine on random": "tones", "multisine": "multisine",
+    "free decay": "decays", "hammer": "resonances",
+}  # fmt: skip
+"""The analysis that a test is made for, by its excitation: paper has no room for every one."""
 
 NAME_ROOM: Final = (0.1, 0.035)
 """Room of a name in letters of 6.5 pt in a figure of 7 by 4 in, as shares of the axes [-]."""
@@ -53,7 +61,7 @@ def draw_analyses(result: RunResult, title: str, folder: Path) -> list[Path]:
     written = []
     for panel in (panel for one in result.analyses for panel in one.panels):
         with style.look():
-            figure = draw_panel(panel, title, chosen)
+            figure = draw_panel(panel_in(panel, USUAL), title, chosen)
         written.append(save(figure, folder / f"{panel.name}.png"))
     return written
 
@@ -175,12 +183,18 @@ def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
     return float(10.0**bottom), float(10.0 ** max(top, bottom + 1.0))
 
 
+def is_printed(kind: str, run: RunSummary) -> bool:
+    """Return whether an analysis is printed: its test was made for it, or is judged by it."""
+    return kind == "profile" or kind == PRINTED.get(str(run.facts.get("excitation")))
+
+
 def drawings(run: RunSummary) -> list[Drawing]:
     """Return the figures of the analyses of a run for the page."""
     chosen = _chosen([c.name for c in run.channels], [c.role for c in run.channels])
     return [
         replace(
-            drawing(_panel(panel), f"{panel.title} of test {run.test}", chosen), paper=False
+            drawing(_panel(panel), f"{panel.title} of test {run.test}", chosen),
+            paper=is_printed(one.kind, run),
         )
         for one in run.analyses
         for panel in one.panels

@@ -247,7 +247,7 @@ def error_in_time(comparison: Comparison) -> "Figure":
     axis.set_yscale("log")
     axis.set_xlabel("time [s]")
     axis.set_ylabel("unexplained / measured [-]")
-    axis.set_title("Error along the test (dotted: noise over the whole test)")
+    axis.set_title("Error along the test, a line for each sensor (dotted: noise of all)")
     axis.legend(loc="best")
     return figure
 

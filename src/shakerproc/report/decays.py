@@ -17,9 +17,9 @@ from shakerproc.report.analysis_figures import draw_panel, drawing
 from shakerproc.report.page import Report
 from shakerproc.report.pictures import save
 from shakerproc.report.sections import Section, Table, filled
+from shakerproc.report.shown_units import read_unit
 from shakerproc.runs.analyses.decay_panels import Amplitude, Curve, decay_panels
 from shakerproc.runs.analysis import Panel
-from shakerproc.runs.result import shown_unit
 
 MODEL_STYLES: Final = (3, 2)
 """Styles of the curves of the model and of the older one."""
@@ -71,7 +71,7 @@ def _panels(
     decays: Decays, test: TestDecays, mode: ModeDecay, older: ModeDecay | None
 ) -> list[Panel]:
     sensor = test.measured.sensors[mode.sensor]
-    unit, factor = shown_unit(unit_of(decays.found, sensor))
+    unit, factor = read_unit(unit_of(decays.found, sensor))
     curves: list[Curve] = [
         ("measured, least squares", 0, mode.measured.fitted),
         ("measured, peaks and crossings", 1, mode.measured.charted),

@@ -16,6 +16,7 @@ from shakerproc.report.run_curves import (
 )
 from shakerproc.report.sections import Section, filled
 from shakerproc.report.shown_units import ShownUnits
+from shakerproc.runs.levels import density_unit
 from shakerproc.runs.peak_rows import quantity_of
 from shakerproc.runs.summary import PeakSummary, RunSummary
 
@@ -109,7 +110,7 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
     """Return the unit of a density, or of a response over the controls."""
     over = next((c.unit for c in run.channels if c.role == "control"), unit)
     if kind == "psd":
-        return style.density_unit(unit)
+        return density_unit(unit)
     return "-" if unit == over else f"{unit}/{over}"
 
 

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, sentence
+from shakerproc.diagnosis.headline import probability_text
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_motion, evidence_spectra
@@ -80,7 +81,7 @@ def model_section(models: Models) -> Section:
                 *evidence_spectra.error_by_band(models),
                 evidence_motion.error_by_level(models),
                 *evidence_motion.error_by_motion(models),
-                drift,
+                *drift,
                 *evidence_spectra.harmonics(models),
             ],
         ),
@@ -145,10 +146,11 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
     models : Models, optional
         The comparison that stands in the same report.
     """
+    told = [] if models is None else _limits(models.before)
     paragraphs = [
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
-        *diagnosis.notes,
+        *(note for note in diagnosis.notes if note not in told),
         *_confidence(diagnosis),
     ]
     if models is not None:
@@ -170,13 +172,9 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
 
 
 def _confidence(diagnosis: Diagnosis) -> list[str]:
-    """Return how probable the verdict is, where that is known."""
-    if diagnosis.confidence is None:
-        return []
-    return [
-        f"Verdict, effects and joints are exactly right with a probability of "
-        f"{100.0 * diagnosis.confidence:.0f} %."
-    ]
+    """Return how probable the verdict is, or why that is not known."""
+    text = probability_text(diagnosis)
+    return [f"Verdict, effects and joints: {text}."] if text else []
 
 
 def _horizon(diagnosis: Diagnosis) -> str:
@@ -207,10 +205,13 @@ def error_ladder(diagnosis: Diagnosis) -> Drawing:
     fitted = [c for c in best_last if c.held_out_error is not None]
     many = len({c.between for c in diagnosis.candidates}) > 1
     rungs += [Rung(_named(c, place=many), c.fitted_error, c.held_out_error) for c in fitted]
-    new = {"effect found": "with the effect", "nothing missing": "numbers fitted"}
+    if diagnosis.verdict == "outside library" and diagnosis.further:
+        new = f"with {candidate_name(diagnosis.further[0], {})}"
+    else:
+        new = "with the effect" if diagnosis.effects else "without an effect"
     rungs.append(
         Rung(
-            new.get(diagnosis.verdict, "best that was found"),
+            new,
             errors.fitted.after,
             errors.held_out.after,
             strong=True,

@@ -85,7 +85,7 @@ def error_by_level(models: Models) -> Drawing:
             svg.Plot(
                 curves,
                 _around(f"measured input, rms [{unit}]", x),
-                logarithmic_axis("error [-]", curves, 5),
+                logarithmic_axis("error [-]", curves),
             ),
             title="Error of every test over its input",
         ),
@@ -236,26 +236,31 @@ def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
     return np.concatenate(chosen)
 
 
-def error_in_time(models: Models) -> Drawing:
-    """Return the error along the loudest test."""
+def error_in_time(models: Models) -> list[Drawing]:
+    """Return the error of each sensor along the loudest test."""
     index = loudest(models.before)
-    curves = [
-        svg.Curve(text if i == 0 else "", time.time, row, style)
-        for text, style, comparison in models.each
-        for time in (comparison.tests[index].time,)
-        for i, row in enumerate(time.error)
-    ]
-    end = max(float(c.x[-1]) for c in curves)
-    return Drawing(
-        f"Error along {label(models.before.tests[index])}.",
-        "Level where the model is the same from start to end; a slope means that something "
-        "drifts, such as a joint that loosens or warms.",
-        svg.plot(
-            svg.Plot(
-                curves,
-                svg.Axis("time [s]", 0.0, 1.02 * end),
-                logarithmic_axis("error [-]", curves, 5),
-            ),
-            title="Error along the loudest test",
-        ),
-    )
+    test = models.before.tests[index]
+    drawings = []
+    for sensor, name in enumerate(test.measured.sensors):
+        curves = [
+            svg.Curve(text, time.time, time.error[sensor], style)
+            for text, style, comparison in models.each
+            for time in (comparison.tests[index].time,)
+        ]
+        end = max(float(c.x[-1]) for c in curves)
+        drawings.append(
+            Drawing(
+                f"{name}: error along {label(test)}.",
+                "Level where the model is the same from start to end; a slope means that "
+                "something drifts, such as a joint that loosens or warms.",
+                svg.plot(
+                    svg.Plot(
+                        curves,
+                        svg.Axis("time [s]", 0.0, 1.02 * end),
+                        logarithmic_axis("error [-]", curves),
+                    ),
+                    title=f"Error of {name} along the loudest test",
+                ),
+            )
+        )
+    return drawings

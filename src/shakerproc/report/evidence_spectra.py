@@ -126,19 +126,22 @@ def error_by_band(models: Models) -> list[Drawing]:
     test = models.before.tests[index]
     drawings = []
     for sensor, name in enumerate(test.measured.sensors):
-        edges = models.before.bands.edges
+        bands = models.before.bands
+        driven = np.flatnonzero(bands.driven[index])
+        shown = slice(driven[0], driven[-1] + 1)
+        edges = bands.edges[driven[0] : driven[-1] + 2]
         curves = [
-            _stairs(text, edges, c.bands.error[index, sensor], style)
+            _stairs(text, edges, c.bands.error[index, sensor, shown], style)
             for text, style, c in models.each
         ]
-        floor = models.before.bands.floor[index, sensor]
+        floor = bands.floor[index, sensor, shown]
         if np.any(np.isfinite(floor) & (floor > 0.0)):
             curves.append(_stairs("noise", edges, floor, NOISE, thin=True))
         drawings.append(
             Drawing(
                 f"{name}, {label(test)}: error by band.",
-                "Unexplained over measured rms in each third octave. A good model comes down "
-                "to the noise wherever there is response.",
+                "Unexplained over measured rms in each third octave that the test drives. A "
+                "good model comes down to the noise wherever there is response.",
                 svg.plot(
                     svg.Plot(
                         curves,
@@ -148,7 +151,7 @@ def error_by_band(models: Models) -> list[Drawing]:
                             float(edges[-1]),
                             logarithmic=True,
                         ),
-                        logarithmic_axis("error [-]", curves, 5),
+                        logarithmic_axis("error [-]", curves),
                     ),
                     title=f"Error of {name} by third octave",
                 ),

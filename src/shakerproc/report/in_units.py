@@ -1,33 +1,45 @@
-"""A run and a trend with their numbers and sentences in the units of a report."""
+"""A run and a trend with their numbers and sentences in the units of a report or a figure."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from shakerproc.campaign.trend import Point, Trend
 from shakerproc.report.shown_units import ShownUnits
-from shakerproc.runs.analysis import Scale
+from shakerproc.runs.analysis import Panel, Scale
+from shakerproc.runs.curves import RunCurve, RunSurface
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
+    CurveKind,
     CurveSummary,
     LineSummary,
     PanelSummary,
     PeakSummary,
     RunSummary,
     SurfaceSummary,
+    SweptPeak,
     Value,
 )
 from shakerproc.runs.tables import IN_UNIT, heading
 
 _Number: TypeAlias = float | None
 
+OVER_CONTROL: Final = frozenset({"gain", "gain_root", "sweep"})
+"""Kinds of curves in units of the channel over those of the control."""
+
+DENSITIES: Final = frozenset({"psd", "notch_psd"})
+"""Kinds in squares of those of the channel."""
+
+PLAIN: Final = frozenset({
+    "coherence", "multiple_coherence", "phase", "psd_ratio", "sweep_phase", "sweep_harmonic",
+})  # fmt: skip
+"""Kinds that have a unit of their own."""
+
 
 def run_in(run: RunSummary, units: ShownUnits) -> RunSummary:
-    """Return a run as the report shows it; `run` itself where no unit is chosen."""
-    if not units.chosen:
-        return run
+    """Return a run as the report shows it."""
     kept = words_of(run)
     level_unit, level = units.unit(run.level_unit)
     control = run.control and replace(run.control, demanded=run.control.demanded * level)
@@ -105,6 +117,7 @@ def _channel(channel: ChannelSummary, run: RunSummary, units: ShownUnits) -> Cha
         band_rms=_times(channel.band_rms, factor),
         psd_peaks=tuple(_peak(p, factor**2) for p in channel.psd_peaks),
         response_peaks=tuple(_peak(p, gain) for p in channel.response_peaks),
+        swept_peaks=tuple(_swept(p, gain) for p in channel.swept_peaks),
     )
 
 
@@ -113,21 +126,45 @@ def _peak(peak: PeakSummary, factor: float) -> PeakSummary:
     return replace(peak, height=peak.height * factor, fitted_height=fitted)
 
 
+def _swept(peak: SweptPeak, factor: float) -> SweptPeak:
+    steady = _times(peak.steady_gain, factor)
+    return replace(peak, gain=peak.gain * factor, steady_gain=steady)
+
+
+def _factor(kind: CurveKind, channel: str, run: RunSummary, units: ShownUnits) -> float:
+    """Return the factor of the curves of a kind of a channel."""
+    if kind == "level":
+        return units.unit(run.level_unit)[1]
+    of = next((c for c in run.channels if c.name == channel), None)
+    if of is None or kind in PLAIN:
+        return 1.0
+    factor = units.unit(of.unit)[1]
+    if kind in OVER_CONTROL:
+        return _gain(of, run, units)
+    return factor**2 if kind in DENSITIES else factor
+
+
 def _curve(curve: CurveSummary, run: RunSummary, units: ShownUnits) -> CurveSummary:
-    if curve.kind == "level":
-        factor = units.unit(run.level_unit)[1]
-    else:
-        channel = next((c for c in run.channels if c.name == curve.channel), None)
-        if channel is None or curve.kind in {"coherence", "sweep"}:
-            return curve
-        factor = units.unit(channel.unit)[1]
-        if curve.kind == "gain":
-            factor = _gain(channel, run, units)
-        elif curve.kind == "psd":
-            factor **= 2
+    factor = _factor(curve.kind, curve.channel, run, units)
     if factor == 1.0:
         return curve
     return replace(curve, y=_all(curve.y, factor), low=_all(curve.low, factor))
+
+
+def curve_in(curve: RunCurve, run: RunSummary, units: ShownUnits) -> RunCurve:
+    """Return a curve with all of its points in these units.
+
+    `run` is the run as its tables say it.
+    """
+    factor = _factor(curve.kind, curve.channel, run, units)
+    low = None if curve.low is None else curve.low * factor
+    return replace(curve, y=curve.y * factor, low=low)
+
+
+def surface_in(surface: RunSurface, units: ShownUnits) -> RunSurface:
+    """Return a spectrogram with all of its cells in these units."""
+    unit, factor = units.unit(surface.unit)
+    return replace(surface, unit=unit, level=surface.level + 10.0 * math.log10(factor))
 
 
 def _surface(surface: SurfaceSummary, units: ShownUnits) -> SurfaceSummary:
@@ -177,6 +214,14 @@ def _panel(panel: PanelSummary, units: ShownUnits, kept: list[str]) -> PanelSumm
         y=y,
         lines=tuple(_line(line, along, across, units) for line in panel.lines),
     )
+
+
+def panel_in(panel: Panel, units: ShownUnits) -> Panel:
+    """Return a figure of an analysis with all of its points in these units."""
+    x, along = _scale(panel.x, units)
+    y, across = _scale(panel.y, units)
+    lines = tuple(replace(one, x=one.x * along, y=one.y * across) for one in panel.lines)
+    return replace(panel, caption=units.text(panel.caption), x=x, y=y, lines=lines)
 
 
 def _scale(scale: Scale, units: ShownUnits) -> tuple[Scale, float]:

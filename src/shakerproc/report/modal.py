@@ -19,7 +19,7 @@ from shakerproc.report.modal_figures import indicator
 from shakerproc.report.modal_methods import methods_of
 from shakerproc.report.page import Report
 from shakerproc.report.sections import Section, Table
-from shakerproc.runs.result import shown_ratio
+from shakerproc.report.shown_units import read_ratio
 
 MOST_MODES: Final = 20
 """Modes of a matrix that is drawn."""
@@ -158,7 +158,7 @@ def _synthesis(one: TestModes) -> list[Drawing]:
     found = []
     for k, sensor in enumerate(one.sensors):
         for j, name in enumerate(one.inputs):
-            ratio, factor = shown_ratio(sensor.unit, one.input_units[j])
+            ratio, factor = read_ratio(sensor.unit, one.input_units[j])
             measured = factor * np.abs(functions.measured[k, j])
             model = factor * np.abs(functions.synthesis[k, j])
             top = float(np.nanmax(measured))
@@ -221,7 +221,7 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
 
 
 def _reciprocal(pair: Reciprocal) -> Drawing:
-    ratio, factor = shown_ratio(*pair.units)
+    ratio, factor = read_ratio(*pair.units)
     drawing = svg.plot(
         svg.Plot(
             [

@@ -16,9 +16,9 @@ from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import Track
 from shakerproc.report import style
 from shakerproc.report.pictures import save
+from shakerproc.report.shown_units import read_ratio
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.runs.curves import unbroken_phase
-from shakerproc.runs.result import shown_ratio
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,7 +144,7 @@ def synthesis_figure(one: TestModes) -> "Figure":
     for axis in axes.flat[shown:]:
         axis.set_visible(False)
     for i, axis in zip(range(shown), axes.flat, strict=False):
-        ratio, factor = shown_ratio(one.sensors[i].unit, one.input_units[0])
+        ratio, factor = read_ratio(one.sensors[i].unit, one.input_units[0])
         measured, model = (
             factor * np.abs(h[i, 0]) for h in (functions.measured, functions.synthesis)
         )
@@ -241,7 +241,7 @@ def draw_mac(axis: "Axes", values: np.ndarray) -> None:
 def reciprocity_figure(pair: Reciprocal) -> "Figure":
     """Return two functions between the same places overlaid, size and phase."""
     figure, (upper, lower) = style.figure(7.4, 4.6, 2, sharex=True)
-    ratio, factor = shown_ratio(*pair.units)
+    ratio, factor = read_ratio(*pair.units)
     for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):
         upper.semilogy(pair.frequency, factor * np.abs(values), **style.line(how), label=name)
         lower.plot(pair.frequency, unbroken_phase(values), **style.line(how))

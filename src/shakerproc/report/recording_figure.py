@@ -8,8 +8,8 @@ import numpy as np
 from shakerproc.data import FloatArray, Recording
 from shakerproc.report import style
 from shakerproc.report.pictures import LEFT
+from shakerproc.report.shown_units import USUAL, read_unit
 from shakerproc.runs.envelope import Envelope, envelope
-from shakerproc.runs.result import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +20,7 @@ def time_signals(recording: Recording) -> "Figure":
     found = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
     named = []
     for channel in recording.channels:
-        unit, factor = shown_unit(channel.unit)
+        unit, factor = read_unit(channel.unit)
         named.append((channel.name, unit, factor))
     return _drawn(recording.run, found, named, recording.duration)
 
@@ -43,7 +43,10 @@ def signals(
     rows = np.stack([samples for _, _, samples in named])
     found = envelope([rows], time.size, rate)
     return _drawn(
-        title, found, [(name, unit, 1.0) for name, unit, _ in named], time.size / rate
+        title,
+        found,
+        [(name, *USUAL.unit(unit)) for name, unit, _ in named],
+        time.size / rate,
     )
 
 

@@ -89,8 +89,8 @@ def coherence(content: RunContent) -> Figure | None:
 
 
 def psd_ratio_plot(content: RunContent) -> Plot | None:
-    """Return the density of each response over that of the control."""
-    lines = unnamed(content.lines("psd_ratio"))
+    """Return the density of each response in the control's unit over that of the control."""
+    lines = unnamed(content.lines("psd_ratio", content.control_unit))
     if not lines:
         return None
     axis = frequency_axis(lines)

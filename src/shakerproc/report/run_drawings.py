@@ -21,8 +21,8 @@ TOGETHER: Final = 250
 LEAST: Final = 60
 """Height of one of them at least [px]."""
 
-LABEL: Final = 14
-"""Height of the label of the lowest [px]."""
+LABEL: Final = 28
+"""Height of the numbers and the label of the lowest [px]."""
 
 
 def figures(run: RunSummary) -> list[Drawing]:

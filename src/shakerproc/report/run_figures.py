@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shakerproc.report import pictures
+from shakerproc.report.in_units import curve_in, run_in, surface_in
 from shakerproc.report.run_curves import RunContent
 from shakerproc.report.run_plots import FIGURES, IN_FILES
+from shakerproc.report.shown_units import USUAL
 from shakerproc.runs.curves import curves_of, surface_of
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summarising import numbers_of
@@ -33,7 +35,9 @@ def run_figure(result: RunResult, name: str, title: str) -> "Figure | None":
 
 def _content(result: RunResult) -> RunContent:
     numbers = numbers_of(result, str(result.test.id), facts_of(result.test))
-    return RunContent(numbers, curves_of(result), surface_of(result))
+    curves = [curve_in(curve, numbers, USUAL) for curve in curves_of(result)]
+    surface = surface_of(result)
+    return RunContent(run_in(numbers, USUAL), curves, surface and surface_in(surface, USUAL))
 
 
 def _drawn(content: RunContent, name: str, title: str) -> "Figure | None":

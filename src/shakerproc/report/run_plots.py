@@ -20,6 +20,7 @@ from shakerproc.report.run_curves import (
 )
 from shakerproc.report.sweep_plots import harmonics, harmonics_plot, sweep
 from shakerproc.runs.curves import RANGE_DB, RunCurve
+from shakerproc.runs.levels import density_unit
 from shakerproc.runs.summary import PeakSummary, RunSummary
 
 
@@ -102,7 +103,7 @@ def _density(content: RunContent, unit: str) -> Plot:
     return Plot(
         [*lines, *limits],
         axis,
-        logarithmic_axis(f"PSD [{style.density_unit(unit)}]", lines),
+        logarithmic_axis(f"PSD [{density_unit(unit)}]", lines),
         marks,
         outside(run, axis),
         title="Power spectral density",
@@ -173,7 +174,7 @@ def notch_psd(content: RunContent) -> Figure | None:
         Plot(
             lines,
             axis,
-            logarithmic_axis(f"[{style.density_unit(content.unit_of(name))}]", lines),
+            logarithmic_axis(f"[{density_unit(content.unit_of(name))}]", lines),
             spans=outside(content.run, axis),
             title=f"Power spectral density of {name}, {tone} taken out",
             kind="notch_psd",

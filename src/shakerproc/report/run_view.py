@@ -29,6 +29,7 @@ class AnalysisView:
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     told: Sequence[str]
+    paper: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
             filter(None, (peak_rows.unresolved(run, rows), *peak_rows.withheld(rows)))
         ),
         remarks=run.remarks,
-        analyses=[_analysis_view(one) for one in run.analyses],
+        analyses=[_analysis_view(one, run) for one in run.analyses],
         recording=run.recording,
         sha256=run.sha256,
     )
@@ -103,7 +104,11 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
 
 def _not_printed(run: RunSummary) -> str:
     """Return which tables and figures the printed page leaves out, in a sentence."""
-    titles = ", ".join(one.title for one in run.analyses if one.panels or one.rows)
+    titles = ", ".join(
+        one.title
+        for one in run.analyses
+        if (one.panels or one.rows) and not analysis_figures.is_printed(one.kind, run)
+    )
     return (
         f"Figures and tables in the folder of the run and on the page: {titles}."
         if titles
@@ -111,10 +116,15 @@ def _not_printed(run: RunSummary) -> str:
     )
 
 
-def _analysis_view(one: AnalysisSummary) -> AnalysisView:
-    names = list(one.rows[0]) if one.rows else []
+def _analysis_view(one: AnalysisSummary, run: RunSummary) -> AnalysisView:
+    named = list(one.rows[0]) if one.rows else []
+    names = [name for name in named if any(row.get(name) is not None for row in one.rows)]
     rows = [[_cell(shown_cell(name, row.get(name))) for name in names] for row in one.rows]
-    return AnalysisView(one.title, [heading(name) for name in names], rows, one.told)
+    columns, paper = (
+        [heading(name) for name in names],
+        analysis_figures.is_printed(one.kind, run),
+    )
+    return AnalysisView(one.title, columns, rows, one.told, paper)
 
 
 def _title(run: RunSummary) -> str:

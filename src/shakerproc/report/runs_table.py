@@ -123,8 +123,8 @@ def table_note(runs: Sequence[RunSummary], channel: str) -> str:
     )
     left_out = f" Discarded in the log: {discarded}." if discarded else ""
     if not channel:
-        return f"Click a heading to sort.{left_out}"
+        return left_out.strip()
     return (
         f"Peak frequency, Q, coherence and the drawing are those of channel {channel}; "
-        f"every channel is in peaks.csv. Click a heading to sort.{left_out}"
+        f"every channel is in peaks.csv.{left_out}"
     )

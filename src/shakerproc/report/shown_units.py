@@ -6,19 +6,27 @@ from dataclasses import dataclass, field
 from typing import Final, final
 
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.runs.result import shown_ratio, shown_unit
 from shakerproc.testlog import ChosenUnits
 
 WRITTEN: Final = {
     "m/s²": ("m/s^2", 1.0), "m/s^2": ("m/s^2", 1.0), "g": ("m/s^2", STANDARD_GRAVITY),
     "mm/s": ("m/s", 1e-3), "m/s": ("m/s", 1.0), "µm/m": ("1", 1e-6), "mm": ("m", 1e-3),
-    "µm": ("m", 1e-6), "nm": ("m", 1e-9), "m": ("m", 1.0), "N": ("N", 1.0), "Pa": ("Pa", 1.0),
-    "V": ("V", 1.0),
+    "µm": ("m", 1e-6), "nm": ("m", 1e-9), "m": ("m", 1.0), "N m": ("N m", 1.0), "N": ("N", 1.0),
+    "Pa": ("Pa", 1.0), "V": ("V", 1.0), "rad/s²": ("rad/s^2", 1.0), "rad/s^2": ("rad/s^2", 1.0),
+    "rad/s": ("rad/s", 1.0), "mrad": ("rad", 1e-3), "rad": ("rad", 1.0),
+    "m/m": ("1", 1.0),
 }  # fmt: skip
 """What the program writes for units: the SI unit of the quantity, and the size in it."""
 
+READ: Final = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3)}
+"""Units of motion that people read where none is chosen, by what tables have: name and size."""
+
 _ATOM: Final = (
-    "(?<![A-Za-zµ])(?:" + "|".join(map(re.escape, WRITTEN)) + ")(?![A-Za-z])"
-)  # longer ones stand first
+    "(?<![A-Za-zµ])(?:"
+    + "|".join(re.escape(unit) for unit in sorted(WRITTEN, key=len, reverse=True))
+    + ")(?![A-Za-z])"
+)
 _FACTOR: Final = re.compile(
     rf"(?P<over>/)?(?P<open>\()?(?P<atom>{_ATOM})(?P<close>\))?(?P<power>²|\^[\d.]+)?"
 )
@@ -39,7 +47,7 @@ class ShownUnits:
     Attributes
     ----------
     chosen : mapping
-        As `chosen_units` returns them; a quantity without one keeps its own.
+        As `chosen_units` returns them; a quantity without one keeps its own, but for `READ`.
     """
 
     chosen: ChosenUnits = field(default_factory=dict)
@@ -54,7 +62,8 @@ class ShownUnits:
         def other(found: re.Match[str]) -> str:
             nonlocal factor
             kind, size = WRITTEN[found["atom"]]
-            name, wanted = self.chosen.get(kind, (found["atom"], size))
+            own = READ.get(found["atom"], (found["atom"], size))
+            name, wanted = self.chosen.get(kind, own)
             if name == found["atom"]:
                 return found[0]
             raised = _power(found["power"] or "")
@@ -86,8 +95,6 @@ class ShownUnits:
         kept : sequence of str
             Words of the log in it, such as names of channels, that stay as they are.
         """
-        if not self.chosen:
-            return text
         names = "|".join(re.escape(n) for n in sorted(set(kept), key=len, reverse=True) if n)
         whole = rf"(?P<kept>(?<!\w)(?:{names})(?!\w))|{_QUANTITY}" if names else _QUANTITY
         return re.sub(whole, self._quantity, text)
@@ -106,6 +113,23 @@ class ShownUnits:
 
 USUAL: Final = ShownUnits()
 """No unit is chosen: g, m/s, mm and what the tables have."""
+
+
+def read_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that figures have for an SI unit, and the factor to it."""
+    table, factor = shown_unit(unit)
+    shown, further = USUAL.unit(table)
+    return shown, factor * further
+
+
+def read_ratio(output: str, over: str) -> tuple[str, float]:
+    """Return the unit that figures have for one SI unit over another, and the factor to it.
+
+    Empty where both are the same.
+    """
+    table, factor = shown_ratio(output, over)
+    shown, further = USUAL.unit(table)
+    return shown, factor * further
 
 
 def _power(written: str) -> float:

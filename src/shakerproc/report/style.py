@@ -60,11 +60,6 @@ def line(style: int) -> dict[str, Any]:
     return {"color": COLOURS[style], "linestyle": pattern, "linewidth": 1.2}
 
 
-def density_unit(unit: str) -> str:
-    """Return the unit of a density, with brackets around a ratio."""
-    return f"({unit})²/Hz" if "/" in unit else f"{unit}²/Hz"
-
-
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _SETTINGS: Final = RLock()

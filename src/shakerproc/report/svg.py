@@ -43,6 +43,8 @@ MARKERS: Final = (
 )
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 18, 8, 34  # room for the labels [px]
+_BARE: Final = 6
+"""Room below an axis without label and numbers [px]."""
 
 
 def plot(
@@ -62,7 +64,7 @@ def plot(
     cannot see it.
     """
     x_axis, y_axis, names = content.x, content.y, content.names
-    bottom = _BOTTOM if x_axis.label else _BOTTOM - 14
+    bottom = _BOTTOM if x_axis.label else _BARE
     box = Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
     numbers = Markup("") if names else live.payload(content)
     parts = [

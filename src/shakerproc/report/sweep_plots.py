@@ -13,6 +13,7 @@ from shakerproc.report.run_curves import (
     unnamed,
 )
 from shakerproc.report.style import RESPONSE_STYLES
+from shakerproc.runs.peak_rows import gain_unit
 from shakerproc.runs.summary import RunSummary
 
 DECADES: Final = 6
@@ -94,14 +95,15 @@ def _spans(content: RunContent) -> str:
 def _tallest(run: RunSummary, unit: str) -> str:
     """Return the tallest point of the responses of a unit along every sweep, in words."""
     return "; ".join(
-        f"{channel.name} {peak.direction} {peak.gain:.3g} at {peak.frequency_hz:.1f} Hz"
+        f"{channel.name} {peak.direction} {peak.gain:.3g}{over} at {peak.frequency_hz:.1f} Hz"
         + (
-            f" (a slow sweep: {peak.steady_gain:.3g} at {peak.steady_hz:.1f} Hz)"
+            f" (a slow sweep: {peak.steady_gain:.3g}{over} at {peak.steady_hz:.1f} Hz)"
             if peak.steady_gain is not None and peak.steady_hz is not None
             else ""
         )
         for channel in run.channels
         if channel.unit == unit
+        for over in (f" {gain_unit(run, channel)}".rstrip(),)
         for peak in channel.swept_peaks
     )
 

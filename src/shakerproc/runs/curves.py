@@ -158,7 +158,8 @@ def _along_sweeps(result: RunResult) -> Iterator[RunCurve]:
     name_of, loudest = [c.name for c in result.channels], result.loudest
     for s in result.tracking.sweeps:
         for i in result.responses:
-            gain, phase = np.abs(s.gain[i]), unbroken_phase(s.gain[i])
+            ratio = shown_ratio(*result.units_of_response(i))[1]
+            gain, phase = ratio * np.abs(s.gain[i]), unbroken_phase(s.gain[i])
             yield RunCurve("sweep", name_of[i], s.frequency, gain, part=s.direction)
             yield RunCurve("sweep_phase", name_of[i], s.frequency, phase, part=s.direction)
         fundamental, *harmonics = np.abs(s.harmonics[loudest])

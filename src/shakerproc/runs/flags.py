@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings import MOST_CLIPPED, health, unusable
+from shakerproc.recordings import MOST_CLIPPED, health, unusable, within
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
 from shakerproc.runs.calibrations import expired
@@ -20,13 +20,6 @@ from shakerproc.testlog import ThresholdCrop, nominal_duration
 
 DURATION_TOLERANCE: Final = 0.05
 """How far a sweep may miss the time that its rate asks for [-]."""
-
-
-PASSING: Final = ("transient", "spike")
-"""Faults of a moment, which do no harm outside the crop."""
-
-BESIDE: Final = 0.05
-"""How far outside the crop they still count: their times are those of windows [s]."""
 
 EDGE_OF_SWEEP: Final = 0.02
 """Share of a sweep at each end in which its controller comes up and goes down [-]."""
@@ -47,8 +40,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
             _with_remedy(f, start, stop) if f in lost else f.message,
             f in lost,
         )
-        for f in found_in_samples
-        if f.kind not in PASSING or (f.stop >= start - BESIDE and f.start <= stop + BESIDE)
+        for f in within(found_in_samples, start, stop)
     ]
     found = [
         _crop(result),

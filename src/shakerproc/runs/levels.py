@@ -18,6 +18,11 @@ AMPLITUDE_TOLERANCE: Final = 0.15
 """How far a sine may miss its amplitude [-] (IEC 60068-2-6); an rms value likewise."""
 
 
+def density_unit(unit: str) -> str:
+    """Return the unit of a density, with brackets around a ratio or a product."""
+    return f"({unit})²/Hz" if "/" in unit or " " in unit else f"{unit}²/Hz"
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Level:
@@ -44,8 +49,7 @@ class Level:
             ("g", 1.0 / STANDARD_GRAVITY) if self.unit == "m/s^2" else (self.unit, 1.0)
         )
         if self.kind == "density":
-            squared = f"({name})²" if "/" in name or " " in name else f"{name}²"
-            return self.value * factor**2, f"{squared}/Hz"
+            return self.value * factor**2, density_unit(name)
         return self.value * factor, f"{name} rms" if self.kind == "rms" else name
 
     def __str__(self) -> str:

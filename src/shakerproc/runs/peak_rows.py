@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, final
 
+from shakerproc.runs.levels import density_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary
 
 COLUMNS: Final = (
@@ -30,23 +31,27 @@ class PeakRow:
         Whose it is.
     peak : PeakSummary
         What is known of it.
+    unit : str
+        Of its height; empty where the channel has the unit of the control.
     """
 
     channel: ChannelSummary
     peak: PeakSummary
+    unit: str = ""
 
     @property
     def cells(self) -> tuple[object, ...]:
         """What stands under `COLUMNS`; None where there is nothing to say."""
         peak = self.peak
+        least = f"{peak.height:.3g} {self.unit}".strip()
         interval = None
         if peak.damping_low is not None and peak.damping_high is not None:
             interval = f"{100.0 * peak.damping_low:.3g} to {100.0 * peak.damping_high:.3g}"
         return (
             self.channel.name,
             peak.frequency_hz,
-            peak.height if peak.resolved else f"> {peak.height:.3g}",
-            peak.fitted_height,
+            in_unit(peak.height, self.unit) if peak.resolved else f"> {least}",
+            in_unit(peak.fitted_height, self.unit),
             peak.natural_frequency_hz,
             peak.quality,
             interval,
@@ -67,9 +72,9 @@ def swept_rows(run: RunSummary) -> list[tuple[object, ...]]:
             channel.name,
             peak.direction,
             peak.frequency_hz,
-            peak.gain,
+            in_unit(peak.gain, gain_unit(run, channel)),
             peak.steady_hz,
-            peak.steady_gain,
+            in_unit(peak.steady_gain, gain_unit(run, channel)),
             None if peak.damping_ratio is None else 0.5 / peak.damping_ratio,
         )
         for channel in run.channels
@@ -98,11 +103,29 @@ def quantity_of(run: RunSummary) -> str:
     return "|H1|" if any(c.role == "control" for c in run.channels) else "PSD"
 
 
+def gain_unit(run: RunSummary, channel: ChannelSummary) -> str:
+    """Return the unit of a response of a channel over the controls; empty of an own one."""
+    over = next((c.unit for c in run.channels if c.role == "control"), channel.unit)
+    return "" if over == channel.unit else f"{channel.unit}/{over}"
+
+
+def in_unit(value: float | None, unit: str) -> object:
+    """Return a value with its unit for people; the number itself where it has none.
+
+    `value` may be in any unit.
+    """
+    return value if value is None or not unit else f"{value:.4g} {unit}"
+
+
 def peak_rows(run: RunSummary) -> tuple[PeakRow, ...]:
     """Return every resolved peak of every response, by channel and frequency."""
     of_response = quantity_of(run) == "|H1|"
     return tuple(
-        PeakRow(channel, peak)
+        PeakRow(
+            channel,
+            peak,
+            gain_unit(run, channel) if of_response else density_unit(channel.unit),
+        )
         for channel in run.channels
         if channel.role != "control"
         for peak in sorted(

@@ -12,6 +12,7 @@ from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawGroup
 from shakerproc.recordings.si import contradicts, parse_unit, quantity_of
 from shakerproc.testlog import Test
+from shakerproc.units import near_miss
 
 _CONTROL_WORDS: Final = ("control", "ctrl", "drive", "table", "base", "shaker")
 _BY_UNIT: Mapping[str, Role] = MappingProxyType({
@@ -238,7 +239,12 @@ def _named(
     for wanted in controls:
         if wanted not in names and not (wanted.isdigit() and 1 <= int(wanted) <= len(names)):
             there = ", ".join(names)
-            raise LogError(f"{run}: no channel {wanted!r} to be a control. It has {there}.")
+            near = near_miss(wanted, list(names))
+            meant = f" Did you mean {near!r}?" if near else ""
+            raise LogError(
+                f"{run}: no channel {wanted!r} to be a control.{meant} It has {there}; name "
+                "one of these, or give its number."
+            )
     return tuple(i for i, name in enumerate(names) if {name, str(i + 1)} & set(controls))
 
 

@@ -180,12 +180,15 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
 
 
 def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
-    return tuple(_swept_peak(reading) for reading in result.swept if reading.channel == i)
+    ratio = shown_ratio(*result.units_of_response(i))[1]
+    return tuple(
+        _swept_peak(reading, ratio) for reading in result.swept if reading.channel == i
+    )
 
 
-def _swept_peak(reading: SweptReading) -> SweptPeak:
+def _swept_peak(reading: SweptReading, ratio: float) -> SweptPeak:
     mode = reading.mode
-    peak = SweptPeak(reading.direction, reading.frequency, reading.gain)
+    peak = SweptPeak(reading.direction, reading.frequency, reading.gain * ratio)
     if mode is None:
         return peak
     return replace(
@@ -193,7 +196,7 @@ def _swept_peak(reading: SweptReading) -> SweptPeak:
         natural_frequency_hz=mode.frequency,
         damping_ratio=mode.ratio,
         steady_hz=mode.steady_frequency,
-        steady_gain=mode.steady_gain,
+        steady_gain=mode.steady_gain * ratio,
         damping_low=mode.ratio * (1.0 - mode.half),
         damping_high=mode.ratio * (1.0 + mode.half),
     )

@@ -110,11 +110,11 @@ class SweptPeak:
     direction : str
         ``up`` or ``down``.
     frequency_hz, gain : float
-        Where it is [Hz], and fundamental over control there [-].
+        Where it is [Hz], and fundamental over control there, in shown units.
     natural_frequency_hz, damping_ratio : float or None
         Of the mode behind it [Hz] [-]; None where no linear mode fits.
     steady_hz, steady_gain : float or None
-        Where a sweep slow enough would have its peak [Hz], and how tall [-].
+        Where a sweep slow enough would have its peak [Hz], and how tall.
     damping_low, damping_high : float or None
         95 % interval of the damping ratio [-].
     """

@@ -114,9 +114,11 @@ def sweep_columns(result: RunResult) -> Columns:
         "purity": _joined([sweep.purity for sweep in sweeps]),
     }
     for i in result.responses:
-        name = result.channels[i].name
-        gains = [sweep.gain[i] for sweep in sweeps]
-        columns[f"gain_{name}_magnitude"] = _joined([np.abs(g) for g in gains])
+        name, units = result.channels[i].name, result.units_of_response(i)
+        gains, ratio = [sweep.gain[i] for sweep in sweeps], shown_ratio(*units)[1]
+        columns[f"gain_{name}_magnitude{spelled_ratio(*units)}"] = _joined([
+            np.abs(g) * ratio for g in gains
+        ])
         columns[f"gain_{name}_phase_deg"] = _joined([np.degrees(np.angle(g)) for g in gains])
         for k in range(1, sweeps[0].harmonics.shape[1]):
             ratios = [_over_fundamental(s.harmonics[i], k) for s in sweeps]
@@ -177,9 +179,13 @@ _UNITS: Final = {
 
 
 IN_UNIT: Final = {
-    "unit": ("rms", "rms_there", "largest", "standard_deviation", "demand_rms", "measured_rms"),
+    "unit": (
+        "rms", "rms_there", "largest", "standard_deviation", "demand_rms", "measured_rms",
+        "height", "gain_first", "gain_last", "amplitude", "amplitude_error",
+        "demanded_amplitude", "least_in_parts", "largest_in_parts",
+    ),
     "damage_unit": ("damage",),
-}
+}  # fmt: skip
 """Columns of the summaries of analyses whose unit stands in a column of its own."""
 
 

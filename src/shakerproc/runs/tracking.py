@@ -146,7 +146,7 @@ class SweptReading:
     direction : str
         ``up`` or ``down``.
     frequency, gain : float
-        Where it is [Hz], and fundamental over control there [-].
+        Where it is [Hz], and fundamental over control there, in SI.
     mode : SweptMode, optional
         None where no linear mode fits.
     """
@@ -195,7 +195,7 @@ def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
     off = reading.frequency - mode.steady_frequency
     fastest = spectra.fastest_rate(mode.frequency, mode.ratio)
     told = (
-        f"the peak of {reading.gain:.3g} at {reading.frequency:.4g} Hz is low by "
+        f"the peak at {reading.frequency:.4g} Hz is low by "
         f"{1.0 - reached:.0%} and {abs(off):.2g} Hz too {'high' if off > 0.0 else 'low'}"
     )
     behind = f"(zeta {mode.ratio:.2%})"

@@ -171,9 +171,11 @@ def compare_models(
     before: Model | None = None,
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> Comparison:
-    """Return a comparison, told of what is going on; see `compare`."""
+    """Return a comparison, told of what is going on and of faulty channels; see `compare`."""
     usable = given = usable_tests(log, model)
+    usable.tell(warn)
     if before is not None:
         given = usable_tests(log, before).with_those_of(usable)
         usable = usable.with_those_of(given)

@@ -142,7 +142,8 @@ class DecayComparison(Shown):
 
     def _repr_html_(self) -> str:
         table = frame({name: [row[name] for row in self.rows] for name in self.rows[0]})
-        told = [*self.sentences, *self.found.left_out]
+        notes = (note for test in self.measured for note in test.notes)
+        told = [*self.sentences, *self.found.left_out, *notes]
         return html(f"{self.model.title}, decays compared", told, table.drop(columns="said"))
 
 
@@ -153,8 +154,9 @@ def compare_free_decays(
     before: Model | None = None,
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> DecayComparison:
-    """Return a comparison of decays, told of what is going on.
+    """Return a comparison of decays, told of what is going on and of faulty channels.
 
     Raises
     ------
@@ -171,7 +173,7 @@ def compare_free_decays(
             f"{before.title}: something drives the older model, and nothing the new one; give "
             "both excitation: {free: decay}"
         )
-    found = compare_decays(model, log, tell=tell)
+    found = compare_decays(model, log, tell=tell, warn=warn)
     if before is None:
         return DecayComparison(found)
     old = compare_decays(before, log, tell=tell)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.diagnosis.headline import probability_text
 from shakerproc.diagnosis.result import Diagnosis as Found
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, whole_of
@@ -85,10 +86,7 @@ class Diagnosis(Shown):
         return candidate_errors(self.found)
 
     def _repr_html_(self) -> str:
-        surely = self.found.confidence
-        told = [self.sentence, *self.found.notes]
-        if surely is not None:
-            told.insert(1, f"exactly right with a probability of {100.0 * surely:.0f} %")
+        told = [self.sentence, *filter(None, [probability_text(self.found)]), *self.found.notes]
         return html(self.verdict, told, self.errors, self.effects, self.to_pandas())
 
 

@@ -12,29 +12,15 @@ _ACCELERATION: Final = "m/s^2"
 
 FORCE: Final = "N"
 
-_QUANTITIES: Final = {
-    "acc": _ACCELERATION,
-    "force": FORCE,
-    "hammer": FORCE,
-    "load": FORCE,
-    "disp": "m",
-    "velocity": "m/s",
-    "volt": "V",
-}
-"""What a name that begins so measures, where the file says no unit."""
-
-_SAYS: Final = re.compile("|".join(_QUANTITIES), re.IGNORECASE)
-
 _IGNORE: Final = "{role: ignore}"
 
 
 def measures(name: str, unit: str) -> str:
     """Return the SI unit of a channel: of its unit, else of what its name says it measures."""
+    from shakerproc.recordings.headers import quantity_named
     from shakerproc.recordings.si import quantity_of
 
-    match = _SAYS.match(name)
-    said = _QUANTITIES[match[0].lower()] if match else ""
-    stated = quantity_of(unit)
+    said, stated = quantity_named(name), quantity_of(unit)
     return said if stated == "V" and said == FORCE else stated or said
 
 

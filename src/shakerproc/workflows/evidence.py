@@ -258,6 +258,7 @@ def held_against(
 
     known, digest = read_hashed(read_model, model)
     usable = tests_of(log, known)
+    usable.tell(warn)
     _check_hashes({run.test: run.sha256 for run in runs if run.sha256}, usable.tests)
     diagnosis = diagnose_tests(known, log, usable, progress=tell)
     models = judged(known, diagnosis, usable.tests, tell, warn)

@@ -33,7 +33,7 @@ def rehearse_campaign(
         Where a copy of the log goes, and the recordings below it; by default they are written
         beside the log itself.
     wanted : sequence of str
-        Ids of tests; by default all that are not discarded.
+        Ids of tests; by default all that are not discarded and whose log says what shakes them.
     overwrite : bool
         Whether recordings that are there are replaced.
     advance, warn : callable
@@ -45,6 +45,7 @@ def rehearse_campaign(
         If there is nothing to write, or a recording is there already.
     """
     from shakerproc.planning import rehearse
+    from shakerproc.planning.drive import not_playable
 
     root = log.path.absolute().parent
     target = root if folder is None else folder.absolute()
@@ -54,6 +55,12 @@ def rehearse_campaign(
             warn(f"test {test.id} has no recording in the log and is left out")
             advance(f"test {test.id}")
     named = [test for test in tests if test.recording is not None]
+    played = [test for test in named if wanted or not not_playable(test)]
+    for test in named if played else ():
+        if test not in played:
+            warn(f"test {test.id} is left out: {not_playable(test)}")
+            advance(f"test {test.id}")
+    named = played or named
     if not named:
         raise LogError(f"{log.path}: no test has a recording to write; add the key")
     paths = [_path(test, root, target) for test in named]

@@ -240,11 +240,13 @@ def fitted_effect(
     start: Values = NO_START,
     effect_hashes: Mapping[str, str] = _NO_HASHES,
     progress: Callable[[str], None] | None = None,
+    warn: Callable[[str], None] = lambda _text: None,
 ) -> UpdatedModel:
     """Return a model with one effect more, whether or not it is a gain."""
     added = add_effect(
-        effect, known.model, log, between=between, start=start, force=True, progress=progress
-    )
+        effect, known.model, log, between=between, start=start, force=True,
+        progress=progress, warn=warn,
+    )  # fmt: skip
     return UpdatedModel(effect, known, log, added, effect_hashes)
 
 

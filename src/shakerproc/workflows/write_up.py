@@ -16,9 +16,10 @@ from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError
 from shakerproc.report.earlier_view import earlier_section
 from shakerproc.report.header import HeaderView
+from shakerproc.report.in_units import trend_in
 from shakerproc.report.page import Report, write_report
 from shakerproc.report.sections import Section
-from shakerproc.report.shown_units import ShownUnits
+from shakerproc.report.shown_units import USUAL, ShownUnits
 from shakerproc.report.trend_figures import draw_trends
 from shakerproc.report.watched import Watched
 from shakerproc.runs import RunSummary
@@ -168,7 +169,7 @@ def _written_up(
     channel, found, missing = told.channel, told.found, told.missing
     write_tables(runs, found, channel, root)
     if wish.figures:
-        draw_trends(found, root / "trends")
+        draw_trends([trend_in(one, USUAL) for one in found], root / "trends")
     units, sections = ShownUnits(wish.units), [*further, *sections_of(root, evidence)]
     if wish.earlier is not None:
         rows = changes(runs, wish.earlier.runs).rows

@@ -12,6 +12,7 @@ from tests.comparison.small_campaigns import JOINT, MASS, campaign, drive
 from blind import laws
 from shakerproc.diagnosis.data import TestArrays, prepared
 from shakerproc.diagnosis.estimation.linear import fit_linear
+from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 
 OMEGA, SHARE, ZETA = 2.0 * np.pi * 600.0, 0.03, 0.01
@@ -73,6 +74,21 @@ def test_a_further_mode_is_found_with_its_numbers(with_mode):
     assert mode.damping_ratio == pytest.approx(ZETA, rel=0.1)
     assert mode.mass == pytest.approx(SECOND, rel=0.05)
     assert max(found.left.values()) < 0.006
+
+
+@pytest.mark.parametrize("heavy", [0.0, 3.3, 12.0])
+def test_modes_never_take_all_of_the_mass_of_their_place(heavy):
+    """However heavy a fit would have them: with 3.3 each was 54 % of it."""
+    parameters = LinearParameters(model(), 1, [("coupon", 2000.0), ("coupon", 3000.0)])
+    values = np.zeros(parameters.spreads.size)
+    values[[-6, -3]] = heavy
+    made = parameters.model_at(values)
+    held = sum(mode.mass for mode in made.modes)
+    assert 0.0 < held < made.masses["coupon"]
+    assert made.rigid_masses["coupon"] + held == pytest.approx(made.masses["coupon"])
+    light = 2.0 * 0.02 * np.exp(heavy)  # over what is left
+    assert held / made.rigid_masses["coupon"] == pytest.approx(light)
+    assert parameters.heaviest(values) == pytest.approx(light)
 
 
 def test_a_mode_near_the_own_one_is_left_to_the_choice():

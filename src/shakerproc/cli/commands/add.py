@@ -70,6 +70,7 @@ def add(
     announce()
     with options.usage():
         numbers = updated_model.start_of(effect, _pairs(start or []))
+    once = output.Once()
     with output.progress("add", 3) as advance:
         found = updated_model.fitted_effect(
             effect,
@@ -79,15 +80,14 @@ def add(
             start=numbers,
             effect_hashes=options.effects_of(own).get("effects_sha256", {}),
             progress=advance,
+            warn=once.warning,
         )
-    for text in found.added.left_out:
-        output.warning(text)
     if not force:
         updated_model.check_gain(effect, found.added)
     if found.added.worse:
         output.warning(f"written although {found.added.worse}")
     for note in found.added.notes:
-        output.message(note)
+        once.message(note)
     found.save(new, modes=modes)
     _tell(effect, found.added, new, json)
     next_step.say("see whether the error has fallen", json, "compare", new, testlog)

@@ -88,8 +88,11 @@ def compare(
         shaken_alone = (shaken, older, campaign)
         _decays(folder, shaken_alone, documents, fit=fit, figures=figures, json=json, pdf=pdf)
         return
+    once = output.Once()
     with output.progress("compare", len(campaign.tests)) as advance:
-        compared = compare_models(shaken, campaign, before=older, fit=fit, tell=advance)
+        compared = compare_models(
+            shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning
+        )
     found, measured = compared.found, [test.measured for test in compared.found.tests]
     models = Models(found, old=shaken.title)
     if compared.before is not None:
@@ -102,7 +105,7 @@ def compare(
     with output.results(folder, "compare"):
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)
     output.write_json(document, json)
-    _print(found, folder, json)
+    _print(found, folder, json, once)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
@@ -126,7 +129,9 @@ def _decays(
 
     model, older, campaign = asked
     with output.progress("compare", len(campaign.tests)) as advance:
-        compared = compare_free_decays(model, campaign, before=older, fit=fit, tell=advance)
+        compared = compare_free_decays(
+            model, campaign, before=older, fit=fit, tell=advance, warn=output.warning
+        )
     document = {**_provenance(documents[-2:]), **compared.as_json()}
     inputs = inputs_of(documents, compared.measured)
     with output.results(folder, "compare"):
@@ -142,8 +147,6 @@ def _decays(
     )
     for text in compared.sentences:
         output.data(f"{text[0].upper()}{text[1:]}", json_target=json)
-    for text in compared.found.left_out:
-        output.warning(text)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
@@ -193,7 +196,8 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
     }
 
 
-def _print(found: "Comparison", folder: Path, json: str | None) -> None:
+def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
+    """Print the errors of every test, and what was not said before."""
     from shakerproc.runs.remarks import by_tests
 
     rows = []
@@ -218,10 +222,10 @@ def _print(found: "Comparison", folder: Path, json: str | None) -> None:
     for line in by_tests((test.measured.name, test.measured.remarks) for test in found.tests):
         output.message(line)
     for text in (*found.left_out, *found.warnings):
-        output.warning(text)
+        once.warning(text)
     for test in found.tests:
         for note in test.measured.notes:
-            output.warning(note)
+            once.warning(note)
         if not test.prediction.predictable:
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "

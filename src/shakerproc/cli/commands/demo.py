@@ -115,7 +115,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     _say("diagnose", model_path, log_path, json=json)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
-    show(diagnosis, json, headline(diagnosis, log.active))
+    show(diagnosis, json, headline(diagnosis, log.active), output.Once())
     if not diagnosis.effects:
         output.finish(1)
     kind = diagnosis.effects[0].kind

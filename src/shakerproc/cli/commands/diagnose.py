@@ -48,25 +48,27 @@ def diagnose(
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
+    once = output.Once()
     with (
         output.progress("diagnose", 8 + 2 * len(log.tests)) as advance,
         at_hand(log, recordings) as seen,
     ):
         given = seen if scheduler is None else log
         usable = tests_of(seen, known)
+        usable.tell(once.warning)
         measured = usable.tests
         result = judged(known, given, usable, machines, seed=seed, progress=advance)
-        models = evidence.judged(known, result, measured, advance, output.warning)
+        models = evidence.judged(known, result, measured, advance, once.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
-    show(result, json, headline(result, log.active))
+    show(result, json, headline(result, log.active), once)
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
     for text in models.before.warnings if models is not None else ():
-        output.warning(text)
+        once.warning(text)
     document = {**result.as_json(), **options.effects_of(own)}
     output.write_json(document, json)
-    decays = evidence.decays_judged(known, result, measured, output.warning)
+    decays = evidence.decays_judged(known, result, measured, once.warning)
     found = evidence.Evidence(models, result, inputs, decays)
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
@@ -82,22 +84,26 @@ def diagnose(
     next_step.after_diagnosis(result, model, testlog, json)
 
 
-def show(result: "Diagnosis", json_target: str | None, numbers: str) -> None:
-    """Print verdict, errors before and after, and candidates; `numbers` as `headline` says."""
+def show(result: "Diagnosis", json_target: str | None, numbers: str, once: output.Once) -> None:
+    """Print verdict, errors before and after, and candidates; `numbers` as `headline` says.
+
+    Notes that were said `once` before are not printed again.
+    """
+    from shakerproc.diagnosis.headline import probability_text
+
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     if numbers:
         output.data(numbers, json_target=json_target)
     output.data(result.sentence, json_target=json_target)
-    if result.confidence is not None:
-        output.data(
-            f"exactly right with a probability of {100.0 * result.confidence:.0f} %",
-            json_target=json_target,
-        )
+    if surely := probability_text(result):
+        output.data(surely, json_target=json_target)
     errors = result.errors
+    alone = [["numbers fitted", None, errors.without]] if errors.without is not None else []
     output.print_table(
         ["error", "fitted", "held_out"],
         [
             ["before", errors.fitted.before, errors.held_out.before],
+            *alone,
             ["after", errors.fitted.after, errors.held_out.after],
             ["noise floor", None, errors.as_json()["noise_floor"]],
         ],
@@ -138,7 +144,7 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str) -> None:
             json_target=json_target,
         )
     for note in result.notes:
-        output.message(note)
+        once.message(note)
 
 
 def _label(candidate: "Tried") -> str:

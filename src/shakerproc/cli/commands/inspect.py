@@ -46,20 +46,18 @@ def inspect(
     Also of a recording that cannot be used as it is: what it holds, and what to do (exit 1).
     """
     from shakerproc.errors import RecordingError
-    from shakerproc.recordings import FilePart, contents, open_recording
+    from shakerproc.recordings import FilePart
+    from shakerproc.recordings.opening import read_whole, recording_in
 
     skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
     said = options.sampling_of(
         sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
     )
-    groups, notes = contents(recording)
+    whole = read_whole(recording, hashed=True)
+    groups, notes = whole.contents
     try:
-        with open_recording(
-            recording,
-            part=FilePart(group, chosen),
-            sample_rate=said,
-            bad_rows=skip,
-            hashed=True,
+        with recording_in(
+            whole, part=FilePart(group, chosen), sample_rate=said, bad_rows=skip
         ) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import faults, output
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray
@@ -354,6 +354,8 @@ def _measured(
                 f"the model with; say in the log which it is"
             )
         crop = find_crop(recording, chosen)
+        start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
+        faults.tell(recording, role, start, stop)
         samples = recording.select(controls).samples(crop.start, crop.stop)
         return np.arange(samples.shape[1]) / recording.sample_rate, samples.mean(axis=0)
 

@@ -247,8 +247,11 @@ def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | N
 
 
 def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
+    from shakerproc.report.in_units import run_in
+    from shakerproc.report.shown_units import USUAL
     from shakerproc.runs import peak_rows
 
+    summary = run_in(summary, USUAL)
     start, stop = summary.crop_s or (0.0, 0.0)
     level = ""
     if summary.measured_level is not None:

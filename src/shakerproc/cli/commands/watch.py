@@ -114,9 +114,8 @@ def watch(
         output.message(f"watching {folder}; Ctrl-C ends it. Report: {root / 'report.html'}")
         try:
             watched.run(Pace(settle_s, every_s, idle_s))
-        except KeyboardInterrupt:
-            output.message("interrupted; what is done stands, call again to go on")
-            raise
+        except KeyboardInterrupt as stopped:
+            raise KeyboardInterrupt(output.GO_ON) from stopped
         finally:
             document = watched.last()
     counts = document.get("counts", {})

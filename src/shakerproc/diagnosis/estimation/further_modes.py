@@ -105,9 +105,8 @@ def _next_mode(
     if fall < GAIN_ENOUGH:
         return None
     moving = np.concatenate([free, np.ones(3, bool)])
-    try:
-        found = richer, solve([test], richer, start, [extra], moving)
-    except ValueError:  # it grew heavier than its place: no mode, but physics that is missing
+    found = richer, solve([test], richer, start, [extra], moving)
+    if richer.heaviest(found[1].values) > 1.0:  # than all else: no mode, but missing physics
         return None
     before = solve([test], parameters, solution.values, [extra], free)
     if found[1].chi_square > before.chi_square - GAIN_ENOUGH:

@@ -28,8 +28,8 @@ SKEW: Final = 20e-6
 filters of unequal sensors [s]."""
 
 MODE_SHARE: Final = (0.02, 1.5)
-"""Middle and standard deviation of the logarithm of a further mode's mass over that of its
-place: 0.1 to 40 % [-]."""
+"""Middle and standard deviation of the logarithm of a further mode's mass over what is left of
+that of its place: 0.1 to 40 % [-]."""
 
 MODE_DAMPING: Final = (0.01, 1.0)
 """Middle and standard deviation of the logarithm of its damping ratio: 0.14 to 7 % [-]."""
@@ -138,12 +138,42 @@ class LinearParameters:
             changed = getattr(elements[i].effect, name) * float(np.exp(x))
             effect = replace(elements[i].effect, **{name: changed})  # type: ignore[type-var]
             elements[i] = Element(effect, elements[i].between)
-        first = len(values) - 3 * len(self.places)
-        modes = [
-            _mode(self.model, place, frequency, values[first + 3 * k : first + 3 * k + 3])
-            for k, (place, frequency) in enumerate(self.places)
+        modes = (*self.model.modes, *self._modes(values))
+        return replace(self.model, elements=tuple(elements), modes=modes)
+
+    def heaviest(self, values: FloatArray) -> float:
+        """Return the largest mass of the modes of one place over what is left of it [-]."""
+        return max(self._shares(values)[1].values(), default=0.0)
+
+    def _shares(self, values: FloatArray) -> tuple[list[float], dict[str, float]]:
+        """Return the mass of each mode over what is left of its place, and their sums [-]."""
+        shares = [
+            MODE_SHARE[0] * float(np.exp(share)) for share in self._of_modes(values)[:, 0]
         ]
-        return replace(self.model, elements=tuple(elements), modes=(*self.model.modes, *modes))
+        whole = {place: 0.0 for place, _ in self.places}
+        for (place, _), share in zip(self.places, shares, strict=True):
+            whole[place] += share
+        return shares, whole
+
+    def _of_modes(self, values: FloatArray) -> FloatArray:
+        """Return the values of the further modes, (n, 3) array."""
+        return values[len(values) - 3 * len(self.places) :].reshape(-1, 3)
+
+    def _modes(self, values: FloatArray) -> list[Mode]:
+        """Return the further modes: together they never take all of the mass of a place."""
+        shares, whole = self._shares(values)
+        rigid = self.model.rigid_masses
+        return [
+            Mode(
+                frequency * float(np.exp(shift)),
+                MODE_DAMPING[0] * float(np.exp(damping)),
+                rigid[place] * share / (1.0 + whole[place]),
+                {place: 1.0},
+            )
+            for (place, frequency), share, (_, shift, damping) in zip(
+                self.places, shares, self._of_modes(values), strict=True
+            )
+        ]
 
     def chain_at(self, values: FloatArray) -> Chain:
         """Return the chain of measurement."""
@@ -177,13 +207,3 @@ def _own_numbers(model: Model) -> list[tuple[int, str]]:
             if value is not None and value != 0.0 and parameter.unit in PRIORS:
                 found.append((i, name))
     return found
-
-
-def _mode(model: Model, place: str, frequency: float, values: FloatArray) -> Mode:
-    share, shift, damping = (float(x) for x in values)
-    return Mode(
-        frequency * float(np.exp(shift)),
-        MODE_DAMPING[0] * float(np.exp(damping)),
-        MODE_SHARE[0] * float(np.exp(share)) * model.masses[place],
-        {place: 1.0},
-    )

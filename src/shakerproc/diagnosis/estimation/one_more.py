@@ -115,6 +115,16 @@ class OneMore:
             }
         return sorted(standing.values(), key=lambda one: one.level)
 
+    def left_behind(self) -> list[Fit]:
+        """Return the best fit of each effect and joint, in the longest windows it came to."""
+        best: dict[tuple[str, Joint], tuple[float, Fit]] = {}
+        for group, first in self._first_fits.items():
+            grown = [self._grown.get((group, windows)) for windows in self.stages.windows]
+            longest = [one for one in (first, *grown) if one is not None][-1]
+            own = first.level, longest
+            best[group[:2]] = min(best.get(group[:2], own), own, key=lambda one: one[0])
+        return [one for _, one in best.values()]
+
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
 

@@ -11,6 +11,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.identification import Identification
+from shakerproc.models.parallel_elements import resolved
 
 Coordinates = Mapping[str, float | str]
 
@@ -179,7 +180,7 @@ class Hypothesis:
         return any(number.element is None for number in self.own)
 
     def model_at(self, x: FloatArray) -> Model:
-        """Return the model with these numbers.
+        """Return the model with these numbers, and those that follow from its surroundings.
 
         Raises
         ------
@@ -198,7 +199,8 @@ class Hypothesis:
                 effect = replace(element.effect, **{number.name: value})  # type: ignore[type-var]
                 elements[number.element] = replace(element, effect=effect)
             elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]
-            return replace(self.model, masses=masses, elements=tuple(elements))
+            found = replace(self.model, masses=masses, elements=tuple(elements))
+            return replace(found, elements=resolved(found))
         except ValueError as error:
             raise ModelError(f"{self.model.title}: {error}") from error
 

@@ -17,6 +17,7 @@ from shakerproc.diagnosis.screening.stretches import stretches_of
 from shakerproc.diagnosis.screening.transfer import Joint, linear_model
 from shakerproc.models import Model
 from shakerproc.models.laws import Law as Formula
+from shakerproc.models.parallel_elements import resolved
 
 
 @final
@@ -86,7 +87,7 @@ class Screening:
 
 def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
     """Return the stiffness [N/m] and damping [N s/m] of what is linear in a joint."""
-    rows = [e.effect.rows() for e in model.elements if set(e.between) == set(joint)]
+    rows = [e.effect.rows() for e in resolved(model) if set(e.between) == set(joint)]
     linear = [row.values for own in rows for row in own if row.law is Formula.LINEAR]
     return sum(v[0] for v in linear), sum(v[1] for v in linear)
 

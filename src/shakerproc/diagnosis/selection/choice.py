@@ -8,7 +8,6 @@ import numpy as np
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import PARTED, beyond_noise, error_of
 from shakerproc.diagnosis.selection.scores import (
-    SURE,
     Score,
     best_of,
     gain,
@@ -23,23 +22,40 @@ effect that leaves more does not explain most of what is missing [-]. Of the pow
 model as it is leaves, each number of the effects may leave as much: a law of many numbers comes
 near any."""
 
+TENTH: Final = 0.1
+"""Share of the error without it that a law takes away at least, to be named where more than
+noise is left [-]."""
+
 NEGLIGIBLE: Final = 0.01
 """Error up to which a response is explained: what sensors are calibrated to [-]."""
 
 
 def standing_of(found: Found) -> list[Score]:
-    """Return the hypotheses that predict best, the simplest first; none where none will do.
+    """Return the hypotheses that stand, the simplest first; none where none will do.
 
-    Each predicts better than the model without any effect, and each of its effects explains
-    most of what is missing without it; each of its numbers halves the power that the model as
-    it is leaves.
+    Those that explain most: each predicts better than the model without any effect, each of
+    its effects explains most of what is missing without it, and each of its numbers halves the
+    power that the model as it is leaves. Where none does and more than noise is left, those
+    that surely take a tenth of the error away.
     """
+    better = _better(found)
     named = [
         s
-        for s in _better(found)
+        for s in better
         if _explains_most(found, s) and _holds_on(found, s, _predicting(found, s))
     ]
+    if not named and not found.rigid and leaves_more(found, bare(found)):
+        named = [
+            s
+            for s in better
+            if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
+        ]
     return simplest_alike(named) if named else []
+
+
+def leaves_more(found: Found, score: Score) -> bool:
+    """Return whether more is left than is known to be noise, by what sensors can tell."""
+    return found.left_by(score) > NEGLIGIBLE and not found.is_explained_by(score)
 
 
 def further(found: Found, chosen: Score) -> Score | None:
@@ -59,21 +75,18 @@ def further(found: Found, chosen: Score) -> Score | None:
     return best_of(more) if more else None
 
 
-def is_outside(found: Found, chosen: Score) -> bool:
-    """Return whether something is missing that no effect of the library explains.
+def is_outside(found: Found) -> bool:
+    """Return whether a force without a name surely predicts better than all effects do.
 
-    A force without a name predicts better than all effects do; or none explains most of what
-    is missing, which is more than the noise, where that is known: what is left has to matter in
-    either. Of a joint that held nothing is known, and nothing was tried.
+    By a tenth of what any of them leaves, and where that matters. Of a joint that held nothing
+    is known, and nothing was tried.
     """
-    if found.rigid:
+    free = found.free
+    if found.rigid or free is None or found.left_by(found.best) <= NEGLIGIBLE:
         return False
-    nameless = found.free is not None and gain(found.free, found.best).t > SURE
-    if nameless and found.left_by(found.best) > NEGLIGIBLE:
-        return True
-    if chosen.fit.hypothesis.added or not np.isfinite(found.floor):
-        return False
-    return found.left_by(chosen) > NEGLIGIBLE and not found.is_explained_by(chosen)
+    return is_better(free, found.best) and all(
+        _takes_a_tenth(found, free, score) for score in (found.linear, *found.effects)
+    )
 
 
 def is_at_fault(found: Found, chosen: Score) -> bool:
@@ -135,6 +148,20 @@ def _explains_most(found: Found, score: Score) -> bool:
     told = share * _beyond_noise(found, found.as_it_is or found.linear)
     near = _beyond_noise(found, score) <= told
     return near and all(_halves(found, score, one) for one in _simpler(found, score))
+
+
+def _lowers(found: Found, score: Score) -> bool:
+    """Return whether a hypothesis surely predicts better than any of fewer effects, by a tenth.
+
+    The model without any as fitted, and as it is in its file, are among those.
+    """
+    fewer = [found.as_it_is or found.linear, *_simpler(found, score)]
+    return all(is_better(score, o) and _takes_a_tenth(found, score, o) for o in fewer)
+
+
+def _takes_a_tenth(found: Found, score: Score, other: Score) -> bool:
+    """Return whether a hypothesis takes a tenth of the error of another one away."""
+    return found.left_by(score) <= (1.0 - TENTH) * found.left_by(other)
 
 
 def _halves(found: Found, score: Score, other: Score) -> bool:

@@ -20,12 +20,14 @@ from shakerproc.diagnosis.result import (
     Finding,
     Pair,
     Tried,
+    Where,
 )
 from shakerproc.diagnosis.selection.choice import (
     bare,
     further,
     is_at_fault,
     is_outside,
+    leaves_more,
     standing_of,
 )
 from shakerproc.diagnosis.selection.errors import (
@@ -36,8 +38,9 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
+from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_sentence
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
-from shakerproc.diagnosis.selection.proposing import Unexercised, as_good, proposed, unexercised
+from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
@@ -64,38 +67,36 @@ def judged(
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
-    fit = chosen.fit
-    data = found.data
-    before = _as_it_was(found, data)
-    errors = _errors(found, chosen, before)
-    alike = _indistinguishable(standing)
-    effects = _effects(fit)
-    faults, locked, outside = faults_of(found, fit), _locked(found, fit, effects), None
-    laboratory, unclosed = Laboratory(data.tests, data.model, shaker, seed), None
+    fit, data = chosen.fit, found.data
+    before, effects = _as_it_was(found, data), _effects(fit)
+    errors, complete = _errors(found, chosen, before), found.is_explained_by(chosen)
+    left = Where() if complete else _left(found, chosen)
+    alike, faults = _indistinguishable(standing), faults_of(found, fit)
+    locked, unclosed = _locked(found, fit, effects), None
+    laboratory = Laboratory(data.tests, data.model, shaker, seed)
     far = {} if found.rigid else far_numbers(fit)
     open_ones = doubted(found, chosen, faults)
     faults = [fault for fault in faults if fault not in open_ones]
-    missing = is_outside(found, chosen)
-    if missing and not (faults and is_at_fault(found, chosen)):
-        verdict, sentence, effects = "outside library", wording.outside_sentence(errors), []
-        outside = _curve(found)
+    at_fault = bool(faults) and is_at_fault(found, chosen)
+    outside = not at_fault and is_outside(found)
+    missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
+    if outside:
+        verdict, sentence = "outside library", outside_sentence(found, effects, errors)
+        effects = []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
+        more = "" if complete else wording.more_sentence(errors, left, data.model.motion)
         verdict = "effect found"
-        sentence = wording.found_sentence(effects, faults, errors, alike)
-    elif faults:
+        sentence = f"{wording.found_sentence(effects, faults, errors, alike)} {more}".strip()
+    elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
     else:
         unclosed = unexercised(found, clearances)
-        verdict, sentence = _nothing(errors, unclosed, far)
-    asked: tuple[str, ...] = ()
-    told: list[str] = []
-    if verdict not in {"cannot tell", "measurement fault"}:
-        asked, told = _asked_next(found, chosen if effects else bare(found))
-        told += unlike_held_out(found, chosen, errors)
-    scores = scores_of(found, standing, errors)
+        verdict, sentence = nothing_named(found, chosen, errors, unclosed, far)
+    asked, told = _asked_next(found, chosen, errors, verdict)
+    scores, drawn = scores_of(found, standing, errors), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -103,26 +104,28 @@ def judged(
         indistinguishable=alike if effects else (),
         errors=errors,
         candidates=_candidates(found, chosen, standing),
-        where=where_it_fails(failed_tests(data, _joint(found, chosen), before)),
+        where=_where(found, chosen, before),
         next_test=proposed(
             found, standing, laboratory, verdict=verdict, locked=locked, unclosed=unclosed
         ),
+        complete=complete,
+        left=left,
         locked=locked,
-        outside=outside,
+        outside=_curve(found) if outside else None,
         linear=linear_estimates(fit),
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=None if data.model.excitation.imposed else probability_of(scores),
+        confidence=probability_of(scores) if drawn and complete else None,
         scores=scores,
         seed=seed,
     )
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
-    """Return all that was tried, the best first, with intervals of what stands."""
-    stands = [chosen, *as_good(standing)]
-    fitted = (tried(found, score, stands=score in stands) for score in found.effects)
+    """Return all that was tried, by what it leaves, with intervals of what stands."""
+    stands, order = [chosen, *as_good(standing)], sorted(found.effects, key=found.left_by)
+    fitted = (tried(found, score, stands=score in stands) for score in order)
     return (*fitted, *untried(found))
 
 
@@ -163,6 +166,17 @@ def _as_it_was(found: Found, data: DataSet) -> list[dict[int, Scored] | None]:
     return [scored_tests(data.plain, found.before, part) for part in parts]
 
 
+def _where(found: Found, chosen: Score, parts: Sequence[Mapping[int, Scored] | None]) -> Where:
+    """Return where a model fails, by tests as it simulates them, fitted and held out."""
+    return where_it_fails(failed_tests(found.data, _joint(found, chosen), parts))
+
+
+def _left(found: Found, chosen: Score) -> Where:
+    """Return where the rest lies that what was chosen leaves."""
+    parts = (found.form.scored_fitted, found.form.held_out)
+    return _where(found, chosen, [scored_tests(found.data, chosen.fit, p) for p in parts])
+
+
 def _errors(
     found: Found, chosen: Score, before: Sequence[Mapping[int, Scored] | None]
 ) -> Errors:
@@ -170,7 +184,7 @@ def _errors(
 
     `before` is the model as it is in the tests of the search, fitted and held out.
     """
-    form, data = found.form, found.data
+    form, data, alone = found.form, found.data, found.left_by(found.linear)
     if found.as_recorded is not data:
         before = _as_it_was(found, found.as_recorded)
     fitted, held_out = map(error_of_scored, before)
@@ -179,6 +193,7 @@ def _errors(
         Pair(held_out, found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
+        alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
     )
 
 
@@ -222,20 +237,6 @@ def _is_dry(effect: AbstractEffect) -> bool:
     )
 
 
-def _nothing(
-    errors: Errors, unclosed: Unexercised | None, far: Mapping[str, tuple[float, Estimate]]
-) -> tuple[str, str]:
-    """Return the verdict where nothing was found: a clearance may never have been closed."""
-    if far:
-        return "cannot tell", wording.far_sentence(far)
-    if unclosed is not None:
-        sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
-        return "cannot tell", sentence
-    if not np.isfinite(errors.noise_floor):
-        return "cannot tell", wording.unknown_noise_sentence(errors)
-    return "nothing missing", wording.nothing_sentence(errors)
-
-
 def _notes(
     found: Found, chosen: Score, verdict: str, told: Sequence[str],
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
@@ -258,9 +259,6 @@ def _notes(
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
     notes += told
-    if verdict == "effect found" and not found.is_explained_by(chosen):
-        left = found.left_by(chosen), found.floor_under(chosen)
-        notes.append(wording.remainder_note(*left))
     if verdict == "measurement fault" and missing:
         notes.append(wording.unnamed_note(found.left_by(chosen), found.floor_under(chosen)))
     if doubted:
@@ -284,11 +282,17 @@ def unlike_held_out(found: Found, chosen: Score, errors: Errors) -> list[str]:
     return [wording.fitted_note(errors.fitted.after)] if parted else []
 
 
-def _asked_next(found: Found, stands: Score) -> tuple[tuple[str, ...], list[str]]:
-    """Return the kinds that help a little beside what stands, and the note that says so."""
-    more = further(found, stands)
-    if more is None:
+def _asked_next(
+    found: Found, stands: Score, errors: Errors, verdict: str
+) -> tuple[tuple[str, ...], list[str]]:
+    """Return the kinds to add next, and the notes on what is left."""
+    if verdict in {"cannot tell", "measurement fault"}:
         return (), []
+    if verdict == "outside library" and stands.fit.hypothesis.added:
+        return stands.fit.hypothesis.kinds, []
+    more, notes = further(found, stands), unlike_held_out(found, stands, errors)
+    if more is None:
+        return (), notes
     kinds = tuple(kind for kind, _ in more.fit.hypothesis.names - stands.fit.hypothesis.names)
     left = found.left_by(stands), found.left_by(more)
-    return kinds, [wording.further_note(kinds, *left)]
+    return kinds, [wording.further_note(kinds, *left), *notes]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Final
 
 from shakerproc.data import Recording
 from shakerproc.recordings.health_checks.base import FAULTS, AbstractHealthCheck, Flag
@@ -29,7 +28,4 @@ HEALTH_CHECKS: Mapping[str, Callable[[Recording], AbstractHealthCheck]] = Mappin
 })
 """What looks at the samples, by what it looks for."""
 
-MEASURING: Final = ("flatlines", "extremes", "connection")
-"""Those that tell whether a channel measured at all."""
-
-__all__ = ["FAULTS", "HEALTH_CHECKS", "MEASURING", "AbstractHealthCheck", "Flag"]
+__all__ = ["FAULTS", "HEALTH_CHECKS", "AbstractHealthCheck", "Flag"]

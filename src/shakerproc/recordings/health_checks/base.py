@@ -52,6 +52,12 @@ class Flag:
     stop: float
     lost: float = 0.0
 
+    @property
+    def line(self) -> str:
+        """What was found and where, in a line."""
+        where = f" ({self.channel})" if self.channel else ""
+        return f"{self.kind}{where}: {self.message}"
+
     def lost_share(self, start: float, stop: float) -> float:
         """Return the share of a part of the recording that the channel did not measure [-].
 

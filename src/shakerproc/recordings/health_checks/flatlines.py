@@ -33,6 +33,18 @@ HELD: Final = 0.5
 
 MOST_RUNS: Final = 1000
 
+LOBES: Final = 3
+"""Lobes of a shock at most: the pulse, one before and one after it."""
+
+LOBE: Final = 0.2
+"""Height of a lobe that counts, over the largest: what IEC 60068-2-27 tolerates [-]."""
+
+LONGEST_SHOCK: Final = 2**18
+"""Samples of which a shock is looked for in what is before a channel's first rest."""
+
+BEFORE: Final = 4
+"""Samples before a run by which what comes to rest is told from what breaks off."""
+
 ONE_STEP: Final = 1.5
 """Steps of the converter in which what decays comes to rest; a cable fails from anywhere."""
 
@@ -40,7 +52,10 @@ ONE_STEP: Final = 1.5
 @final
 @dataclass(slots=True)
 class _Run:
-    """Equal samples in a row, and how far the samples beside them lie at most."""
+    """Equal samples in a row, and how far from them the samples before lie at most.
+
+    Of a run at the beginning, how far the sample after it.
+    """
 
     start: int
     length: int
@@ -59,6 +74,11 @@ def _runs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     firsts = same[np.concatenate([[0], breaks + 1])] if same.size else same
     lasts = same[np.concatenate([breaks, [same.size - 1]])] if same.size else same
     return firsts, lasts - firsts + 2
+
+
+def _jump(samples: FloatArray, at: int) -> float:
+    """Return how far from a sample those before it lie at most, `BEFORE` of them."""
+    return float(np.abs(samples[max(0, at - BEFORE) : at] - samples[at]).max())
 
 
 @final
@@ -85,12 +105,13 @@ class _Channel:
             joined = head
             if self.open is not None:
                 joined.jump = abs(self.open.value - head.value)
-                self.open.jump = max(self.open.jump, joined.jump)
+                self.open.jump = self.open.jump if self.open.start else joined.jump
             self._close(self.open)
         if head.length == n:
             self.open = joined
             return
-        joined.jump = max(joined.jump, abs(samples[head.length] - head.value))
+        if not joined.start:
+            joined.jump = abs(samples[head.length] - head.value)
         self.lead = self.lead or joined
         self._close(joined)
         ends_long = bool(starts.size) and int(starts[-1] + lengths[-1]) == n
@@ -101,11 +122,8 @@ class _Channel:
         self.lengths.update(dict(zip(values.tolist(), counts.tolist(), strict=True)))
         for i in np.flatnonzero(inner & (lengths >= SHORTEST)):
             at, stop = int(starts[i]), int(starts[i] + lengths[i])
-            beside = samples[[at - 1, stop]] - samples[at]
-            jump = float(np.abs(beside).max())
-            self._keep(_Run(first + at, stop - at, samples[at], jump))
-        jump = abs(samples[tail] - samples[tail - 1])
-        self.open = _Run(first + tail, n - tail, samples[tail], jump)
+            self._keep(_Run(first + at, stop - at, samples[at], _jump(samples, at)))
+        self.open = _Run(first + tail, n - tail, samples[tail], _jump(samples, tail))
 
     def _close(self, run: _Run | None) -> None:
         if run is None:
@@ -133,7 +151,7 @@ class _Channel:
         return shaken or lead.length >= limit
 
     def is_rest(self, run: _Run) -> bool:
-        """Return whether it came to rest: the samples beside it lie one step of it away."""
+        """Return whether it came to rest: the samples before lie one step of it away."""
         return run.jump < ONE_STEP * self.step
 
     def usual(self) -> int:
@@ -160,11 +178,12 @@ class Flatlines(AbstractHealthCheck):
 
     def flags(self) -> list[Flag]:
         found = []
-        for channel, runs in zip(self._recording.channels, self._channels, strict=True):
-            found += self._judge(channel.name, runs)
+        for row, runs in enumerate(self._channels):
+            found += self._judge(row, runs)
         return found
 
-    def _judge(self, name: str, runs: _Channel) -> list[Flag]:
+    def _judge(self, row: int, runs: _Channel) -> list[Flag]:
+        name = self._recording.channels[row].name
         n = self._recording.n_samples
         tail = runs.open
         if tail is None:
@@ -180,7 +199,23 @@ class Flatlines(AbstractHealthCheck):
             run for run in runs.long
             if run.length >= limit and run.start > 0 and not runs.is_rest(run)
         ]  # fmt: skip
-        return self._tail(name, runs, usual) + self._inside(name, inside, often)
+        found = self._tail(name, runs, usual) + self._inside(name, inside, often)
+        return [] if found and self._rests_after_a_shock(row, runs, limit) else found
+
+    def _rests_after_a_shock(self, row: int, runs: _Channel, limit: int) -> bool:
+        """Return whether nothing but a shock comes before the first rest at exactly 0.
+
+        A cable that fails breaks off vibration, of many lobes.
+        """
+        rests = [run for run in (*runs.long, runs.open) if run and run.value == 0.0]
+        first = min((run.start for run in rests if run.length >= limit), default=0)
+        if not 0 < first <= LONGEST_SHOCK:
+            return False
+        before = self._recording.select([row]).samples(0, first)[0]
+        if not np.isfinite(before).all():
+            return False
+        signs = np.sign(before[np.abs(before) >= LOBE * np.abs(before).max()])
+        return int(np.count_nonzero(np.diff(signs))) < LOBES
 
     def _is_held(self, often: Mapping[int, int]) -> bool:
         """Return whether long runs are the rule: a slow channel whose values are held."""

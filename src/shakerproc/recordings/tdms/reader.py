@@ -238,7 +238,10 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
 
 
 def _axis(properties: Properties, *, dated: bool) -> TimeAxis:
-    """Return what a channel states of its times; a date of its start holds the offset."""
+    """Return what a channel states of its times; a date of its start holds the offset.
+
+    The interval of a waveform is in seconds where no unit of its axis says otherwise.
+    """
     quantity, unit = properties.get("wf_xname"), properties.get("wf_xunit_string")
     offset = properties.get("wf_start_offset")
     axis = TimeAxis(
@@ -251,8 +254,12 @@ def _axis(properties: Properties, *, dated: bool) -> TimeAxis:
         return replace(axis, problem=f"{SILENT} (no wf_increment)")
     step = properties["wf_increment"]
     if isinstance(step, int | float | np.number):
-        default = f"{axis.where}, 1 as LabVIEW writes it where none is given,"
-        return replace(axis, step=float(step), where=default if step == 1 else axis.where)
+        if step == 1:
+            default = f"{axis.where}, 1 as LabVIEW writes it where none is given,"
+            return replace(axis, step=1.0, where=default)
+        waveform = not axis.quantity or axis.quantity.casefold().startswith("time")
+        seconds = "s" if waveform else ""
+        return replace(axis, step=float(step), unit=axis.unit or seconds)
     return replace(axis, problem=f"wf_increment is {shown(step, 30)}, which is no interval")
 
 

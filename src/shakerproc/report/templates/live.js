@@ -82,7 +82,7 @@ const UP = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵"
 function tick(value, log) {
   if (value === null) return null;
   const power = Math.log10(Math.abs(value));
-  if (log && (power < -3 - 1e-6 || power > 3.5)) {
+  if (log && (power < -2 - 1e-6 || power > 3.5)) {
     const whole = Math.floor(power + 1e-6), first = value / 10 ** whole;
     const ten = "10" + Array.from(String(whole), (c) => UP[c]).join("");
     return Math.abs(first - 1) < 1e-6 ? ten : `${Number(first.toPrecision(3))}·${ten}`;
@@ -354,7 +354,7 @@ function draw(host, figure, hidden, width, height) {
   const drawn = new uPlot({
     width, height, series, bands, padding: [8, 18, 0, 0],
     scales: { x: scale(figure.x), y: scale(figure.y) },
-    axes: [axis(figure.x, 20), { ...axis(figure.y, 44), side: 3 }],
+    axes: [figure.x.label ? axis(figure.x, 20) : { ...axis(figure.x, 6), values: () => [] }, { ...axis(figure.y, 44), side: 3, ...(height < 120 ? { space: 14 } : {}) }],
     legend: { show: false },
     cursor: { points: { show: false }, drag: { x: true, y: true, uni: 25, dist: 4 },
       bind: { dblclick: (u) => () => { whole(u); return null; } } },

@@ -1,6 +1,6 @@
 """Further analyses of a run that the log asks for: one file a kind, one mapping."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final, final
@@ -27,10 +27,13 @@ class _Kind:
         Class in the module that is called as the kind.
     wanted : callable
         Whether a run may have one.
+    of_spectra : bool
+        Whether it is made of the spectra, from which tones of a sine on random are taken out.
     """
 
     name: str
     wanted: Callable[[RunResult], bool]
+    of_spectra: bool = False
 
 
 def _asked(kind: str) -> Callable[[RunResult], bool]:
@@ -43,11 +46,13 @@ def _over_a_force(result: RunResult) -> bool:
 
 
 ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
-    "profile": _Kind("ProfileJudgement", lambda result: result.test.profile is not None),
-    "tones": _Kind("ToneAnalysis", lambda result: result.tones is not None),
-    "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None),
-    "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force),
-    "resonances": _Kind("ResonanceAnalysis", _over_a_force),
+    "profile": _Kind(
+        "ProfileJudgement", lambda result: result.test.profile is not None, of_spectra=True
+    ),
+    "tones": _Kind("ToneAnalysis", lambda result: result.tones is not None, of_spectra=True),
+    "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None, of_spectra=True),
+    "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force, of_spectra=True),
+    "resonances": _Kind("ResonanceAnalysis", _over_a_force, of_spectra=True),
     "driving_point": _Kind("DrivingPointAnalysis", _over_a_force),
     "decays": _Kind("DecayAnalysis", lambda result: result.test.excitation in RINGS),
     "multisine": _Kind(
@@ -90,7 +95,19 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
             notes.append(f"Left out: {error}")
         else:
             found += [] if analysis is None else [analysis]
+    if result.tones is not None:
+        notes.append(_with_tones(found))
     return replace(result, analyses=tuple(found), notes=tuple(notes))
+
+
+def _with_tones(found: Sequence[Analysis]) -> str:
+    """Return what the tones of a sine on random are a part of."""
+    whole = [one.title for one in found if not ANALYSES[one.kind].of_spectra]
+    names = ", ".join(["Rms", "largest value", "crest factor", "kurtosis", *whole])
+    return (
+        f"{names} and what is drawn over time are of the whole signal, tones and all; rms in "
+        "band is without them."
+    )
 
 
 def _analysis(kind: str) -> AbstractAnalysis:

@@ -75,22 +75,12 @@ def audible(
 def driven(
     frequency: FloatArray, density: FloatArray, band: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Return which frequencies of the excited band have an input to divide by.
+    """Return where `audible` holds within the excited band, (n_frequencies,) array of bool.
 
     Parameters
     ----------
-    frequency : (n_frequencies,) array
-        Equally spaced frequencies [Hz].
-    density : (n_frequencies,) array
-        Of the input, such as that of the mean control [unit²/Hz].
-    band : (float, float)
-        Lower and upper limit of the excitation [Hz].
-
-    Returns
-    -------
-    (n_frequencies,) array of bool
-        True where the density exceeds `AUDIBLE` of its largest value in the band; nowhere
-        where there is none.
+    frequency, density, band
+        As of `audible` [Hz], [unit²/Hz], [Hz].
     """
     return np.array(excited(frequency, band) & audible(frequency, density, band))
 

@@ -1,0 +1,48 @@
+"""The verdict where nothing is named, and what is said of that."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from shakerproc.diagnosis import wording
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.result import Errors, Estimate, Finding
+from shakerproc.diagnosis.selection.choice import bare, leaves_more
+from shakerproc.diagnosis.selection.proposing import Unexercised
+from shakerproc.diagnosis.selection.scores import Score
+
+
+def nothing_named(
+    found: Found, chosen: Score, errors: Errors, unclosed: Unexercised | None,
+    far: Mapping[str, tuple[float, Estimate]],
+) -> tuple[str, str]:  # fmt: skip
+    """Return the verdict where nothing was found: a clearance may never have been closed."""
+    which = "the fitted model" if chosen is found.linear else "the model as it is in its file"
+    unnamed = wording.unnamed_sentence(errors, which, _least(found))
+    known = np.isfinite(errors.noise_floor)
+    if known and leaves_more(found, chosen):
+        return "cannot tell", unnamed
+    if far:
+        return "cannot tell", wording.far_sentence(far)
+    if unclosed is not None:
+        sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
+        return "cannot tell", sentence
+    if not known:
+        return "cannot tell", unnamed
+    complete = found.is_explained_by(chosen)
+    return "nothing missing", wording.nothing_sentence(errors, which, complete=complete)
+
+
+def outside_sentence(found: Found, effects: Sequence[Finding], errors: Errors) -> str:
+    """Return the verdict that no effect will do, and which one to add meanwhile."""
+    free = found.free or found.best
+    return wording.outside_sentence(
+        found.left_by(free), _least(found)[1], found.floor, effects, errors
+    )
+
+
+def _least(found: Found) -> tuple[str, float]:
+    """Return the name of what leaves least of all that was tried, and what it leaves [-]."""
+    best = min((bare(found), found.linear, *found.effects), key=found.left_by)
+    kinds = " and ".join(kind.replace("_", " ") for kind in best.fit.hypothesis.kinds)
+    return kinds or "the fitted model", found.left_by(best)
