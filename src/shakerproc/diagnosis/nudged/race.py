@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -12,6 +13,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import (
     FARTHEST_STEP,
     Linearisation,
@@ -24,30 +26,25 @@ from shakerproc.diagnosis.hypotheses.hypothesis import (
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.nudged.pieces import pieces
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, best_of, gain, scored
+from shakerproc.diagnosis.selection.scores import Score, as_fitted, best_of, gain, scored
 from shakerproc.errors import ModelError
 from shakerproc.models.identification import Contained, Values
 
-LADDER: Final = (
-    (1.0, 0.05),
-    (0.3, 0.05),
-    (0.1, 0.1),
-    (0.03, 0.2),
-    (0.01, 0.4),
-    (0.003, 1.0),
-    (0.0, 1.0),
-)
+LADDER: Final = ((1.0, 0.03), (0.3, 0.05), (0.1, 0.08), (0.03, 0.1), (0.01, 0.15), (0.0, 1.0))
 """Nudging rates over the angular frequency of the joint's motion, each a third of the last, and
 the share of the tests that is fitted to at each [-]. At last runs are free."""
 
 SCORED: Final = 4.0
 """Share of what is held out that is scored over the share of the rest that is fitted to [-]."""
 
-LOOKED_AT: Final = 6
+LOOKED_AT: Final = 4
 """Pieces in which starts are compared [-]."""
 
 FEW: Final = 2
 """Starts of a law that are fitted, of those that leave least [-]."""
+
+FIRST: Final = 2
+"""Steps of the first fit of each law: what it is worth shows by then [-]."""
 
 ROUNDS: Final = 3
 """Steps of a fit at each rate: the next one goes on [-]."""
@@ -56,7 +53,7 @@ BEHIND: Final = 6.0
 """Standard errors by which a law may be behind the best and still goes on: once in 10^9 by
 chance [-]."""
 
-KEPT: Final = 3
+KEPT: Final = 2
 """Laws that go on however far behind [-]."""
 
 Key = tuple[str, Joint, tuple[str, ...]]
@@ -64,32 +61,44 @@ Key = tuple[str, Joint, tuple[str, ...]]
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Rung:
     """What a race was at one rate.
 
     Attributes
     ----------
+    data : DataSet
+        The tests.
     rate : float
         Nudging rate; 0 where the runs are free [1/s].
     form : Form
         What was fitted to and what was held out.
-    scores : mapping of hypothesis to Score
-        What is left of each.
-    error, floor : float
-        Of the best in what was held out [-].
+    base : Score
+        What is left of the model without an effect.
+    scores : tuple of Score
+        The same of each law, the best first.
     """
 
+    data: DataSet
     rate: float
     form: Form
     base: Score
     scores: tuple[Score, ...]
-    error: float
-    floor: float
 
     @property
     def best(self) -> Score:
+        """The law, or the model without one, that leaves least."""
         return best_of((self.base, *self.scores))
+
+    @cached_property
+    def error(self) -> float:
+        """Error of the best in what was held out [-]."""
+        return error_of(self.data, self.best.fit, self.form.held_out)
+
+    @cached_property
+    def floor(self) -> float:
+        """What noise alone makes of it [-]."""
+        return pooled_floor(floors_of(self.data, self.best.fit, self.form.held_out))
 
 
 def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
@@ -102,8 +111,9 @@ def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
         say(f"held at {rate:.3g} per s" if rate else "free runs")
         form = _form(data, rate, part)
         if rungs:
-            base = _again(rungs[-1].base.fit, form)
-            live = [_again(score.fit, form) for score in _survivors(rungs[-1])]
+            rounds = ROUNDS if rate else 0
+            base = _again(rungs[-1].base.fit, form, rounds)
+            live = [_again(score.fit, form, rounds) for score in _survivors(rungs[-1])]
         else:
             base = fit(data, none, np.zeros(none.size), form.fitted, rounds=2 * ROUNDS)
             live = [] if base is None else _laws(campaign, base, form.fitted, say)
@@ -121,9 +131,9 @@ def _form(data: DataSet, rate: float, share: float) -> Form:
     return Form(1.0 / rate if rate else None, own, own, held_out)
 
 
-def _again(found: Fit, form: Form) -> Fit | None:
+def _again(found: Fit, form: Form, rounds: int) -> Fit | None:
     return fit(
-        found.data, found.hypothesis, found.x, form.fitted, rounds=ROUNDS,
+        found.data, found.hypothesis, found.x, form.fitted, rounds=rounds,
         channels=found.channels, step=found.steps,
     )  # fmt: skip
 
@@ -133,16 +143,13 @@ def _rung(
 ) -> Rung | None:
     live = [one for one in fits if one is not None]
     best = min((base, *live), key=lambda one: one.level)
-    known = form.knowing(data, best)
-    own = scored(data, base, known.held_out)
-    scores = [s for s in (scored(data, one, known.held_out) for one in live) if s is not None]
+    held_out = with_passed_noise(data, best, form.held_out)
+    own = scored(data, base, held_out)
+    scores = [s for s in (scored(data, one, held_out) for one in live) if s is not None]
     if own is None:
         return None
-    leader = best_of((own, *scores))
-    error = error_of(data, leader.fit, known.held_out)
-    floor = pooled_floor(floors_of(data, leader.fit, known.held_out))
     ordered = tuple(sorted(scores, key=lambda s: s.mean))
-    return Rung(rate, known, own, ordered, error, floor)
+    return Rung(data, rate, replace(form, held_out=held_out), own, ordered)
 
 
 def _survivors(rung: Rung) -> list[Score]:
@@ -178,7 +185,22 @@ def _laws(
         one = _best(known, starts, windows)
         if one is not None:
             found[key] = one
-    return list(found.values())
+    return [one for one in (_more(one) for one in _ahead(list(found.values()))) if one]
+
+
+def _ahead(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the fits that are not far behind the best in what they were fitted to."""
+    scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
+    scores.sort(key=lambda s: s.mean)
+    return [s.fit for i, s in enumerate(scores) if i < KEPT or gain(scores[0], s).t < BEHIND]
+
+
+def _more(one: Fit) -> Fit | None:
+    """Return a fit that goes on where it is."""
+    return fit(
+        one.data, one.hypothesis, one.x, one.windows, rounds=ROUNDS, channels=one.channels,
+        step=one.steps,
+    )  # fmt: skip
 
 
 def _begun(
@@ -216,7 +238,7 @@ def _best(
     order = sorted(range(len(starts)), key=lambda i: moved[i][0])[:FEW]
     fits = [
         fit(
-            base.fit.data, starts[i][0], moved[i][1], windows, rounds=ROUNDS,
+            base.fit.data, starts[i][0], moved[i][1], windows, rounds=FIRST,
             channels=base.fit.channels, step=FARTHEST_STEP,
         )
         for i in order

@@ -1,0 +1,58 @@
+"""The race over the nudging rate: hidden laws of a simulated truth, and none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
+
+from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.data import prepared
+from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.diagnosis.nudged.race import race
+from shakerproc.diagnosis.selection.scores import SURE, gain
+from shakerproc.models import EFFECTS
+
+HIDDEN = {
+    "gap": {"stiffness": 2e5, "clearance": 1e-4},
+    "cubic_stiffness": {"coefficient": 1e12},
+    "coulomb_friction": {"sliding_force": 1.5},
+    "jenkins": {"stiffness": 4e4, "slip_force": 3.0},
+}
+
+
+def raced(effect):
+    tests = prepared(arrays_of(one_mass(effect=effect), levels=(2.0, 6.0), seconds=3.0))
+    campaign = campaign_of(one_mass(), tests)
+    laws = {kind: campaign.known[JOINT][kind] for kind in HIDDEN}
+    return race(replace(campaign, known={JOINT: laws}), lambda _text: None)
+
+
+@pytest.mark.parametrize("kind", HIDDEN)
+def test_a_hidden_law_leads_and_has_its_numbers(kind):
+    rungs = raced(EFFECTS[kind](**HIDDEN[kind]))
+    best = rungs[-1].best.fit
+    assert rungs[-1].rate == 0.0
+    assert best.hypothesis.kinds == (kind,)
+    (one,) = best.hypothesis.added
+    found = one.parameters(best.hypothesis.parts(best.x)[1])
+    assert found == pytest.approx(HIDDEN[kind], rel=0.03)
+    # noise of 0.5 % on drive and response; free runs of a gap and a cubic spring part
+    assert min(rung.error for rung in rungs) < 0.03
+
+
+def test_where_nothing_is_missing_no_law_surely_gains():
+    last = raced(None)[-1]
+    assert all(gain(score, last.base).t < SURE for score in last.scores)
+
+
+def test_pieces_are_chosen_where_a_sweep_meets_the_resonance():
+    data = campaign_of(one_mass(), prepared(arrays_of(one_mass(), seconds=8.0))).data
+    test = data.tests[0]
+    loud = np.zeros(test.n_samples)
+    loud[9000:11000] = np.sin(0.3 * np.arange(2000))
+    swept = replace(test, responses=1e-3 * test.responses + loud)
+    own = replace(data, tests=(swept, *data.tests[1:]))
+    chosen = pieces(own, 300.0, 0.1, held_out=False)
+    ends = chosen.table[chosen.table[:, 0] == 0]
+    assert np.all((ends[:, 1] + ends[:, 2] > 9000) & (ends[:, 1] < 11000))
