@@ -226,11 +226,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
 
 
 def worse_whole(fitted: Fitted) -> list[str]:
-    """Return the note that whole tests are predicted worse with an effect, though parts better.
-
-    As a drive without a spring drifts, whose end says little of friction. A free decay has no
-    run from rest.
-    """
+    """Return the note that whole tests from rest are predicted worse, though parts better."""
     data, horizon = fitted.data.plain, fitted.form.horizon
     if horizon is None or data.model.excitation.role is None:
         return []
