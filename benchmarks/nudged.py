@@ -1,8 +1,9 @@
 """The race of laws over the nudging rate, on hidden campaigns and on folders.
 
-python -m benchmarks.nudged gap*520000 FOLDER ...
+python -m benchmarks.nudged gap*520000 friction_damper FOLDER ...
 
-A campaign of `blind` is named by class and seed; a folder holds model.yaml and testlog.yaml.
+A campaign of `blind` is named by class and seed, a real set as `benchmarks.real` names it; a
+folder holds model.yaml and testlog.yaml.
 Printed are, for each rate over the angular frequency of the joint's motion, the held-out error
 of the best law and its noise floor, that of the model without an effect, and the best laws with
 their error and how many standard errors they are behind.
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from blind.campaigns import draw
+from configs.benchmarks import convert
 
 from blind import folder
 from shakerproc.diagnosis.campaign import campaign_of
@@ -73,15 +75,16 @@ def main(words: list[str]) -> None:
     """Print the race of each campaign or folder."""
     for word in words:
         kind, _, seed = word.partition("*")
-        if not seed:
-            print(word)
-            run(Path(word))
-            continue
         with tempfile.TemporaryDirectory() as temporary:
-            campaign = draw(int(seed), kind)
-            folder.write(campaign, Path(temporary))
-            print(word, campaign.truth["effects"], f"floor {campaign.noise_floor:.4g}")
-            run(Path(temporary))
+            place = Path(temporary)
+            if seed:
+                campaign = draw(int(seed), kind)
+                folder.write(campaign, place)
+                print(word, campaign.truth["effects"], f"floor {campaign.noise_floor:.4g}")
+            else:
+                place = convert.folder_of(word, place) if word in convert.SETS else Path(word)
+                print(word)
+            run(place)
 
 
 if __name__ == "__main__":

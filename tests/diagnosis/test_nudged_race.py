@@ -28,7 +28,17 @@ def raced(effect):
     return race(replace(campaign, known={JOINT: laws}), lambda _text: None)
 
 
-@pytest.mark.parametrize("kind", HIDDEN)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "gap",
+        *(
+            pytest.param(k, marks=[pytest.mark.slow, pytest.mark.long])
+            for k in HIDDEN
+            if k != "gap"
+        ),
+    ],
+)
 def test_a_hidden_law_leads_and_has_its_numbers(kind):
     rungs = raced(EFFECTS[kind](**HIDDEN[kind]))
     best = rungs[-1].best.fit

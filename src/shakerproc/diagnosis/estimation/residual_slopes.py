@@ -1,16 +1,13 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
-import os
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
-from itertools import islice
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.at_once import at_once
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
@@ -41,9 +38,6 @@ DELAY_SPREAD: Final = 20e-6
 
 EXCESS: Final = 1.5
 """Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
-
-THREADS: Final = os.cpu_count() or 1
-"""Predictions that are made at once [-]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
@@ -234,15 +228,11 @@ class Linearisation:
         sizes = np.full(at.x.size, STEP) if steps is None else steps
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
-        for step, there in zip(changes, self._evened_at(points), strict=True):
+        for step, there in zip(changes, at_once(self._evened_at, points), strict=True):
             yield self.differences(at.gain / step, here, there)
 
-    def _evened_at(self, points: Iterable[Point]) -> Iterator[Predicted | None]:
-        """Yield what the model says at points, some at once: kernels leave Python to others."""
-        waiting = iter(points)
-        with ThreadPoolExecutor(THREADS) as pool:
-            while some := list(islice(waiting, THREADS)):
-                yield from pool.map(partial(self.predict, evened=True), some)
+    def _evened_at(self, at: Point) -> Predicted | None:
+        return self.predict(at, evened=True)
 
     def by_tests(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by the numbers of each test."""
@@ -264,7 +254,7 @@ class Linearisation:
             return
         steps = np.diag(STEP * self.sizes_of_starts(at))
         points = (replace(at, starts=at.starts + step) for step in steps)
-        for there in self._evened_at(points):
+        for there in at_once(self._evened_at, points):
             yield self.differences(at.gain / STEP, here, there)
 
     def differences(

@@ -16,18 +16,18 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import (
     FARTHEST_STEP,
-    Linearisation,
 )
 from shakerproc.diagnosis.hypotheses.hypothesis import (
     Hypothesis,
     addition,
     hypothesis_of,
 )
-from shakerproc.diagnosis.hypotheses.joints import Joint
+from shakerproc.diagnosis.hypotheses.joints import Joint, has_limit
+from shakerproc.diagnosis.hypotheses.joints import Known as Laws
+from shakerproc.diagnosis.nudged.known import Known
 from shakerproc.diagnosis.nudged.pieces import pieces
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score, as_fitted, best_of, gain, scored
-from shakerproc.errors import ModelError
 from shakerproc.models.identification import Contained, Values
 
 LADDER: Final = ((1.0, 0.03), (0.3, 0.05), (0.1, 0.08), (0.03, 0.1), (0.01, 0.15), (0.0, 1.0))
@@ -106,6 +106,7 @@ def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
     data = campaign.data
     none = hypothesis_of(data.model)
     rungs: list[Rung] = []
+    live: list[Fit | None]
     for share, part in LADDER:
         rate = share * 2.0 * np.pi * data.frequency
         say(f"held at {rate:.3g} per s" if rate else "free runs")
@@ -116,7 +117,7 @@ def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
             live = [_again(score.fit, form, rounds) for score in _survivors(rungs[-1])]
         else:
             base = fit(data, none, np.zeros(none.size), form.fitted, rounds=2 * ROUNDS)
-            live = [] if base is None else _laws(campaign, base, form.fitted, say)
+            live = [] if base is None else [*_laws(campaign, base, form.fitted, say)]
         rung = None if base is None else _rung(data, rate, form, base, live)
         if rung is None:
             break
@@ -182,17 +183,33 @@ def _laws(
         starts = groups[key]
         for contained in campaign.known[joint][kind].contains:
             starts += _from_simpler(campaign, key, contained, found)
-        one = _best(known, starts, windows)
-        if one is not None:
-            found[key] = one
-    return [one for one in (_more(one) for one in _ahead(list(found.values()))) if one]
+        best = _best(known, starts, windows)
+        if best is not None:
+            found[key] = best
+    ahead = _ahead(list(found.values()), campaign.known)
+    return [more for more in map(_more, ahead) if more is not None]
 
 
-def _ahead(fits: Sequence[Fit]) -> list[Fit]:
-    """Return the fits that are not far behind the best in what they were fitted to."""
+def _ahead(fits: Sequence[Fit], laws: Laws) -> list[Fit]:
+    """Return the fits that are not far behind the best, and laws that are limits of those.
+
+    A richer law begins where the simpler one ended, and is some steps ahead of it.
+    """
     scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
     scores.sort(key=lambda s: s.mean)
-    return [s.fit for i, s in enumerate(scores) if i < KEPT or gain(scores[0], s).t < BEHIND]
+    ahead = [s.fit for i, s in enumerate(scores) if i < KEPT or gain(scores[0], s).t < BEHIND]
+    leading = [_name(one) for one in ahead]
+    limits = (
+        s.fit
+        for s in scores[len(ahead) :]
+        if any(has_limit(laws, name, _name(s.fit)) for name in leading)
+    )
+    return [*ahead, *limits]
+
+
+def _name(one: Fit) -> tuple[str, Joint]:
+    added = one.hypothesis.added[-1]
+    return added.kind, added.between
 
 
 def _more(one: Fit) -> Fit | None:
@@ -231,7 +248,7 @@ def _from_simpler(
 
 
 def _best(
-    base: "Known", starts: Sequence[tuple[Hypothesis, FloatArray]], windows: Windows
+    base: Known, starts: Sequence[tuple[Hypothesis, FloatArray]], windows: Windows
 ) -> Fit | None:
     """Return the best of fits from the starts that leave least."""
     moved = [base.moved(*start) for start in starts]
@@ -246,40 +263,3 @@ def _best(
     ]  # fmt: skip
     good = [one for one in fits if one is not None]
     return min(good, key=lambda one: one.level) if good else None
-
-
-@final
-class Known:
-    """The model without an effect, and how its residual follows its own numbers.
-
-    What an effect leaves depends on numbers that stood in for it: so starts of an effect are
-    compared with the model's own numbers moved, which held runs follow along straight lines.
-    """
-
-    def __init__(self, base: Fit, windows: Windows) -> None:
-        self.fit, self._windows = base, windows
-        own = Linearisation(base.data, base.hypothesis, windows)
-        at = own.point(base.x, base.channels)
-        state = own.residual(at)
-        slopes = [] if state is None else own.linearise(at, state).slopes
-        table = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
-        self._slopes = table[:, : base.x.size]
-        prior = np.diag(own.spread[: base.x.size] ** -2.0)
-        self._solved = np.linalg.solve(self._slopes.T @ self._slopes + prior, self._slopes.T)
-
-    def moved(self, hypothesis: Hypothesis, x: FloatArray) -> tuple[float, FloatArray]:
-        """Return the level of a start, the model's own numbers moved, and where it is then."""
-        own = Linearisation(self.fit.data, hypothesis, self._windows)
-        try:
-            state = own.residual(own.point(x, self.fit.channels))
-        except ModelError:
-            return np.inf, x
-        if state is None or state[1].failed.any():
-            return np.inf, x
-        rows = np.concatenate([r.ravel() for r in state[0]])
-        change = np.clip(-self._solved @ rows, -1.0, 1.0)
-        left = rows + self._slopes @ change
-        there = x.copy()
-        there[: change.size] += change
-        blocks = np.array_split(left**2, max(1, round(left.size / own.block)))
-        return float(np.mean([np.log1p(np.mean(b)) for b in blocks])), there

@@ -1,0 +1,21 @@
+"""Predictions made at once: compiled kernels leave Python to other threads."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from typing import Final, TypeVar
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
+
+THREADS: Final = os.cpu_count() or 1
+"""How many are made at once [-]."""
+
+
+def at_once(make: Callable[[Given], Made], given: Iterable[Given]) -> Iterator[Made]:
+    """Yield what is made of each, in order; of no more than `THREADS` at once, and kept."""
+    waiting = iter(given)
+    with ThreadPoolExecutor(THREADS) as pool:
+        while some := list(islice(waiting, THREADS)):
+            yield from pool.map(make, some)
