@@ -1,6 +1,6 @@
 """Residuals of a hypothesis over the noise, what they cost, and their slopes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final, final
 
@@ -228,11 +228,12 @@ class Linearisation:
         sizes = np.full(at.x.size, STEP) if steps is None else steps
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
-        for step, there in zip(changes, at_once(self._evened_at, points), strict=True):
+        for step, there in zip(changes, self._at_once(points), strict=True):
             yield self.differences(at.gain / step, here, there)
 
-    def _evened_at(self, at: Point) -> Predicted | None:
-        return self.predict(at, evened=True)
+    def _at_once(self, points: Iterable[Point]) -> Iterator[Predicted | None]:
+        n_samples = int(self.windows.table[:, 2].sum())
+        return at_once(lambda at: self.predict(at, evened=True), points, n_samples)
 
     def by_tests(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by the numbers of each test."""
@@ -254,7 +255,7 @@ class Linearisation:
             return
         steps = np.diag(STEP * self.sizes_of_starts(at))
         points = (replace(at, starts=at.starts + step) for step in steps)
-        for there in at_once(self._evened_at, points):
+        for there in self._at_once(points):
             yield self.differences(at.gain / STEP, here, there)
 
     def differences(
