@@ -90,7 +90,7 @@ def _check(
             raise document.error(
                 (*where, f"{trends[0]} with"),
                 f"{place}: {trends[0]} with: expected one of "
-                f"{', '.join(names) or 'no variation: the study varies nothing'}, "
+                f"{', '.join(map(repr, names)) or 'no variation: the study varies nothing'}, "
                 f"got {along!r}",
             )
         return Check(quantity, trends[0], within=within, relative=relative, along=along)
