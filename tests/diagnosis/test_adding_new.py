@@ -188,7 +188,7 @@ def chain(*more):
 def shaken(truth, level, number):
     """Return a test of a chain at an rms level [m/s^2]."""
     rng = np.random.default_rng(number)
-    frequency = np.fft.rfftfreq(5000, 1.0 / RATE)
+    frequency = np.fft.rfftfreq(3000, 1.0 / RATE)
     inside = (frequency > 10.0) & (frequency < 300.0)
     drive = np.fft.irfft(inside * (rng.standard_normal((2, frequency.size)).T @ (1.0, 1j)))
     drive = np.concatenate([np.zeros(QUIET), level * drive / drive.std()])
