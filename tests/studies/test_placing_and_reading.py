@@ -98,7 +98,11 @@ def test_a_study_is_every_combination(write):
             "peak_frequency_hz",
         ),
         (("falls with: a", "checks: [{equals: 3 Hz, within: -2 %}]"), 9, "at least 0"),
-        (("falls with: a", "checks: [{changes with: b}]"), 9, "expected one of 'a', 'k', got 'b'"),
+        (
+            ("falls with: a", "checks: [{changes with: b}]"),
+            9,
+            "expected one of 'a', 'k', got 'b'",
+        ),
         (("falls with: a", "quantity: growth"), 9, "belongs to falls with or rises with"),
     ],
 )
