@@ -36,8 +36,13 @@ def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
     return Held(windows.rate, _measured(data, seen), _sees(seen, n), windows.lead)
 
 
+def _rows(seen: Seen, n: int) -> list[int]:
+    """Return which of n displacements, then n velocities, are measured."""
+    return [n + mass for mass, _ in seen] + [mass for mass, placed in seen if placed]
+
+
 def _sees(seen: Seen, n: int) -> FloatArray:
-    rows = [n + mass for mass, _ in seen] + [mass for mass, placed in seen if placed]
+    rows = _rows(seen, n)
     sees = np.zeros((len(rows), 2 * n))
     sees[np.arange(len(rows)), rows] = 1.0
     return sees
@@ -48,8 +53,7 @@ _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionar
 
 def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     if data not in _MEASURED:
-        n = len(data.model.masses)
-        rows = [n + mass for mass, _ in seen] + [mass for mass, placed in seen if placed]
+        rows = _rows(seen, len(data.model.masses))
         _MEASURED[data] = tuple(motion[rows] for motion in data.motions)
     return _MEASURED[data]
 
