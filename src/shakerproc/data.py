@@ -65,18 +65,22 @@ class Calibration:
         Such as ``100.2 mV/g``.
     calibrated, valid_until : str
         Days, as 2026-03-31; empty where the sheet says none.
+    uncertainty : float, optional
+        Expanded uncertainty (k = 2) of the sensitivity, as a share of it [-].
     """
 
     serial: str
     sensitivity: str
     calibrated: str = ""
     valid_until: str = ""
+    uncertainty: float | None = None
 
     @property
     def told(self) -> str:
         """A sentence part for people."""
         days = told_days(self.calibrated, self.valid_until)
-        return f"sensor {self.serial}, {self.sensitivity}{days}"
+        share = "" if self.uncertainty is None else f" +- {100.0 * self.uncertainty:.3g} %"
+        return f"sensor {self.serial}, {self.sensitivity}{share}{days}"
 
 
 def told_days(calibrated: str, valid_until: str) -> str:
@@ -151,6 +155,8 @@ class Channel:
         Place or mass that the sensor sits on.
     own_rate : float, optional
         Samples per second that were taken of it, where the recording holds more [Hz].
+    uncertainty : float, optional
+        Expanded uncertainty (k = 2) of its calibration, where a sheet says it [-].
     """
 
     name: str
@@ -160,6 +166,7 @@ class Channel:
     role: Role | None = None
     at: str | None = None
     own_rate: float | None = None
+    uncertainty: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,18 +23,33 @@ FOUND = Diagnosis("effect found", "", (GAP,), (), ERRORS, (), Where(), (), confi
 
 @pytest.mark.parametrize(("per_side", "total"), [(5e-5, "0.100"), (1.25e-4, "0.250")])
 def test_a_clearance_stands_per_side_and_in_total_beside_that_of_the_log(per_side, total):
-    gap = replace(GAP, parameters={"clearance": Estimate(per_side, None, None, "m")})
+    gap = replace(GAP, parameters={"clearance": Estimate(per_side, 1e-5, 1e-3, "m")})
     told = headline(replace(FOUND, effects=(gap,)), [Test(id=1, clearance=1e-4), Test(id=2)])
-    side = float(re.search(r"\+-([\d.]+) mm", told)[1])
+    side = float(re.search(r"clearance ([\d.]+) mm", told)[1])
     assert side == pytest.approx(1e3 * per_side, rel=5e-3)
-    assert f"({total} mm in total; the log says 0.10 mm)" in told
+    assert f"(per side, {total} mm in total; the log says 0.10 mm)" in told
 
 
 def test_kind_joint_numbers_and_probability_are_in_one_line():
     told = headline(FOUND, [])
     assert told == (
-        "gap between base and coupon: clearance +-0.0500 mm (0.100 mm in total), "
+        "gap between base and coupon: clearance 0.0500 mm (per side, 0.100 mm in total), "
         "stiffness 5e+04 N/m; probability 0.97."
+    )
+
+
+def test_what_tests_and_calibration_leave_open_stands_beside_a_number_and_what_no_test_tells():
+    numbers = {
+        "clearance": Estimate(5e-5, 4.9e-5, 5.1e-5, "m", 0.003, 0.01),
+        "stiffness": Estimate(5e4, 4.9e4, 5.1e4, "N/m", 0.012, 2e-6),  # no length in its unit
+        "exponent": Estimate(2.0, None, None, "1"),
+        "force": Estimate(3.0, 2.0, None, "N"),
+    }
+    assert headline(replace(FOUND, effects=(replace(GAP, parameters=numbers),)), []) == (
+        "gap between base and coupon: clearance 0.0500 mm +- 0.3 % by these tests, +- 1 % by "
+        "calibration (per side, 0.100 mm in total), stiffness 5e+04 N/m +- 1.2 % by these "
+        "tests, exponent 2, which no test tells, force 3 N, without upper bound; probability "
+        "0.97."
     )
 
 
@@ -56,7 +71,7 @@ def test_why_there_is_no_probability_is_said_in_few_words(left, floor, words):
 
 def test_a_stop_has_one_side_and_a_fault_no_joint():
     side = Estimate("positive", None, None, "")
-    numbers = {"clearance": Estimate(3e-5, None, None, "m"), "side": side}
+    numbers = {"clearance": Estimate(3e-5, 2e-5, 4e-5, "m"), "side": side}
     stop = Finding("stop", ("base", "tip"), numbers)
     fault = Finding("sensor_polarity", ("ch3",), {})
     told = headline(replace(FOUND, effects=(stop, fault), confidence=None), [])

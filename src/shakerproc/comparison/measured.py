@@ -59,6 +59,10 @@ LEAST_OF_MANY: Final = 2**14
 MOST_MOTION: Final = 2**23
 """Samples of a test, times the number of masses: their motion takes half a gigabyte."""
 
+UNCALIBRATED: Final = 0.01
+"""Standard uncertainty of the gain of a channel of which no calibration sheet says it: the
+tolerance of data sheets [-]."""
+
 _DEFAULT_LOW_HZ: Final = 5.0
 
 HIGHEST: Final = 0.45
@@ -112,6 +116,9 @@ class Measured:
         Where the log and the model disagree on the place of a channel, a sentence each.
     sha256 : str
         Of the bytes of the recording that these are from.
+    gain_spread : (n_controls + n_sensors,) tuple of float
+        Standard uncertainty of the gain of each channel, as `UNCALIBRATED` where no sheet says
+        it; of a free decay, the control that is none has none [-].
     """
 
     test: Test
@@ -133,6 +140,7 @@ class Measured:
     unused: tuple[UnusedChannel, ...] = ()
     places: tuple[str, ...] = ()
     sha256: str = ""
+    gain_spread: tuple[float, ...] = ()
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -325,7 +333,17 @@ def measure(
             unused=unused_channels(recording, {*inputs, *rows}),
             places=misplaced(recording, model, inputs, rows),
             sha256=recording.sha256(),
+            gain_spread=(
+                *([_gain_spread(recording, row) for row in inputs] or [0.0]),
+                *(_gain_spread(recording, row) for row in rows),
+            ),
         )
+
+
+def _gain_spread(recording: Recording, row: int) -> float:
+    """Return the standard uncertainty of the gain of a channel [-]."""
+    expanded = recording.channels[row].uncertainty
+    return UNCALIBRATED if expanded is None else 0.5 * expanded
 
 
 def _measured(

@@ -296,4 +296,9 @@ def shortened(estimate: Estimate) -> float | str:
     value = estimate.value
     if isinstance(value, str):
         return value
-    return within(float(value), estimate.unit, estimate.low, estimate.high)
+    if estimate.by_tests is None:
+        return within(float(value), estimate.unit, estimate.low, estimate.high)
+    reach = estimate.by_tests * abs(
+        value
+    )  # numbers that were fitted together share calibration
+    return within(float(value), estimate.unit, value - reach, value + reach)

@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.diagnosis.wording import shown
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")
@@ -44,7 +45,7 @@ def _finding(found: Finding, logged: Sequence[float]) -> str:
     numbers = [
         _clearance(found, logged)
         if name == "clearance"
-        else f"{name.replace('_', ' ')} {_text(estimate)}"
+        else f"{name.replace('_', ' ')} {_told(estimate)}"
         for name, estimate in found.parameters.items()
     ]
     numbers.sort(key=lambda text: not text.startswith("clearance"))
@@ -62,15 +63,16 @@ def _clearance(found: Finding, logged: Sequence[float]) -> str:
     if logged:
         beside = f"the log says {' and '.join(f'{1e3 * v:.2f}' for v in logged)} mm"
     if found.kind not in BOTH_SIDES:
-        return f"clearance {_text(estimate)}" + (f" ({beside})" if beside else "")
-    total = f"{2e3 * estimate.value:#.3g} mm in total"
-    return f"clearance +-{_text(estimate)} ({'; '.join(filter(None, (total, beside)))})"
+        return f"clearance {_told(estimate)}" + (f" ({beside})" if beside else "")
+    total = f"per side, {2e3 * estimate.value:#.3g} mm in total"
+    return f"clearance {_told(estimate)} ({'; '.join(filter(None, (total, beside)))})"
 
 
-def _text(estimate: Estimate) -> str:
-    value = estimate.value
-    if not isinstance(value, float):
-        return str(value)
-    if estimate.unit == "m":
-        return f"{1e3 * value:#.3g} mm"
-    return f"{value:.4g} {estimate.unit}".removesuffix(" -").strip()
+def _told(estimate: Estimate) -> str:
+    """Return a number, and on which side no test tells it."""
+    open_ends = estimate.low is None, estimate.high is None
+    if not isinstance(estimate.value, float) or not any(open_ends):
+        return shown(estimate)
+    if all(open_ends):
+        return f"{shown(estimate)}, which no test tells"
+    return f"{shown(estimate)}, without {'lower' if open_ends[0] else 'upper'} bound"

@@ -19,19 +19,62 @@ Verdict: TypeAlias = Literal[
 class Estimate:
     """A parameter with its 95 % interval, in an SI unit; a word has no interval.
 
-    A bound that the motion did not exercise is None: not below, or not above, the other.
+    A bound that the motion did not exercise is None: not below, or not above, the other. So are
+    both of a number that no test tells.
+
+    Attributes
+    ----------
+    value : float or str
+        The number, or a word.
+    low, high : float or None
+        Bounds of 95 %, in which both parts are.
+    unit : str
+        SI unit.
+    by_tests, by_calibration : float, optional
+        Half widths of 95 %, as shares of the value: what these tests leave open, and what the
+        calibration of the channels does, which no more tests of the same channels tell [-].
     """
 
     value: float | str
     low: float | None
     high: float | None
     unit: str
+    by_tests: float | None = None
+    by_calibration: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         if isinstance(self.value, str):
             return {"value": self.value, "unit": self.unit}
-        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+        parts = {"by_tests": self.by_tests, "by_calibration": self.by_calibration}
+        bounds = {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+        return bounds if self.by_tests is None else {**bounds, **parts}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A combination that the tests tell of two numbers of which they tell neither.
+
+    Attributes
+    ----------
+    numbers : (str, str)
+        Their names.
+    combination : str
+        ``sum``, ``difference`` (first less second), ``ratio`` (first over second) or
+        ``product``.
+    estimate : Estimate
+        Its value.
+    """
+
+    numbers: tuple[str, str]
+    combination: str
+    estimate: Estimate
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the part of the document."""
+        of = {"numbers": list(self.numbers), "combination": self.combination}
+        return {**of, **self.estimate.as_json()}
 
 
 @final
@@ -228,6 +271,8 @@ class Diagnosis:
         The missing force, where the verdict is "outside library".
     linear : mapping of str to Estimate
         The model's own numbers, such as the stiffness of its joints, fitted with the effects.
+    known_together : tuple of Known
+        What the tests tell of numbers that they do not tell one by one.
     modes : tuple of FurtherMode
         Linear modes that the model has not, fitted before any effect, or beside the best.
     further : tuple of str
@@ -253,6 +298,7 @@ class Diagnosis:
     locked: tuple[Locked, ...] = ()
     outside: Outside | None = None
     linear: Mapping[str, Estimate] = field(default_factory=dict)
+    known_together: tuple[Known, ...] = ()
     modes: tuple[FurtherMode, ...] = ()
     further: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -277,6 +323,7 @@ class Diagnosis:
             "outside": self.outside.as_json() if self.outside else None,
             "scores": dict(self.scores),
             "linear": {name: p.as_json() for name, p in self.linear.items()},
+            "known_together": [one.as_json() for one in self.known_together],
             "modes": [mode.as_json() for mode in self.modes],
             "further": list(self.further),
             "notes": list(self.notes),

@@ -378,4 +378,5 @@ def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Chann
         source_unit=scale.said,
         role=use.role if use else None,
         at=use.at if use else None,
+        uncertainty=use.calibration.uncertainty if use and use.calibration else None,
     )

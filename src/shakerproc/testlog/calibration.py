@@ -1,5 +1,6 @@
 """The laboratory's calibration sheet: sensitivity and dates of each sensor, CSV or XLSX."""
 
+import math
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -32,10 +33,16 @@ _COLUMNS: Final[Mapping[str, re.Pattern[str]]] = {
     "valid_until": re.compile(
         r"valid (until|to)|(calibration )?due( date)?|next calibration|expir(es|y).*", re.I
     ),
+    "uncertainty": re.compile(r"(expanded )?uncertainty( of (the )?sensitivity)?", re.I),
 }
 """How the columns are called."""
 
 _WANTED: Final = "serial number, sensitivity [mV/g], calibrated, valid until"
+
+UNCERTAINTIES: Final = (0.1, 20.0)
+"""Expanded uncertainties between which a cell is one: a third of that of a laser interferometer
+(ISO 16063-11), and twice that of a check in the field (ISO 16063-44) [%]."""
+
 _DATES: Final = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d")
 
 
@@ -126,7 +133,8 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> dict[str, tuple[in
     for i, cell in enumerate(header):
         name, _, unit = cell.replace("(", "[").partition("[")
         for key, pattern in _COLUMNS.items():
-            if pattern.fullmatch(name.strip()):
+            is_share = key != "uncertainty" or "%" in unit
+            if is_share and pattern.fullmatch(name.strip()):
                 found.setdefault(key, (i, unit.strip(" ])")))
     if not {"serial", "sensitivity"} <= found.keys():
         got = ", ".join(cell for cell in header if cell)
@@ -142,8 +150,8 @@ def _calibration(
     Raises
     ------
     LogError
-        If it has no serial number, no sensitivity in volts, a date that is none, or one that
-        ends before it begins.
+        If it has no serial number, no sensitivity in volts, a date that is none, one that
+        ends before it begins, or an uncertainty that is no per cent.
     """
     cell = {key: cells[at] if at < len(cells) else "" for key, (at, _) in columns.items()}
     unit = cell.get("unit") or columns["sensitivity"][1]
@@ -161,7 +169,31 @@ def _calibration(
             f"{place}: sensor {quoted(cell['serial'])}: expected valid until after calibrated, "
             f"got {dates[1]} and {dates[0]}"
         )
-    return Calibration(cell["serial"], sensitivity, *dates)
+    share = _uncertainty(place, cell.get("uncertainty", ""))
+    return Calibration(cell["serial"], sensitivity, dates[0], dates[1], share)
+
+
+def _uncertainty(place: str, text: str) -> float | None:
+    """Return an expanded uncertainty, given in per cent, as a share [-]; None without one.
+
+    Raises
+    ------
+    LogError
+        If it is no number of per cent.
+    """
+    if not text:
+        return None
+    least, most = UNCERTAINTIES
+    try:
+        value = float(text.removesuffix("%").strip().replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not least <= value <= most:
+        raise LogError(
+            f"{place}: expected an expanded uncertainty (k = 2) of {least:g} to {most:g} %, "
+            f"such as 1.5, got {quoted(text)}"
+        )
+    return value / 100.0
 
 
 def _date(place: str, text: str) -> str:

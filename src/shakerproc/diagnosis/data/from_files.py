@@ -75,4 +75,5 @@ def arrays(measured: Measured) -> TestArrays:
         test.level_unit or "",
         measured.excited,
         measured.error_band,
+        measured.gain_spread,
     )

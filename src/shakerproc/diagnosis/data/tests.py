@@ -8,7 +8,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.comparison.measured import REACH
+from shakerproc.comparison.measured import REACH, UNCALIBRATED
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
 from shakerproc.comparison.noise_sources import Channels
 from shakerproc.comparison.quiet import Quiet, quiet_of
@@ -51,6 +51,8 @@ class TestArrays:
         What is excited [Hz].
     error_band : (float, float), optional
         What the free-run error counts; what is excited where none is given [Hz].
+    gain_spread : (n_controls + n_sensors,) tuple of float
+        Standard uncertainty of the gain of each channel; `UNCALIBRATED` without any [-].
     """
 
     __test__: ClassVar[bool] = False  # not a test of pytest's
@@ -65,6 +67,17 @@ class TestArrays:
     level_unit: str = ""
     band: tuple[float, float] = (5.0, 1000.0)
     error_band: tuple[float, float] | None = None
+    gain_spread: tuple[float, ...] = ()
+
+    @property
+    def gain_spreads(self) -> tuple[float, FloatArray]:
+        """Standard uncertainty of the gain of the input, and of each response [-].
+
+        The input is the mean of the controls, which are calibrated one by one.
+        """
+        n = len(self.controls)
+        each = np.array(self.gain_spread or np.full(n + len(self.responses), UNCALIBRATED))
+        return float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]
 
 
 @final

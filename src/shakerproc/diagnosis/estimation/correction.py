@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.comparison.measured import UNCALIBRATED
 from shakerproc.comparison.prediction import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD, GAIN_SPREAD
+from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
 from shakerproc.simulation import Runs, free_runs
 from shakerproc.simulation.inputs import prepare_measured
@@ -21,7 +22,7 @@ from shakerproc.simulation.inputs import prepare_measured
 def applied_gain(linear: LinearModel) -> FloatArray:
     """Return the gain by which each response was divided, (n_sensors,) array [-]."""
     gains = linear.chain.gains
-    return np.where(np.abs(gains - 1.0) > UNUSUAL * GAIN_SPREAD, gains, 1.0)
+    return np.where(np.abs(gains - 1.0) > UNUSUAL * UNCALIBRATED, gains, 1.0)
 
 
 def applied_delay(linear: LinearModel) -> FloatArray:

@@ -127,6 +127,16 @@ class DataSet:
         draws = [replace(self, tests=own, near=self.inputs) for own in tests]
         return tuple(self._sharing(one, _WHATEVER_DRAWN) for one in draws)
 
+    @cached_property
+    def gain_spreads(self) -> tuple[float, FloatArray]:
+        """Standard uncertainty of the gain of the input and of those of the responses [-].
+
+        The largest of any test; one gain is fitted to all.
+        """
+        each = [test.arrays.gain_spreads for test in self.tests]
+        largest: FloatArray = np.max([responses for _, responses in each], axis=0)
+        return max(own for own, _ in each), largest
+
     @property
     def has_constants(self) -> bool:
         """Whether what drives each test has an unknown constant: where it is a force."""

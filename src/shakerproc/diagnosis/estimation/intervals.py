@@ -5,15 +5,13 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.comparison.measured import UNCALIBRATED
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.scatter import UNTOLD
+from shakerproc.diagnosis.estimation.uncertain import Number, known_together
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Addition
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
-from shakerproc.diagnosis.result import Estimate
-
-WIDTH: Final = 1.96
-"""Half width of a 95 % interval in standard errors [-]."""
+from shakerproc.diagnosis.result import Estimate, Known
 
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""
@@ -31,47 +29,53 @@ def numbers(fit: Fit, index: int) -> dict[str, Estimate]:
 
 
 def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
-    """Return the numbers of an added effect with their intervals."""
-    _own, *added = fit.hypothesis.parts(np.arange(fit.hypothesis.size, dtype=float))
-    rows = added[index].astype(int)
-    part = fit.widened_covariance[np.ix_(rows, rows)]
-    return _with_intervals(numbers(fit, index), fit.hypothesis.added[index], fit.x[rows], part)
+    """Return the numbers of an added effect with their intervals.
+
+    Of what is positive in logarithms; open where no test tells a number, and where it stands
+    at a bound.
+    """
+    one, (_own, *added) = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)
+    out = numbers(fit, index)
+    for name, number in _of_effect(fit, index).items():
+        value, unit = number.value, number.unit
+        out[name] = fit.uncertainty.of(number.slopes).interval(value, unit)
+        if not np.any(number.slopes):
+            out[name] = Estimate(value, value, value, unit)
+    return _unexercised(out, one, added[index], *one.bounds())
 
 
-def _with_intervals(
-    found: dict[str, Estimate], one: Addition, x: FloatArray, part: FloatArray
-) -> dict[str, Estimate]:
-    """Return numbers with intervals: spread through logarithms of what is positive."""
-    low, high = one.bounds()
-    out = dict(found)
-    for name, number in found.items():
-        if isinstance(number.value, str):
+def known_of(fit: Fit) -> tuple[Known, ...]:
+    """Return what the tests tell of numbers that they do not tell one by one."""
+    every = dict(_own_numbers(fit))
+    for i, one in enumerate(fit.hypothesis.added):
+        kind = one.kind.replace("_", " ")
+        for name, number in _of_effect(fit, i).items():
+            if number.value != 0.0 and np.any(number.slopes):
+                every[f"{name.replace('_', ' ')} of the {kind}"] = number
+    return known_together(fit.uncertainty, every)
+
+
+def _of_effect(fit: Fit, index: int) -> dict[str, Number]:
+    """Return the numbers of an added effect, and how they move with all coordinates."""
+    one, (_own, *added) = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)
+    _places, *places = fit.hypothesis.parts(np.arange(fit.x.size, dtype=float))
+    x, rows = added[index], places[index].astype(int)
+    moved = [_moved(one, x, k) for k in range(x.size)]
+    out = {}
+    for name, found in numbers(fit, index).items():
+        if isinstance(found.value, str):
             continue
-        value = float(number.value)
-        slopes = np.array([
-            (float(_moved(one, x, k)[name]) - value) / DIFFERENCE for k in range(x.size)
-        ])
-        spread = float(np.sqrt(max(slopes @ part @ slopes, 0.0)))
-        out[name] = _estimate(value, spread, number.unit)
-        if not np.any(slopes):
-            out[name] = Estimate(value, value, value, number.unit)
-    return _unexercised(out, one, x, low, high)
+        value, slopes = float(found.value), np.zeros(fit.x.size)
+        changes = np.array([float(there[name]) - value for there in moved])
+        slopes[rows] = changes / DIFFERENCE / (value or 1.0)
+        out[name] = Number(value, slopes, found.unit)
+    return out
 
 
 def _moved(one: Addition, x: FloatArray, k: int) -> Mapping[str, float | str]:
     there = x.copy()
     there[k] += DIFFERENCE
     return one.parameters(there)
-
-
-def _estimate(value: float, spread: float, unit: str) -> Estimate:
-    if value != 0.0 and spread < UNTOLD * abs(value):
-        share = spread / abs(value)
-        if value > 0.0:
-            factor = float(np.exp(WIDTH * share))
-            return Estimate(value, value / factor, value * factor, unit)
-        return Estimate(value, value - WIDTH * spread, value + WIDTH * spread, unit)
-    return Estimate(value, None, None, unit)
 
 
 def _unexercised(
@@ -106,18 +110,43 @@ def far_numbers(fit: Fit) -> dict[str, tuple[float, Estimate]]:
     }
 
 
+def numbers_off(fit: Fit) -> dict[str, tuple[float, Estimate]]:
+    """Return the own numbers whose interval leaves out that of the model file: this, and that.
+
+    Not those that are off by less than sensors are calibrated to.
+    """
+    size = len(fit.hypothesis.own)
+    values = [number.value(fit.hypothesis.model) * number.sign for number in fit.hypothesis.own]
+    rows = zip(linear_estimates(fit).items(), values, fit.x[:size], strict=True)
+    return {
+        name: (was, one)
+        for (name, one), was, change in rows
+        if abs(change) > UNCALIBRATED
+        and one.low is not None
+        and one.high is not None
+        and not one.low <= was <= one.high
+    }
+
+
 def linear_estimates(fit: Fit) -> dict[str, Estimate]:
     """Return the model's own numbers with their intervals, by kind and joint."""
-    spread = np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
-    names = element_names(fit.hypothesis.model.elements)
-    out = {}
-    for i, number in enumerate(fit.hypothesis.own):
-        value = number.value(fit.hypothesis.model) * number.sign * float(np.exp(fit.x[i]))
+    return {
+        name: fit.uncertainty.of(number.slopes).interval(number.value, number.unit)
+        for name, number in _own_numbers(fit).items()
+    }
+
+
+def _own_numbers(fit: Fit) -> dict[str, Number]:
+    """Return the model's own numbers, by kind and joint, and their own coordinates."""
+    hypothesis, out = fit.hypothesis, {}
+    names = element_names(hypothesis.model.elements)
+    for i, number in enumerate(hypothesis.own):
+        value = number.value(hypothesis.model) * number.sign * float(np.exp(fit.x[i]))
         if number.element is None:
             name, unit = mass_name(number.name), "kg"
         else:
-            element = fit.hypothesis.model.elements[number.element]
+            element = hypothesis.model.elements[number.element]
             unit = element.effect.parameters[number.name].unit
             name = names[number.element, number.name]
-        out[name] = _estimate(value, float(spread[i]) * abs(value), unit)
+        out[name] = Number(value, np.eye(fit.x.size)[i], unit)
     return out

@@ -21,6 +21,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.spread import Spread
+from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
 from shakerproc.errors import ModelError
@@ -133,13 +134,13 @@ class Fit:
         return self._spread.covariance
 
     @cached_property
-    def widened_covariance(self) -> FloatArray:
-        """The same, 1.96 of whose standard deviations are the bound (see `Spread.widened`)."""
-        return self._spread.widened()
+    def uncertainty(self) -> Uncertainty:
+        """What leaves these open, each with its source (see `Spread.uncertainty`)."""
+        return self._spread.uncertainty()
 
     @cached_property
     def _spread(self) -> Spread:
-        linearisation = Linearisation(self.data, self.hypothesis, self.windows)
+        linearisation = Linearisation(self.data, self.hypothesis, self.windows, fine=True)
         return Spread(
             linearisation, linearisation.point_with(self.x, self.channels, self.starts)
         )

@@ -20,9 +20,6 @@ from shakerproc.diagnosis.estimation.scatter import Cluster
 LONGEST_STEP: Final = 0.7
 """Largest change of a coordinate in one step: a factor of two of a logarithm [-]."""
 
-LEAST: Final = 1e-6
-"""Information below which nothing is known of a coordinate [-]."""
-
 GAINS: Final = (0.2, 5.0)
 """Between which the gain of a sensor is sought: factors beyond are wrong units [-]."""
 
@@ -39,19 +36,31 @@ class NormalEquations:
         Where it was linearised.
     slopes : Linearised
         Residual and slopes there.
+    spread : (n,) array, optional
+        What all numbers are known to beforehand, as standard deviations; that of the
+        linearisation, which has none of the numbers of effects.
 
     Attributes
     ----------
+    prior : (n,) array
+        The part of the information that is known beforehand [-].
     information : (n, n) array
         Of x, gains, delays and numbers of tests, starts eliminated [-].
     """
 
-    def __init__(self, linearisation: Linearisation, at: Point, slopes: Linearised) -> None:
+    def __init__(
+        self,
+        linearisation: Linearisation,
+        at: Point,
+        slopes: Linearised,
+        spread: FloatArray | None = None,
+    ) -> None:
         self.linearisation, self.at = linearisation, at
-        spread = linearisation.spread
-        prior = np.where(np.isfinite(spread), linearisation.correlation / spread**2, 0.0)
-        self.normal: FloatArray = np.diag(prior)
-        self.score: FloatArray = prior * linearisation.values(at)
+        spread = linearisation.spread if spread is None else spread
+        known = np.isfinite(spread)
+        self.prior: FloatArray = np.where(known, linearisation.correlation / spread**2, 0.0)
+        self.normal: FloatArray = np.diag(self.prior)
+        self.score: FloatArray = self.prior * linearisation.values(at)
         self.kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
         eliminated = np.zeros_like(self.normal)
         for i in range(len(slopes.residual)):
@@ -123,8 +132,8 @@ class NormalEquations:
                     own = rows[block]
                     yield Cluster(test, own.T @ own, own.T @ short[block])
 
-    def moved_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
-        """Return by how much all numbers but the starts move with the residual, (n,) array.
+    def pulled_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
+        """Return how a change of the residual pulls at all numbers but the starts, (n,) array.
 
         Parameters
         ----------
@@ -138,7 +147,7 @@ class NormalEquations:
             root = self.linearisation.weights(slopes.residual[i])
             _, columns = self._without_starts(slopes, i)
             pull += np.einsum("mrn,mr->n", columns, root * change[i])
-        return -self.inverted() @ pull
+        return -pull
 
     def _without_starts(self, slopes: Linearised, index: int) -> tuple[FloatArray, FloatArray]:
         """Return residual and slopes of a stack, the starts going along with each change."""
@@ -147,11 +156,19 @@ class NormalEquations:
         return left, columns - by_start @ (_inverse(own) @ mixed)
 
     def inverted(self) -> FloatArray:
-        """Return the inverse of the information, (n, n) array."""
-        size = np.sqrt(np.maximum(np.diag(self.information), LEAST))
-        scaled = self.information / np.outer(size, size) + 1e-12 * np.eye(size.size)
-        inverse: FloatArray = np.linalg.inv(scaled) / np.outer(size, size)
-        return inverse
+        r"""Return the inverse of the information, (n, n) array.
+
+        .. math:: A^{-1} = S V (I + \Lambda)^{-1} V^T S, \qquad S D S = V \Lambda V^T
+
+        with the information :math:`D` of the tests and the spreads :math:`S` that are known
+        beforehand of every number. A direction that no test tells has :math:`\lambda = 0`:
+        there all that is known was known before.
+        """
+        size = 1.0 / np.sqrt(self.prior)
+        tests = (self.information - np.diag(self.prior)) * np.outer(size, size)
+        told, directions = np.linalg.eigh(0.5 * (tests + tests.T))
+        turned = size[:, None] * directions
+        return np.asarray((turned / (1.0 + np.maximum(told, 0.0))) @ turned.T)
 
     def starts_alone(self, damping: float) -> FloatArray | None:
         """Return where a step of the starts leads, all else standing, (n_windows, n_motions).

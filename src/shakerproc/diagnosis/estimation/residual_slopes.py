@@ -7,13 +7,14 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.at_once import at_once
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
-from shakerproc.diagnosis.estimation.residuals import Predicted, predict
+from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, predict
 from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
@@ -21,13 +22,18 @@ from shakerproc.errors import ModelError
 STEP: Final = 3e-4
 """Least change of a coordinate for slopes: the engine's 1e-5 makes them right to 3 % [-]."""
 
+FINE_STEP: Final = 3e-5
+"""Change of a coordinate whose slopes are right to 1 % where a motion of hundreds of periods is
+out of step at `STEP`: slopes that bend or scatter hide how two numbers stand for each other
+[-]."""
+
+FINE: Final = 1e-7
+"""Truncation of a simulation of which these hold no more than 0.3 % [-]."""
+
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
 force jumps, the slopes of a small change are spikes at the samples next to the jumps, which a
 step of the search passes by far [-]."""
-
-GAIN_SPREAD: Final = 0.01
-"""Standard deviation of the gain of a sensor: the tolerance of data sheets [-]."""
 
 AS_IT_IS: Final = 1e-6
 """The same of the first sensor where masses are free: with all other numbers these take any
@@ -57,11 +63,16 @@ class Linearisation:
         What it is fitted to.
     plain : bool
         Whether squares count as they are, however large in a few blocks.
+    fine : bool
+        Whether slopes are to be those of the smallest change, for an interval: a search is
+        served by those of a larger one.
 
     Attributes
     ----------
     low, high : (n_x,) array
         Bounds of the coordinates.
+    step : float
+        Change of numbers for slopes [-].
     correlation : float
         How many neighbouring residuals are worth one independent one, at least 1 [-].
     spread : (n,) array
@@ -70,10 +81,17 @@ class Linearisation:
     """
 
     def __init__(
-        self, data: DataSet, hypothesis: Hypothesis, windows: Windows, *, plain: bool = False
+        self,
+        data: DataSet,
+        hypothesis: Hypothesis,
+        windows: Windows,
+        *,
+        plain: bool = False,
+        fine: bool = False,
     ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self._plain = plain
+        self.step, self._tolerance = (FINE_STEP, FINE) if fine else (STEP, TOLERANCE)
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
@@ -81,14 +99,21 @@ class Linearisation:
         rate = data.tests[0].sample_rate
         self.cluster = BLOCK_S * rate * data.n_sensors
         self.block = data.block_s * rate
-        first = AS_IT_IS if hypothesis.frees_masses else GAIN_SPREAD
+        gains = data.gain_spreads[1].copy()
+        if hypothesis.frees_masses:
+            gains[0] = AS_IT_IS
         self.spread = np.concatenate([
             hypothesis.prior_spread(),
-            [first],
-            np.full(data.n_sensors - 1, GAIN_SPREAD),
+            gains,
             np.full(data.n_sensors, DELAY_SPREAD),
             spreads_of(data).ravel(),
         ])
+
+    def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
+        """Return the same of other tests, which differ in what drives them alone."""
+        other = replace(self.data, tests=tuple(tests))
+        fine = self.step != STEP
+        return Linearisation(other, self.hypothesis, self.windows, plain=self._plain, fine=fine)
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
@@ -114,8 +139,9 @@ class Linearisation:
         try:
             model = self.hypothesis.model_at(at.x)
             return predict(
-                self.data, model, self.windows, at.starts, at.of_tests, evened=evened
-            )
+                self.data, model, self.windows, at.starts, at.of_tests,
+                evened=evened, tolerance=self._tolerance,
+            )  # fmt: skip
         except ModelError:
             return None
 
@@ -193,7 +219,7 @@ class Linearisation:
     ) -> Linearised:
         """Return the slopes of the residual; without `physics`, by the starts alone.
 
-        They are those of chords over steps of the coordinates, `STEP` by default.
+        They are those of chords over steps of the coordinates, `step` by default.
         """
         residual, predicted, _ = state
         here = self.evened(at, predicted)
@@ -225,7 +251,7 @@ class Linearisation:
         self, at: Point, here: Predicted, steps: FloatArray | None
     ) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each coordinate, away from its bound."""
-        sizes = np.full(at.x.size, STEP) if steps is None else steps
+        sizes = np.full(at.x.size, self.step) if steps is None else steps
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
         for step, there in zip(changes, self._at_once(points), strict=True):
@@ -240,9 +266,9 @@ class Linearisation:
         of_test = [self.windows.table[stack.members[0], 0] for stack in self.stacks]
         for k in range(len(at.of_tests)):
             shifted = at.of_tests.copy()
-            shifted[k] += STEP
+            shifted[k] += self.step
             there = self.predict(replace(at, of_tests=shifted), evened=True)
-            change = self.differences(at.gain / STEP, here, there)
+            change = self.differences(at.gain / self.step, here, there)
             for test in range(shifted.shape[1]):
                 yield [
                     rows if own == test else np.zeros_like(rows)
@@ -253,10 +279,10 @@ class Linearisation:
         """Yield the slopes of all windows by each number of their own start."""
         if at.starts is None:
             return
-        steps = np.diag(STEP * self.sizes_of_starts(at))
+        steps = np.diag(self.step * self.sizes_of_starts(at))
         points = (replace(at, starts=at.starts + step) for step in steps)
         for there in self._at_once(points):
-            yield self.differences(at.gain / STEP, here, there)
+            yield self.differences(at.gain / self.step, here, there)
 
     def differences(
         self, factor: FloatArray, here: Predicted, there: Predicted | None

@@ -49,6 +49,7 @@ def predict(
     *,
     evened: bool = False,
     plain: bool = False,
+    tolerance: float = TOLERANCE,
 ) -> Predicted:
     """Return what the free-running model says.
 
@@ -69,6 +70,8 @@ def predict(
         sample before and the one after: what is expected of a jump somewhere between them.
     plain : bool
         Whether means keep what folds back of jumps.
+    tolerance : float
+        Truncation of the simulation [-].
 
     Raises
     ------
@@ -81,7 +84,8 @@ def predict(
         starts = begun(data, model, windows.table)
     runs = Runs(inputs_with(data, own), windows.table, starts, held=held)
     means = evened or not data.points
-    found = _free_runs(models_with(data, model, own), runs, means=means, plain=plain)
+    models = models_with(data, model, own)
+    found = _free_runs(models, runs, means=means, plain=plain, tolerance=tolerance)
     outputs = found.outputs
     if evened and data.points:
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])
@@ -89,10 +93,12 @@ def predict(
     return Predicted(outputs, found.failed)
 
 
-def _free_runs(models: Sequence[Model], runs: Runs, *, means: bool, plain: bool) -> FreeRuns:
+def _free_runs(
+    models: Sequence[Model], runs: Runs, *, means: bool, plain: bool, tolerance: float
+) -> FreeRuns:
     """Return free runs of one model, or of each test with the model that it has then."""
     if len(models) == 1:
-        return free_runs(models[0], runs, tolerance=TOLERANCE, means=means, plain=plain)
+        return free_runs(models[0], runs, tolerance=tolerance, means=means, plain=plain)
     failed = np.zeros(len(runs.windows), np.bool_)
     outputs: list[FloatArray] = [np.zeros((0, 0))] * failed.size
     for test, model in enumerate(models):
@@ -101,7 +107,7 @@ def _free_runs(models: Sequence[Model], runs: Runs, *, means: bool, plain: bool)
             continue
         starts = None if runs.starts is None else runs.starts[members]
         own = replace(runs, windows=runs.windows[members], starts=starts)
-        found = free_runs(model, own, tolerance=TOLERANCE, means=means, plain=plain)
+        found = free_runs(model, own, tolerance=tolerance, means=means, plain=plain)
         failed[members] = found.failed
         for i, rows in zip(members, found.outputs, strict=True):
             outputs[i] = rows

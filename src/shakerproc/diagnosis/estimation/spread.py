@@ -14,14 +14,10 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Point
-from shakerproc.diagnosis.estimation.residual_slopes import (
-    AS_IT_IS,
-    GAIN_SPREAD,
-    STEP,
-    Linearisation,
-)
-from shakerproc.diagnosis.estimation.residuals import Predicted, predict
-from shakerproc.diagnosis.estimation.scatter import covariance, wider_by
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.residuals import Predicted
+from shakerproc.diagnosis.estimation.scatter import covariance
+from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.errors import DiagnosisError
 
 PAIRS: Final = 4
@@ -69,39 +65,41 @@ class Spread:
         self._linearisation, self._at = linearisation, at
         self._here = linearisation.cost(state[0], at)
         slopes = linearisation.linearise(at, state)
-        equations = NormalEquations(linearisation, at, slopes)
+        equations = NormalEquations(linearisation, at, slopes, known_spread(linearisation))
         inverse = equations.inverted()
         self.covariance, wider = covariance(inverse, equations.clusters(slopes))
         self._student = self.covariance * np.outer(wider, wider)
-        self._by_input = equations.moved_by(slopes, _by_input(linearisation, at, state[1]))
+        louder = equations.pulled_by(slopes, _by_input(linearisation, at, state[1]))
+        self._by_input = inverse @ louder
+        self._by_known = inverse * equations.prior
 
-    def widened(self) -> FloatArray:
-        """Return the covariance, 1.96 of whose standard deviations are the bound, (n, n) array.
+    def uncertainty(self) -> Uncertainty:
+        r"""Return what leaves the numbers open: the tests, the calibration, what no test tells.
 
-        That of Student's law, as far as the cost can tell, and what the calibration of the
-        input leaves open. Nothing tells its gain; but its sensor may be off by as much as
-        those of the responses are beside it.
+        An estimate under the information :math:`A = J^T W J + P`, where :math:`P` holds what
+        was known beforehand of gains and numbers, departs from the truth by
+
+        .. math:: \hat x - x = A^{-1} \left(J^T W e + P m
+            - J^T W \frac{\partial r}{\partial g} d\right)
+
+        with the noise :math:`e` of the tests, what was known beforehand being off by :math:`m`,
+        and the gain of the input, which is taken as it is, by :math:`d`. So a gain that the fit
+        tells is not counted again: only as far as its prior holds the numbers. Noise counts by
+        Student's law, as far away as the cost can tell.
         """
-        moved = self._by_input
-        calibration = self._calibration() ** 2 * np.outer(moved, moved)
-        return self._student * self.reach() ** 2 + calibration
-
-    def _calibration(self) -> float:
-        """Return how far the gain of the input may be from 1, as a standard deviation [-].
-
-        As those of the responses are, but for their errors: of few sensors Student's law says
-        how much further, up to the tolerance of sensors. One that is taken as it is tells
-        nothing.
-        """
-        gain, n = self._at.gain, self._at.x.size
-        rows = slice(n, n + gain.size)
-        told = self._linearisation.spread[rows] > AS_IT_IS
-        if not np.any(told):
-            return 0.0
-        errors = np.diag(self.covariance)[rows]
-        square = float(np.mean(((gain - 1.0) ** 2 - errors)[told]))
-        seen = float(np.sqrt(max(square, 0.0)))
-        return min(seen * float(wider_by(float(np.sum(told)))), max(seen, GAIN_SPREAD))
+        linearisation, at = self._linearisation, self._at
+        n, n_sensors = at.x.size, at.gain.size
+        of_input, of_sensors = linearisation.data.gain_spreads
+        off = known_spread(linearisation)
+        off[n : n + n_sensors] = of_sensors  # one may have been taken as it is
+        moved = self._by_known * off
+        beforehand, channels, of_tests = np.split(moved, [n, n + 2 * n_sensors], axis=1)
+        channels = np.column_stack([channels, of_input * self._by_input])
+        return Uncertainty(
+            tests=self._student * self.reach() ** 2 + of_tests @ of_tests.T,
+            calibration=channels @ channels.T,
+            beforehand=beforehand @ beforehand.T,
+        )
 
     def reach(self) -> float:
         """Return how many standard errors away the cost is surely higher, 1 at least [-].
@@ -137,16 +135,26 @@ class Spread:
         return np.inf if state is None else state[2]
 
 
+def known_spread(linearisation: Linearisation) -> FloatArray:
+    """Return what each number is known to beforehand, as standard deviations, (n,) array.
+
+    That of an effect lies anywhere between its bounds.
+    """
+    spread = linearisation.spread.copy()
+    anywhere = (linearisation.high - linearisation.low) / np.sqrt(12.0)
+    n = anywhere.size
+    spread[:n] = np.where(np.isfinite(spread[:n]), spread[:n], anywhere)
+    return spread
+
+
 def _by_input(
     linearisation: Linearisation, at: Point, predicted: Predicted
 ) -> list[FloatArray]:
     """Return the slopes of the residual of every stack by one gain of all inputs."""
-    data = linearisation.data
-    tests = [replace(test, input=(1.0 + STEP) * test.input) for test in data.tests]
-    louder, model = replace(data, tests=tuple(tests)), linearisation.hypothesis.model_at(at.x)
-    here = linearisation.evened(at, predicted)
-    there = predict(louder, model, linearisation.windows, at.starts, at.of_tests, evened=True)
-    return linearisation.differences(at.gain / STEP, here, there)
+    data, step = linearisation.data, linearisation.step
+    tests = [replace(test, input=(1.0 + step) * test.input) for test in data.tests]
+    there = linearisation.of_tests(tests).predict(at, evened=True)
+    return linearisation.differences(at.gain / step, linearisation.evened(at, predicted), there)
 
 
 def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> FloatArray:

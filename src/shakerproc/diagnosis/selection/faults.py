@@ -24,7 +24,7 @@ def faults_of(found: Found, fit: Fit) -> list[Finding]:
     Not of a fit to a joint that held: it has no gain and delay but what imitate that.
     """
     n, n_sensors = fit.hypothesis.size, fit.gain.size
-    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.widened_covariance), 0.0))
+    spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.uncertainty.total), 0.0))
     gains, delays = fit.gain, fit.delay
     if found.corrected:
         gains = gains * applied_gain(found.linear_model)

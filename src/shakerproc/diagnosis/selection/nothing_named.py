@@ -5,18 +5,28 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shakerproc.diagnosis import wording
+from shakerproc.diagnosis.estimation.intervals import numbers_off
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Errors, Estimate, Finding
 from shakerproc.diagnosis.selection.choice import bare, leaves_more
+from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
 
 
 def nothing_named(
-    found: Found, chosen: Score, errors: Errors, unclosed: Unexercised | None,
+    found: Found,
+    chosen: Score,
+    errors: Errors,
+    unclosed: Unexercised | None,
     far: Mapping[str, tuple[float, Estimate]],
-) -> tuple[str, str]:  # fmt: skip
-    """Return the verdict where nothing was found: a clearance may never have been closed."""
+    *,
+    apart: Sequence[OneTest],
+) -> tuple[str, str]:
+    """Return the verdict where nothing was found: a clearance may never have been closed.
+
+    `apart` are tests of which it does not hold.
+    """
     which = "the fitted model" if chosen is found.linear else "the model as it is in its file"
     unnamed = wording.unnamed_sentence(errors, which, _least(found))
     known = np.isfinite(errors.noise_floor)
@@ -29,8 +39,14 @@ def nothing_named(
         return "cannot tell", sentence
     if not known:
         return "cannot tell", unnamed
+    if apart:
+        sentence = f"{unnamed} {wording.unexplained_sentence(apart[0])}"
+        return "cannot tell", sentence
     complete = found.is_explained_by(chosen)
-    return "nothing missing", wording.nothing_sentence(errors, which, complete=complete)
+    said = [wording.nothing_sentence(errors, which, complete=complete)]
+    if chosen is found.linear:
+        said += wording.off_sentences(numbers_off(chosen.fit))
+    return "nothing missing", " ".join(said)
 
 
 def outside_sentence(found: Found, effects: Sequence[Finding], errors: Errors) -> str:

@@ -7,7 +7,12 @@ import numpy as np
 from shakerproc.comparison.free_run_error import Scored
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.intervals import estimates, far_numbers, linear_estimates
+from shakerproc.diagnosis.estimation.intervals import (
+    estimates,
+    far_numbers,
+    known_of,
+    linear_estimates,
+)
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
@@ -30,8 +35,8 @@ from shakerproc.diagnosis.selection.choice import (
     leaves_more,
     standing_of,
 )
+from shakerproc.diagnosis.selection.each_test import OneTest, shown_by_one, unexplained_tests
 from shakerproc.diagnosis.selection.errors import (
-    PARTED,
     error_of,
     error_of_scored,
     scored_tests,
@@ -69,7 +74,8 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
     before, effects = _as_it_was(found, data), _effects(fit)
-    errors, complete = _errors(found, chosen, before), found.is_explained_by(chosen)
+    errors, apart = _errors(found, chosen, before), unexplained_tests(found, chosen)
+    complete = found.is_explained_by(chosen) and not apart
     left = Where() if complete else _left(found, chosen)
     alike, faults = _indistinguishable(standing), faults_of(found, fit)
     locked, unclosed = _locked(found, fit, effects), None
@@ -86,16 +92,17 @@ def judged(
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
-        more = "" if complete else wording.more_sentence(errors, left, data.model.motion)
         verdict = "effect found"
-        sentence = f"{wording.found_sentence(effects, faults, errors, alike)} {more}".strip()
+        said = [wording.found_sentence(effects, faults, errors, alike)]
+        said += _beside_effects(found, chosen, errors, left, apart)
+        sentence = " ".join(said)
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
     else:
         unclosed = unexercised(found, clearances)
-        verdict, sentence = nothing_named(found, chosen, errors, unclosed, far)
-    asked, told = _asked_next(found, chosen, errors, verdict)
+        verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
+    asked, told = _asked_next(found, chosen, verdict)
     scores, drawn = scores_of(found, standing, errors), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -113,6 +120,7 @@ def judged(
         locked=locked,
         outside=_curve(found) if outside else None,
         linear=linear_estimates(fit),
+        known_together=() if found.rigid else known_of(fit),
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
@@ -120,6 +128,22 @@ def judged(
         scores=scores,
         seed=seed,
     )
+
+
+def _beside_effects(
+    found: Found, chosen: Score, errors: Errors, left: Where, apart: Sequence[OneTest]
+) -> list[str]:
+    """Return what is said beside effects that were found.
+
+    Which numbers no test tells, which test alone shows the effects, and what is left.
+    """
+    said = wording.known_sentences(known_of(chosen.fit))
+    alone = shown_by_one(found, chosen)
+    if alone is not None:
+        said.append(wording.shown_by_one_sentence(alone))
+    if not found.is_explained_by(chosen):
+        said.append(wording.more_sentence(errors, left, found.data.model.motion))
+    return said + ([wording.unexplained_sentence(apart[0])] if apart else [])
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
@@ -273,26 +297,15 @@ def _own_note(found: Found, chosen: Score) -> str:
     return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)
 
 
-def unlike_held_out(found: Found, chosen: Score, errors: Errors) -> list[str]:
-    """Return the note that a model leaves much of what it was fitted to, but not of the rest.
-
-    Nothing, if what was held out is not explained: then that is told.
-    """
-    parted = found.is_explained_by(chosen) and errors.fitted.after > PARTED
-    return [wording.fitted_note(errors.fitted.after)] if parted else []
-
-
-def _asked_next(
-    found: Found, stands: Score, errors: Errors, verdict: str
-) -> tuple[tuple[str, ...], list[str]]:
+def _asked_next(found: Found, stands: Score, verdict: str) -> tuple[tuple[str, ...], list[str]]:
     """Return the kinds to add next, and the notes on what is left."""
     if verdict in {"cannot tell", "measurement fault"}:
         return (), []
     if verdict == "outside library" and stands.fit.hypothesis.added:
         return stands.fit.hypothesis.kinds, []
-    more, notes = further(found, stands), unlike_held_out(found, stands, errors)
+    more = further(found, stands)
     if more is None:
-        return (), notes
+        return (), []
     kinds = tuple(kind for kind, _ in more.fit.hypothesis.names - stands.fit.hypothesis.names)
     left = found.left_by(stands), found.left_by(more)
-    return kinds, [wording.further_note(kinds, *left), *notes]
+    return kinds, [wording.further_note(kinds, *left)]

@@ -1,0 +1,118 @@
+"""Whether a verdict holds on every test by itself, whether it was fitted or held out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc.comparison.floor import over_draws, sensor_shares
+from shakerproc.comparison.free_run_error import (
+    Scored,
+    fall,
+    free_run_error,
+    pooled,
+    standard_error,
+)
+from shakerproc.comparison.noise import Noise
+from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, TENTH, bare
+from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
+from shakerproc.diagnosis.selection.scores import SURE, Score
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OneTest:
+    """What a model leaves of one test that a verdict on all of them does not tell.
+
+    Attributes
+    ----------
+    name : str
+        Name of the test.
+    fitted : bool
+        Whether that is of what was fitted; else of what was held out.
+    error, floor : float
+        What is left, and what noise alone would leave [-].
+    instead_of : tuple of str
+        Tests that are marked as held out.
+    """
+
+    name: str
+    fitted: bool
+    error: float
+    floor: float
+    instead_of: tuple[str, ...]
+
+
+def unexplained_tests(found: Found, score: Score) -> list[OneTest]:
+    """Return the tests of which a hypothesis surely leaves more than noise, the worst first.
+
+    By the rule of the whole: more than noise and what it becomes in the model, by three
+    standard errors, and more than sensors are calibrated to.
+    """
+    out = []
+    for windows, fitted in _parts(found):
+        scored = scored_tests(found.data, score.fit, windows) or {}
+        own = {i: pooled([sensor_shares(one, _noise(found, i))]) for i, one in scored.items()}
+        suspect = {i: one for i, one in scored.items() if _exceeds(one, own[i])}
+        for i, floor in (_floors(found, score, windows) if suspect else {}).items():
+            if i in suspect and _exceeds(suspect[i], floor):
+                out.append(_told(found, i, suspect[i], floor, fitted=fitted))
+    return sorted(out, key=lambda one: one.floor / one.error)
+
+
+def shown_by_one(found: Found, chosen: Score) -> OneTest | None:
+    """Return the test that alone shows what was chosen; None where several do, or one is all.
+
+    A test shows it where its error surely falls, by a tenth at least, from the model that
+    stands without any effect.
+    """
+    shown: dict[int, tuple[Scored, bool]] = {}
+    seen: set[int] = set()
+    for windows, fitted in _parts(found):
+        before = scored_tests(found.data, bare(found).fit, windows) or {}
+        after = scored_tests(found.data, chosen.fit, windows) or {}
+        for i in before.keys() & after.keys():
+            seen.add(i)
+            less, spread = fall((before[i],), (after[i],))
+            if less > max(SURE * spread, TENTH * free_run_error([before[i]])):
+                shown.setdefault(i, (after[i], fitted))
+    if len(shown) != 1 or len(seen) < 2:
+        return None
+    (i, (scored, fitted)), *_ = shown.items()
+    return _told(found, i, scored, float("nan"), fitted=fitted)
+
+
+def _parts(found: Found) -> tuple[tuple[Windows, bool], ...]:
+    """Return what was fitted, then what was held out."""
+    return (found.form.scored_fitted, True), (found.form.held_out, False)
+
+
+def _noise(found: Found, test: int) -> Noise:
+    return found.data.tests[test].noise_density
+
+
+def _floors(found: Found, score: Score, windows: Windows) -> Mapping[int, float]:
+    """Return the error that noise alone would leave of each test [-]."""
+    held_out = windows is found.form.held_out
+    floors = (
+        found.floors_under(score) if held_out else floors_of(found.data, score.fit, windows)
+    )
+    return {i: pooled([over_draws(draws)]) for i, draws in floors.items()}
+
+
+def _exceeds(test: Scored, floor: float) -> bool:
+    """Return whether an error is surely more than a noise floor, and than calibration."""
+    error = free_run_error([test])
+    if not (np.isfinite(floor) and error > max(NEGLIGIBLE, EXCESS * floor)):
+        return False
+    return error - SURE * standard_error([test]) > EXCESS * floor
+
+
+def _told(found: Found, test: int, scored: Scored, floor: float, *, fitted: bool) -> OneTest:
+    marked = [one.name for one in found.data.tests if one.arrays.hold_out]
+    error = free_run_error([scored])
+    return OneTest(found.data.tests[test].name, fitted, error, floor, tuple(marked))
