@@ -122,7 +122,8 @@ def noise_of(
     twins : sequence of Channels
         Others of the campaign; those with the same drive are repeats.
     refuted : Refuted
-        Sources that a model has beaten on what was held out; the next is taken.
+        Sources that a model has beaten on what was held out; the next is taken. Where there is
+        none, that of a rest stays: noise is no more than that, and so is what the model leaves.
     """
     frequency = sources.frequencies(test.sample_rate)
     resolved = sources.resolution(test)
@@ -184,10 +185,10 @@ def _first(
     refuted: Collection[str],
 ) -> tuple[FloatArray | None, str]:
     """Return what the first source says that knows anything, and its name."""
-    for name, source in kinds.items():
-        if name in refuted:
-            continue
-        density = source(test, twins)
+    first = [name for name in kinds if name not in refuted]
+    rest = [name for name in (sources.QUIET,) if name in kinds and name in refuted]
+    for name in (*first, *rest):
+        density = kinds[name](test, twins)
         if density is not None:
             return density, name
     return None, UNKNOWN

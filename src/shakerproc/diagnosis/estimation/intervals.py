@@ -1,6 +1,5 @@
 """Intervals of 95 % from the scatter between blocks, model error included."""
 
-from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -60,22 +59,17 @@ def _of_effect(fit: Fit, index: int) -> dict[str, Number]:
     one, (_own, *added) = fit.hypothesis.added[index], fit.hypothesis.parts(fit.x)
     _places, *places = fit.hypothesis.parts(np.arange(fit.x.size, dtype=float))
     x, rows = added[index], places[index].astype(int)
-    moved = [_moved(one, x, k) for k in range(x.size)]
+    steps = np.where(x + DIFFERENCE > one.bounds()[1], -DIFFERENCE, DIFFERENCE)
+    moved = [one.parameters(x + step) for step in np.diag(steps)]
     out = {}
     for name, found in numbers(fit, index).items():
         if isinstance(found.value, str):
             continue
         value, slopes = float(found.value), np.zeros(fit.x.size)
         changes = np.array([float(there[name]) - value for there in moved])
-        slopes[rows] = changes / DIFFERENCE / (value or 1.0)
+        slopes[rows] = changes / steps / (value or 1.0)
         out[name] = Number(value, slopes, found.unit)
     return out
-
-
-def _moved(one: Addition, x: FloatArray, k: int) -> Mapping[str, float | str]:
-    there = x.copy()
-    there[k] += DIFFERENCE
-    return one.parameters(there)
 
 
 def _unexercised(

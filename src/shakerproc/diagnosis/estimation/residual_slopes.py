@@ -23,12 +23,12 @@ STEP: Final = 3e-4
 """Least change of a coordinate for slopes: the engine's 1e-5 makes them right to 3 % [-]."""
 
 FINE_STEP: Final = 3e-5
-"""Change of a coordinate whose slopes are right to 1 % where a motion of hundreds of periods is
-out of step at `STEP`: slopes that bend or scatter hide how two numbers stand for each other
-[-]."""
+"""Change of a coordinate, forth and back, whose slopes are straight where a motion of hundreds
+of periods is out of step at `STEP`: what bends or scatters passes for knowledge of what no test
+tells [-]."""
 
-FINE: Final = 1e-7
-"""Truncation of a simulation of which these hold no more than 0.3 % [-]."""
+FINE: Final = 1e-9
+"""Truncation of a simulation of which these hold no more than 0.003 % [-]."""
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
@@ -71,6 +71,8 @@ class Linearisation:
     ----------
     low, high : (n_x,) array
         Bounds of the coordinates.
+    fine : bool
+        Whether slopes are those of a small change forth and back.
     step : float
         Change of numbers for slopes [-].
     correlation : float
@@ -91,6 +93,7 @@ class Linearisation:
     ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self._plain = plain
+        self.fine = fine
         self.step, self._tolerance = (FINE_STEP, FINE) if fine else (STEP, TOLERANCE)
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
@@ -112,8 +115,9 @@ class Linearisation:
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
         """Return the same of other tests, which differ in what drives them alone."""
         other = replace(self.data, tests=tuple(tests))
-        fine = self.step != STEP
-        return Linearisation(other, self.hypothesis, self.windows, plain=self._plain, fine=fine)
+        return Linearisation(
+            other, self.hypothesis, self.windows, plain=self._plain, fine=self.fine
+        )
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
@@ -254,8 +258,12 @@ class Linearisation:
         sizes = np.full(at.x.size, self.step) if steps is None else steps
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
-        for step, there in zip(changes, self._at_once(points), strict=True):
-            yield self.differences(at.gain / step, here, there)
+        inside = self.fine & (at.x - sizes >= self.low) & (changes > 0.0)
+        back = (replace(at, x=at.x - row) for row in np.diag(changes)[inside])
+        others = iter(self._at_once(back))
+        for step, both, there in zip(changes, inside, self._at_once(points), strict=True):
+            width = 2.0 * step if both else step
+            yield self.differences(at.gain / width, next(others) if both else here, there)
 
     def _at_once(self, points: Iterable[Point]) -> Iterator[Predicted | None]:
         n_samples = int(self.windows.table[:, 2].sum())
@@ -285,10 +293,10 @@ class Linearisation:
             yield self.differences(at.gain / self.step, here, there)
 
     def differences(
-        self, factor: FloatArray, here: Predicted, there: Predicted | None
+        self, factor: FloatArray, here: Predicted | None, there: Predicted | None
     ) -> list[FloatArray]:
         """Return how the residual changes, times a factor of each sensor; 0 where it cannot."""
-        if there is None:
+        if here is None or there is None:
             return [np.zeros((s.members.size, s.size)) for s in self.stacks]
         found = []
         for stack in self.stacks:

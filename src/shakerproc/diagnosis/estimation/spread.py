@@ -15,7 +15,6 @@ from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
-from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.scatter import covariance
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.errors import DiagnosisError
@@ -69,7 +68,7 @@ class Spread:
         inverse = equations.inverted()
         self.covariance, wider = covariance(inverse, equations.clusters(slopes))
         self._student = self.covariance * np.outer(wider, wider)
-        louder = equations.pulled_by(slopes, _by_input(linearisation, at, state[1]))
+        louder = equations.pulled_by(slopes, _by_input(linearisation, at))
         self._by_input = inverse @ louder
         self._by_known = inverse * equations.prior
 
@@ -147,14 +146,15 @@ def known_spread(linearisation: Linearisation) -> FloatArray:
     return spread
 
 
-def _by_input(
-    linearisation: Linearisation, at: Point, predicted: Predicted
-) -> list[FloatArray]:
+def _by_input(linearisation: Linearisation, at: Point) -> list[FloatArray]:
     """Return the slopes of the residual of every stack by one gain of all inputs."""
-    data, step = linearisation.data, linearisation.step
-    tests = [replace(test, input=(1.0 + step) * test.input) for test in data.tests]
-    there = linearisation.of_tests(tests).predict(at, evened=True)
-    return linearisation.differences(at.gain / step, linearisation.evened(at, predicted), there)
+    step, tests = linearisation.step, linearisation.data.tests
+    softer, louder = (
+        linearisation.of_tests(replace(test, input=gain * test.input) for test in tests)
+        for gain in (1.0 - step, 1.0 + step)
+    )
+    here, there = (one.predict(at, evened=True) for one in (softer, louder))
+    return linearisation.differences(at.gain / (2.0 * step), here, there)
 
 
 def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> FloatArray:
