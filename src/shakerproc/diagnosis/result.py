@@ -9,6 +9,9 @@ from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 
 SCHEMA: Final = "shakerproc-diagnosis/1"
 
+ESTIMATE_COLUMNS: Final = ("value", "low", "high", "unit", "by_tests", "by_calibration")
+"""Columns of a table of numbers (see `Estimate`)."""
+
 Verdict: TypeAlias = Literal[
     "effect found", "nothing missing", "measurement fault", "outside library", "cannot tell"
 ]
@@ -41,6 +44,12 @@ class Estimate:
     unit: str
     by_tests: float | None = None
     by_calibration: float | None = None
+
+    @property
+    def row(self) -> tuple[Any, ...]:
+        """The number as a row of a table (see `ESTIMATE_COLUMNS`)."""
+        parts = self.by_tests, self.by_calibration
+        return self.value, self.low, self.high, self.unit, *parts
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""

@@ -24,31 +24,38 @@ def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
 
 def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
     """Return the numbers of effects found, of the linear joints, and of every candidate."""
-    columns = ("", "between", "number", "value", "low", "high", "±", "unit")
+    parts = ("± by tests", "± by calibration")
+    columns = ("", "between", "number", "value", "low", "high", *parts, "unit")
     found = [
         (
             effect.kind.replace("_", " "), " - ".join(effect.between), name,
-            *interval(estimate),
+            *_apart(estimate),
         )
         for effect in diagnosis.effects
         for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
     ]  # fmt: skip
     linear = [
-        ("linear joint", place, number, *interval(estimate))
+        ("linear joint", place, number, *_apart(estimate))
         for name, estimate in diagnosis.linear.items()
         for number, place in [name.split(" ", 1)]
     ]
     tried = [
         (
             candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
-            *interval(estimate),
+            *_apart(estimate),
         )
         for c in diagnosis.candidates
         if c.held_out_error is not None
         for name, estimate in c.parameters.items()
     ]  # fmt: skip
+    together = [
+        (one.combination, " and ".join(one.numbers), *_apart(one.estimate))
+        for one in diagnosis.known_together
+    ]
     tables = [
         Table("Found, with 95 % intervals", columns, [*found, *linear]),
+        Table("Known of numbers that no test tells one by one", ("", "of", *columns[3:]),
+              together),
         Table("Candidates that were fitted, with 95 % intervals of those that stand",
               columns[:-1], [row[:-1] for row in tried]),
     ]  # fmt: skip
@@ -69,6 +76,14 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
     if estimate.low is not None and estimate.high is not None and value:
         half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
     return _number(value), low, high, half, unit
+
+
+def _apart(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
+    """Return value, low, high, what tests and what calibration leave open, and unit."""
+    value, low, high, _, unit = interval(estimate)
+    parts = (estimate.by_tests, estimate.by_calibration)
+    tests, calibration = ("" if one is None else f"{100.0 * one:.2g} %" for one in parts)
+    return value, low, high, tests, calibration, unit
 
 
 def shown_value(estimate: Estimate) -> str:

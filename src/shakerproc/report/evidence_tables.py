@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc.comparison import by_range
-from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.diagnosis.result import ESTIMATE_COLUMNS, Diagnosis
 from shakerproc.report.evidence_models import Models, loudest, same_joint, spread_out
 from shakerproc.report.evidence_motion import cloud
 from shakerproc.report.evidence_spectra import picked
@@ -153,19 +153,19 @@ def ladder(diagnosis: Diagnosis) -> Columns:
 def parameters(diagnosis: Diagnosis) -> Columns:
     """Return the numbers of what was found, of the linear joints and of every candidate."""
     rows: list[tuple[Any, ...]] = [
-        ("found", e.kind, " - ".join(e.between), name, p.value, p.low, p.high, p.unit)
+        ("found", e.kind, " - ".join(e.between), name, *p.row)
         for e in diagnosis.effects
         for name, p in e.parameters.items()
     ]
     rows += [
-        ("linear", "joint", place, number, p.value, p.low, p.high, p.unit)
+        ("linear", "joint", place, number, *p.row)
         for name, p in diagnosis.linear.items()
         for number, place in [name.split(" ", 1)]
     ]  # fmt: skip
     rows += [
-        ("candidate", c.kind, " - ".join(c.between), name, p.value, p.low, p.high, p.unit)
+        ("candidate", c.kind, " - ".join(c.between), name, *p.row)
         for c in diagnosis.candidates
         if c.held_out_error is not None
         for name, p in c.parameters.items()
     ]
-    return _columns(("of", "kind", "between", "number", "value", "low", "high", "unit"), rows)
+    return _columns(("of", "kind", "between", "number", *ESTIMATE_COLUMNS), rows)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, final
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.headline import probability_text
+from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.result import Diagnosis as Found
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, whole_of
@@ -49,11 +50,11 @@ class Diagnosis(Shown):
     def effects(self) -> "DataFrame":
         """The effects that were found: their numbers in SI units, with 95 % intervals."""
         rows = [
-            (effect.kind, " - ".join(effect.between), name, p.value, p.low, p.high, p.unit)
+            (effect.kind, " - ".join(effect.between), name, *p.row)
             for effect in self.found.effects
             for name, p in effect.parameters.items()
         ]
-        names = ("effect", "between", "parameter", "value", "low", "high", "unit")
+        names = ("effect", "between", "parameter", *ESTIMATE_COLUMNS)
         return frame_of_rows(names, rows)
 
     @property

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from shakerproc import __version__, files
 from shakerproc.diagnosis.adding import NO_START, Added
 from shakerproc.diagnosis.adding import add as add_effect
+from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import (
     Provenance,
@@ -85,14 +86,14 @@ class UpdatedModel(Shown):
     def intervals(self) -> "DataFrame":
         """The fitted numbers in SI units, of the effect and of the model, with intervals."""
         rows = [
-            (whose, name, p.value, p.low, p.high, p.unit)
+            (whose, name, *p.row)
             for whose, numbers in (
                 (self.kind, self.added.parameters),
                 ("model", self.added.linear),
             )
             for name, p in numbers.items()
         ]
-        return frame_of_rows(("of", "parameter", "value", "low", "high", "unit"), rows)
+        return frame_of_rows(("of", "parameter", *ESTIMATE_COLUMNS), rows)
 
     def to_pandas(self) -> "DataFrame":
         """Return the errors before and after, on fitted and on held-out tests [-]."""

@@ -100,15 +100,17 @@ def _pairs(given: list[str]) -> dict[str, str]:
 
 
 def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
+    from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
+
     held = added.errors.held_out
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
         f"{held.before:.3g} -> {held.after:.3g}, written to {new}",
         json_target=json,
     )
-    rows = [[name, p.value, p.low, p.high, p.unit] for name, p in added.parameters.items()]
+    rows = [[name, *p.row] for name, p in added.parameters.items()]
     if rows:
-        columns = ["parameter", "value", "low", "high", "unit"]
+        columns = ["parameter", *ESTIMATE_COLUMNS]
         output.print_table(columns, rows, json_target=json)
     output.write_json(
         {

@@ -90,6 +90,7 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
     Notes that were said `once` before are not printed again.
     """
     from shakerproc.diagnosis.headline import probability_text
+    from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
 
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     if numbers:
@@ -111,13 +112,13 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
         json_target=json_target,
     )
     rows = [
-        [effect.kind, " - ".join(effect.between), name, p.value, p.low, p.high, p.unit]
+        [effect.kind, " - ".join(effect.between), name, *p.row]
         for effect in result.effects
         for name, p in effect.parameters.items()
     ]
     if rows:
         output.print_table(
-            ["found", "between", "parameter", "value", "low", "high", "unit"],
+            ["found", "between", "parameter", *ESTIMATE_COLUMNS],
             rows,
             title="Found, with 95 % intervals",
             json_target=json_target,
