@@ -3,7 +3,9 @@
 The truth's parameters have the names of the program's. Differences of convention are settled
 here: a force law of a power is given at its own reference displacement, a drift at its own
 reference time, and an effect named from the second end to the first has its odd parts turned.
-A word has no interval; one with a missing bound (not exercised) is counted apart.
+A word has no interval; one with a missing bound (not exercised) is counted apart. Where the
+gains of the channels are not off, the bounds are those of the tests alone: what calibration
+leaves open is not drawn there, and would hide bounds that are too narrow.
 """
 
 from collections.abc import Sequence
@@ -55,19 +57,35 @@ class Interval:
 
 def intervals(trial: Trial) -> list[Interval]:
     """Return the intervals of a trial that is exactly right; none of any other."""
+    perfect = "gain_error" not in classes.parse(trial.kind).nuisances
     if not exact(trial) or family(trial.kind) not in {"effect", "pair", "fault"}:
         return []
     out = []
     for effect in trial.truth["effects"]:
         said = [e for e in trial.document["effects"] if _kind_of(e, effect)]
         if said:
-            out += _compared(effect["kind"], _truth_as_said(effect, said[0]), said[0])
+            one = by_tests_alone(said[0]) if perfect else said[0]
+            out += _compared(effect["kind"], _truth_as_said(effect, one), one)
     if trial.truth["fault"]:
         fault = trial.truth["fault"]
         numbers = {k: v for k, v in fault.items() if k not in {"kind", "channel"}}
         said = [e for e in trial.document["effects"] if e["kind"] == fault["kind"]]
         out += _compared(fault["kind"], numbers, said[0])
     return out
+
+
+def by_tests_alone(said: dict[str, Any]) -> dict[str, Any]:
+    """Return an effect of a document whose bounds hold what the tests leave open alone."""
+    return said | {"parameters": {k: _narrowed(v) for k, v in said["parameters"].items()}}
+
+
+def _narrowed(number: dict[str, Any]) -> dict[str, Any]:
+    share, value = number.get("by_tests"), number.get("value")
+    if share is None or number["low"] is None or number["high"] is None:
+        return number
+    if value > 0.0:
+        return number | {"low": value * np.exp(-share), "high": value * np.exp(share)}
+    return number | {"low": value * (1.0 + share), "high": value * (1.0 - share)}
 
 
 def _kind_of(said: dict[str, Any], effect: dict[str, Any]) -> bool:

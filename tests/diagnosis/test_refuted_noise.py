@@ -1,5 +1,7 @@
 """Noise that a model beats on what was held out is no floor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
@@ -7,6 +9,7 @@ from tests.diagnosis.one_mass import arrays_of, one_mass
 from shakerproc.comparison.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
 from shakerproc.comparison.free_run_error import Scored
 from shakerproc.comparison.noise import NOT_REFUTED, Refuted
+from shakerproc.comparison.noise_sources import ABOVE, QUIET, REPEATS
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
 
@@ -48,6 +51,16 @@ def test_the_next_estimate_is_taken_where_one_is_refuted():
     after = [test.noise_density.source for test in prepared(arrays, refuted=refuted)]
     assert after[0] != first
     assert after[1] == first
+
+
+def test_the_rest_before_a_test_stays_where_nothing_else_tells_its_noise():
+    """The repeat and the band above are gone: one test, excited up to half the sample rate."""
+    (arrays, *_) = (replace(one, band=(10.0, 900.0)) for one in arrays_of(one_mass()))
+    refuted = {arrays.name: Refuted((QUIET, REPEATS, ABOVE))}
+    (test,) = prepared([arrays], refuted=refuted)
+    assert test.noise_density.source == QUIET
+    (before,) = prepared([arrays])
+    np.testing.assert_array_equal(test.noise_density.responses, before.noise_density.responses)
 
 
 def test_an_unknown_floor_is_null_in_the_document():

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.in_process import completed
 
+from shakerproc.comparison.measured import gain_spread
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.recordings import write_tdms
@@ -179,3 +180,41 @@ def test_a_sheet_that_unpacks_to_more_than_any_is_refused_before_it_is_read(tmp_
     told = "40 MB once unpacked" if more else "at most 100000 rows"
     with pytest.raises(LogError, match=told):
         read_calibrations(path)
+
+
+def test_half_of_the_expanded_uncertainty_is_that_of_the_channel_in_the_diagnosis(campaign):
+    folder, _, opened = campaign
+    lines = [
+        "Serial number,Sensitivity [mV/g],Uncertainty (k=2) [%]",
+        "4711,10.2,1.5",
+        "4712,98,",
+    ]
+    (folder / "s.csv").write_text("\n".join(lines), encoding="utf-8")
+    recording, _ = opened("s.csv")
+    with recording:
+        assert [channel.uncertainty for channel in recording.channels] == [0.015, None, None]
+        assert "Channel base: sensor 4711, 10.2 mV/g +- 1.5 %." in recording.notes
+        each = [gain_spread(recording, row) for row in range(3)]
+        assert each == pytest.approx([0.0075, 0.01, 0.01])
+
+
+@pytest.mark.parametrize("cell", ["0.015", "30", "small"])
+def test_an_uncertainty_that_is_no_per_cent_is_named(campaign, cell):
+    folder, _, opened = campaign
+    lines = ["Serial number,Sensitivity [mV/g],Uncertainty [%]", f"4711,10.2,{cell}"]
+    (folder / "s.csv").write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(LogError, match=r"s\.csv:2: .* uncertainty \(k = 2\) of 0.1 to 20 %"):
+        opened("s.csv")
+
+
+def test_an_uncertainty_in_another_unit_is_read_as_before(campaign):
+    folder, _, opened = campaign
+    lines = [
+        "Serial number,Sensitivity [mV/g],Uncertainty [dB]",
+        "4711,10.2,0.2",
+        "4712,98,0.2",
+    ]
+    (folder / "s.csv").write_text("\n".join(lines), encoding="utf-8")
+    recording, _ = opened("s.csv")
+    with recording:
+        assert recording.channels[0].uncertainty is None

@@ -334,13 +334,13 @@ def measure(
             places=misplaced(recording, model, inputs, rows),
             sha256=recording.sha256(),
             gain_spread=(
-                *([_gain_spread(recording, row) for row in inputs] or [0.0]),
-                *(_gain_spread(recording, row) for row in rows),
+                *([gain_spread(recording, row) for row in inputs] or [0.0]),
+                *(gain_spread(recording, row) for row in rows),
             ),
         )
 
 
-def _gain_spread(recording: Recording, row: int) -> float:
+def gain_spread(recording: Recording, row: int) -> float:
     """Return the standard uncertainty of the gain of a channel [-]."""
     expanded = recording.channels[row].uncertainty
     return UNCALIBRATED if expanded is None else 0.5 * expanded
