@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.headline import headline, probability_text
-from shakerproc.diagnosis.result import Diagnosis, Errors, Estimate, Finding, Pair, Where
+from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair, Where
 from shakerproc.testlog import Test
 
 ERRORS = Errors(Pair(0.8, 0.01), Pair(0.9, 0.011), 0.01)

@@ -14,16 +14,8 @@ from typer.testing import CliRunner
 
 from shakerproc import comparison
 from shakerproc.cli import build_app
-from shakerproc.diagnosis.result import (
-    Diagnosis,
-    Errors,
-    Estimate,
-    Finding,
-    NextTest,
-    Pair,
-    Tried,
-    Where,
-)
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, NextTest, Pair, Tried, Where
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element

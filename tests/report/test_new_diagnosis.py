@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from tests.report.test_evidence import DIAGNOSIS
 
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Outside
-from shakerproc.diagnosis.result import Errors, Estimate, Tried
+from shakerproc.diagnosis.result import Errors, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report import free_law as drawing

@@ -2,7 +2,8 @@
 
 from shakerproc.diagnosis.api import diagnose, diagnose_arrays, diagnose_tests
 from shakerproc.diagnosis.data import TestArrays
-from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.result import Diagnosis, Finding
 
 __all__ = [
     "Diagnosis",

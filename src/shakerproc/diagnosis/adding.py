@@ -7,11 +7,12 @@ from typing import Final, final
 from shakerproc.comparison.free_run_error import fall
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.joint_outcomes import FurtherMode
 from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
-from shakerproc.diagnosis.result import Errors, Estimate, Pair
+from shakerproc.diagnosis.result import Errors, Pair
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
@@ -270,8 +271,8 @@ def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element
     """Return an element with as many digits as its intervals bear out, a table with six."""
     if isinstance(element.effect, Table):
         return Element(_rounded(element.effect), element.between)
-    values = {name: shortened(one) for name, one in numbers.items()}
-    return Element(EFFECTS[element.effect.kind].of_numbers(values), element.between)
+    short = {name: shortened(one) for name, one in numbers.items()}
+    return replace(element, effect=element.effect.of_numbers(short))
 
 
 def _rounded(table: Table) -> Table:
@@ -296,9 +297,4 @@ def shortened(estimate: Estimate) -> float | str:
     value = estimate.value
     if isinstance(value, str):
         return value
-    if estimate.by_tests is None:
-        return within(float(value), estimate.unit, estimate.low, estimate.high)
-    reach = estimate.by_tests * abs(
-        value
-    )  # numbers that were fitted together share calibration
-    return within(float(value), estimate.unit, value - reach, value + reach)
+    return within(float(value), estimate.unit, *estimate.bounds_by_tests)

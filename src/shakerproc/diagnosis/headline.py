@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.number_wording import shown
+from shakerproc.diagnosis.result import Diagnosis, Finding
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
-from shakerproc.diagnosis.wording import shown
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")

@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name, sharing
-from shakerproc.diagnosis.result import Diagnosis, Estimate
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.models import EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 

@@ -2,23 +2,18 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from shakerproc.comparison.noise import Refuted
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
-from shakerproc.diagnosis.result import Errors, Estimate, Finding, Known, Where
+from shakerproc.diagnosis.result import Errors, Finding, Where
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
-from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.diagnosis.selection.where import PARTS
 from shakerproc.models.motion import Motion, shown_in
-
-LEAST_SHARE: Final = 1e-4
-"""Share of a number below which what calibration leaves open of it is not printed: stiffness
-does not move with the scale of base and response [-]."""
 
 CALIBRATED: Final = f"; sensors are calibrated to no better than {NEGLIGIBLE:.0%}"
 """Why what is left beyond noise may be nothing."""
@@ -107,51 +102,6 @@ def nothing_sentence(errors: Errors, which: str, *, complete: bool) -> str:
         f"Nothing is missing: {which} leaves {errors.held_out.after:.3g} of the "
         f"response, the noise is {_noise(errors.noise_floor)}{beyond}."
     )
-
-
-def off_sentences(off: Mapping[str, tuple[float, Estimate]]) -> list[str]:
-    """Return which numbers of the model were off, old and new; nothing where none was."""
-    if not off:
-        return []
-    numbers = "; ".join(
-        f"{name} {shown(replace(new, value=was), within=False)} in the file, "
-        f"{shown(new)} fitted"
-        for name, (was, new) in off.items()
-    )
-    return [f"Numbers of the model were off: {numbers}."]
-
-
-def known_sentences(known: Sequence[Known]) -> list[str]:
-    """Return which numbers no test tells one by one, and what it tells of them together."""
-    by_pair: dict[tuple[str, str], list[str]] = {}
-    for one in known:
-        said = f"their {one.combination}, {shown(one.estimate)}"
-        by_pair.setdefault(one.numbers, []).append(said)
-    return [
-        f"These tests do not tell {a} and {b} one by one, only {' and '.join(said)}."
-        for (a, b), said in by_pair.items()
-    ]
-
-
-def shown_by_one_sentence(test: OneTest) -> str:
-    """Return that one test alone shows what was found, and what to hold out instead."""
-    return f"Of these tests {test.name} alone shows it: {_held_out_instead(test)}."
-
-
-def unexplained_sentence(test: OneTest) -> str:
-    """Return that a model leaves more than noise of a test, and what to hold out instead."""
-    which = "which was fitted" if test.fitted else "which was held out"
-    return (
-        f"Of {test.name}, {which}, {test.error:.3g} is left, "
-        f"{test.error / test.floor:.2g} times its noise: {_held_out_instead(test)}."
-    )
-
-
-def _held_out_instead(test: OneTest) -> str:
-    others = [name for name in test.instead_of if name != test.name]
-    if others:
-        return f"repeat it, and hold the repeat out instead of {' and '.join(others)}"
-    return "repeat it, and mark the repeat hold_out: true"
 
 
 def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> str:
@@ -297,26 +247,6 @@ def _effects(effects: Sequence[Finding]) -> str:
 
 def _faults(faults: Sequence[Finding]) -> str:
     return " and ".join(f"{f.kind.replace('_', ' ')} of {f.between[0]}" for f in faults)
-
-
-def shown(estimate: Estimate, *, within: bool = True) -> str:
-    """Return a number for people, `within` what tests and calibration leave open of it."""
-    value = estimate.value
-    if not isinstance(value, float):
-        return str(value)
-    unit, factor = ("mm", 1e3) if estimate.unit == "m" else (estimate.unit, 1.0)
-    number = f"{factor * value:#.3g}" if unit == "mm" else f"{factor * value:.4g}"
-    said = f"{number} {unit}".removesuffix(" 1").removesuffix(" -")
-    if not within or estimate.by_tests is None:
-        return said
-    said += f" +- {_per_cent(estimate.by_tests)} by these tests"
-    if (estimate.by_calibration or 0.0) < LEAST_SHARE:
-        return said
-    return f"{said}, +- {_per_cent(estimate.by_calibration or 0.0)} by calibration"
-
-
-def _per_cent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
 
 
 def _noise(floor: float) -> str:

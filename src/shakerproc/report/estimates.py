@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from shakerproc.diagnosis.result import Diagnosis, Estimate
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.report.sections import Table
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {

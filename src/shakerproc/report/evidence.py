@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, sentence
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.headline import probability_text
-from shakerproc.diagnosis.result import Diagnosis, Estimate, Tried
+from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.report import evidence_motion, evidence_spectra
 from shakerproc.report.alternatives import laws

@@ -5,7 +5,8 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc.comparison import by_range
-from shakerproc.diagnosis.result import ESTIMATE_COLUMNS, Diagnosis
+from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.report.evidence_models import Models, loudest, same_joint, spread_out
 from shakerproc.report.evidence_motion import cloud
 from shakerproc.report.evidence_spectra import picked

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any, final
 
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.headline import probability_text
-from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.result import Diagnosis as Found
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, whole_of

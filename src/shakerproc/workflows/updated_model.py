@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from shakerproc import __version__, files
 from shakerproc.diagnosis.adding import NO_START, Added
 from shakerproc.diagnosis.adding import add as add_effect
-from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
+from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import (
     Provenance,

@@ -7,10 +7,10 @@ import pytest
 from tests.diagnosis.one_mass import NOISE, arrays_of, one_mass
 
 from shakerproc.comparison.free_run_error import Scored
-from shakerproc.diagnosis import wording
+from shakerproc.diagnosis import number_wording
 from shakerproc.diagnosis.data import prepared
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.uncertain import Number, Parts, Uncertainty, known_together
-from shakerproc.diagnosis.result import Estimate
 from shakerproc.diagnosis.selection import each_test
 from shakerproc.diagnosis.selection.each_test import shown_by_one, unexplained_tests
 
@@ -55,7 +55,7 @@ def test_the_one_test_that_leaves_many_times_its_noise_is_named(found):
     (one, _) = unexplained_tests(found, found.linear)
     assert one.name == "test 3"
     assert one.error == pytest.approx(0.3, rel=0.02)
-    assert wording.unexplained_sentence(one).startswith(
+    assert number_wording.unexplained_sentence(one).startswith(
         "Of test 3, which was fitted, 0.3 is left, 60 times its noise: repeat it"
     )
 
@@ -67,7 +67,7 @@ def test_noise_alone_leaves_no_test_unexplained(found):
 def test_an_effect_that_one_test_shows_is_told_with_what_to_hold_out(found):
     one = shown_by_one(found, score(0.0, 0.0, 0.0))
     assert one.name == "test 3"
-    assert "test 3 alone shows it" in wording.shown_by_one_sentence(one)
+    assert "test 3 alone shows it" in number_wording.shown_by_one_sentence(one)
 
 
 def test_an_effect_that_two_tests_show_is_not_that_of_one(found):
@@ -77,11 +77,11 @@ def test_an_effect_that_two_tests_show_is_not_that_of_one(found):
 
 def test_old_and_new_of_what_was_off_are_told():
     stiffness = Estimate(6.89e5, 6.8e5, 7.0e5, "N/m", 0.01, 0.0)
-    assert wording.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [
+    assert number_wording.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [
         "Numbers of the model were off: stiffness base-top 5.96e+05 N/m in the file, "
         "6.89e+05 N/m +- 1 % by these tests fitted."
     ]
-    assert wording.off_sentences({}) == []
+    assert number_wording.off_sentences({}) == []
 
 
 def test_of_two_numbers_of_which_only_the_product_is_told_it_is_said():
@@ -97,7 +97,7 @@ def test_of_two_numbers_of_which_only_the_product_is_told_it_is_said():
     (one,) = known_together(uncertainty, numbers)
     assert (one.combination, one.estimate.value) == ("product", 6.0)
     assert one.estimate.by_tests == pytest.approx(1.96e-3 * np.sqrt(2.0))
-    assert wording.known_sentences([one]) == [
+    assert number_wording.known_sentences([one]) == [
         "These tests do not tell stiffness and length one by one, only their product, "
         "6 N/m m +- 0.28 % by these tests."
     ]

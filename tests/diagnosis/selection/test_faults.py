@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from shakerproc.diagnosis.result import Estimate, Finding
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.result import Finding
 from shakerproc.diagnosis.selection.faults import doubted
 
 GAIN = Finding("sensor_gain", ("top",), {"gain": Estimate(0.9, 0.89, 0.91, "1")})

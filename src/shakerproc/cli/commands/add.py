@@ -100,7 +100,7 @@ def _pairs(given: list[str]) -> dict[str, str]:
 
 
 def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
-    from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
+    from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 
     held = added.errors.held_out
     output.data(

@@ -89,8 +89,8 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
 
     Notes that were said `once` before are not printed again.
     """
+    from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
     from shakerproc.diagnosis.headline import probability_text
-    from shakerproc.diagnosis.result import ESTIMATE_COLUMNS
 
     output.data(f"verdict: {result.verdict}", json_target=json_target)
     if numbers:

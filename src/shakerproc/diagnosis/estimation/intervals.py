@@ -6,11 +6,11 @@ import numpy as np
 
 from shakerproc.comparison.measured import UNCALIBRATED
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.uncertain import Number, known_together
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Addition
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
-from shakerproc.diagnosis.result import Estimate, Known
 
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""

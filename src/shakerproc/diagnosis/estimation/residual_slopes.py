@@ -9,26 +9,25 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.at_once import at_once
+from shakerproc.diagnosis.estimation.columns import (
+    FINE,
+    FINE_STEP,
+    append,
+    by_channels,
+    flat,
+    table,
+)
 from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, predict
-from shakerproc.diagnosis.estimation.stacks import Stack
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
 STEP: Final = 3e-4
 """Least change of a coordinate for slopes: the engine's 1e-5 makes them right to 3 % [-]."""
-
-FINE_STEP: Final = 3e-5
-"""Change of a coordinate, forth and back, whose slopes are straight where a motion of hundreds
-of periods is out of step at `STEP`: what bends or scatters passes for knowledge of what no test
-tells [-]."""
-
-FINE: Final = 1e-9
-"""Truncation of a simulation of which these hold no more than 0.003 % [-]."""
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
@@ -64,15 +63,12 @@ class Linearisation:
     plain : bool
         Whether squares count as they are, however large in a few blocks.
     fine : bool
-        Whether slopes are to be those of the smallest change, for an interval: a search is
-        served by those of a larger one.
+        Whether slopes are those of a small change forth and back, as intervals need.
 
     Attributes
     ----------
     low, high : (n_x,) array
         Bounds of the coordinates.
-    fine : bool
-        Whether slopes are those of a small change forth and back.
     step : float
         Change of numbers for slopes [-].
     correlation : float
@@ -93,7 +89,7 @@ class Linearisation:
     ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self._plain = plain
-        self.fine = fine
+        self._fine = fine
         self.step, self._tolerance = (FINE_STEP, FINE) if fine else (STEP, TOLERANCE)
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
@@ -114,10 +110,8 @@ class Linearisation:
 
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
         """Return the same of other tests, which differ in what drives them alone."""
-        other = replace(self.data, tests=tuple(tests))
-        return Linearisation(
-            other, self.hypothesis, self.windows, plain=self._plain, fine=self.fine
-        )
+        other, how = replace(self.data, tests=tuple(tests)), (self.hypothesis, self.windows)
+        return Linearisation(other, *how, plain=self._plain, fine=self._fine)
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
@@ -159,7 +153,7 @@ class Linearisation:
             outputs = stack.of(predicted.outputs)
             late = at.delay[:, None] * stack.slope_in_time(outputs)
             recorded = at.gain[:, None] * (outputs - late)
-            left = _flat(stack.weighted(stack.measured - recorded))
+            left = flat(stack.weighted(stack.measured - recorded))
             left[predicted.failed[stack.members]] = RUNAWAY
             rows.append(left)
         return rows, predicted, self.cost(rows, at)
@@ -230,19 +224,19 @@ class Linearisation:
         slopes: list[list[FloatArray]] = [[] for _ in self.stacks]
         if physics:
             for change in self._by_coordinates(at, here, steps):
-                _append(slopes, change)
+                append(slopes, change)
             for columns, stack in zip(slopes, self.stacks, strict=True):
-                columns.extend(_by_channels(at, stack, stack.of(predicted.outputs)))
+                columns.extend(by_channels(at, stack, stack.of(predicted.outputs)))
             for change in self.by_tests(at, here):
-                _append(slopes, change)
+                append(slopes, change)
         own: list[list[FloatArray]] = [[] for _ in self.stacks]
         for change in self._by_starts(at, here):
-            _append(own, change)
+            append(own, change)
         count = self.spread.size
         return Linearised(
             residual,
-            [_table(c, r, count) for c, r in zip(slopes, residual, strict=True)],
-            [_table(c, r, 0) for c, r in zip(own, residual, strict=True)],
+            [table(c, r, count) for c, r in zip(slopes, residual, strict=True)],
+            [table(c, r, 0) for c, r in zip(own, residual, strict=True)],
         )
 
     def evened(self, at: Point, predicted: Predicted) -> Predicted:
@@ -258,7 +252,7 @@ class Linearisation:
         sizes = np.full(at.x.size, self.step) if steps is None else steps
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
-        inside = self.fine & (at.x - sizes >= self.low) & (changes > 0.0)
+        inside = self._fine & (at.x - sizes >= self.low) & (changes > 0.0)
         back = (replace(at, x=at.x - row) for row in np.diag(changes)[inside])
         others = iter(self._at_once(back))
         for step, both, there in zip(changes, inside, self._at_once(points), strict=True):
@@ -301,34 +295,7 @@ class Linearisation:
         found = []
         for stack in self.stacks:
             change = stack.of(here.outputs) - stack.of(there.outputs)
-            rows = _flat(stack.weighted(factor[:, None] * change))
+            rows = flat(stack.weighted(factor[:, None] * change))
             rows[(here.failed | there.failed)[stack.members]] = 0.0
             found.append(rows)
         return found
-
-
-def _by_channels(at: Point, stack: Stack, outputs: FloatArray) -> list[FloatArray]:
-    """Return the slopes of windows by the gain, then by the delay, of each sensor."""
-    found = []
-    for rows in (-outputs, at.gain[:, None] * stack.slope_in_time(outputs)):
-        weighted = stack.weighted(rows)
-        for s in range(at.gain.size):
-            alone = np.zeros_like(weighted)
-            alone[:, s] = weighted[:, s]
-            found.append(_flat(alone))
-    return found
-
-
-def _flat(rows: FloatArray) -> FloatArray:
-    """Return what counts of all sensors one after the other, (n_members, n_residuals)."""
-    return rows.reshape(len(rows), -1)
-
-
-def _append(columns: list[list[FloatArray]], one: list[FloatArray]) -> None:
-    for own, column in zip(columns, one, strict=True):
-        own.append(column)
-
-
-def _table(columns: list[FloatArray], rows: FloatArray, count: int) -> FloatArray:
-    """Return columns side by side; zeros where there are none."""
-    return np.stack(columns, axis=-1) if columns else np.zeros((*rows.shape, count))

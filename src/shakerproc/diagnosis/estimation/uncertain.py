@@ -16,8 +16,8 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.estimation.scatter import UNTOLD
-from shakerproc.diagnosis.result import Estimate, Known
 
 WIDTH: Final = 1.96
 """Half width of a 95 % interval in standard errors [-]."""
@@ -68,7 +68,7 @@ class Uncertainty:
         """
         n = slopes.size
         found = (
-            float(np.sqrt(max(slopes @ part[:n, :n] @ slopes, 0.0)))
+            float(np.sqrt(max(float(slopes @ part[:n, :n] @ slopes), 0.0)))
             for part in (self.tests, self.calibration, self.beforehand)
         )
         return Parts(*found)

@@ -5,10 +5,11 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.correction import applied_delay, applied_gain
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.result import Estimate, Finding
+from shakerproc.diagnosis.result import Finding
 from shakerproc.diagnosis.selection.scores import Score
 
 GAIN_TOLERANCE: Final = 0.03

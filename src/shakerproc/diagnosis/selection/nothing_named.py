@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from shakerproc.diagnosis import wording
+from shakerproc.diagnosis import number_wording, wording
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import numbers_off
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.result import Errors, Estimate, Finding
+from shakerproc.diagnosis.result import Errors, Finding
 from shakerproc.diagnosis.selection.choice import bare, leaves_more
 from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.diagnosis.selection.proposing import Unexercised
@@ -40,12 +41,12 @@ def nothing_named(
     if not known:
         return "cannot tell", unnamed
     if apart:
-        sentence = f"{unnamed} {wording.unexplained_sentence(apart[0])}"
+        sentence = f"{unnamed} {number_wording.unexplained_sentence(apart[0])}"
         return "cannot tell", sentence
     complete = found.is_explained_by(chosen)
     said = [wording.nothing_sentence(errors, which, complete=complete)]
     if chosen is found.linear:
-        said += wording.off_sentences(numbers_off(chosen.fit))
+        said += number_wording.off_sentences(numbers_off(chosen.fit))
     return "nothing missing", " ".join(said)
 
 

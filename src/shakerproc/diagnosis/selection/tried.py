@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.result import Estimate, Tried
+from shakerproc.diagnosis.result import Tried
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of_scored, scored_tests
 from shakerproc.diagnosis.selection.scores import Score

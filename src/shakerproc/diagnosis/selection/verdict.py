@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shakerproc.comparison.free_run_error import Scored
-from shakerproc.diagnosis import wording
+from shakerproc.diagnosis import number_wording, wording
+from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.intervals import (
     estimates,
@@ -18,15 +19,7 @@ from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
-from shakerproc.diagnosis.result import (
-    Diagnosis,
-    Errors,
-    Estimate,
-    Finding,
-    Pair,
-    Tried,
-    Where,
-)
+from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair, Tried, Where
 from shakerproc.diagnosis.selection.choice import (
     bare,
     further,
@@ -36,11 +29,7 @@ from shakerproc.diagnosis.selection.choice import (
     standing_of,
 )
 from shakerproc.diagnosis.selection.each_test import OneTest, shown_by_one, unexplained_tests
-from shakerproc.diagnosis.selection.errors import (
-    error_of,
-    error_of_scored,
-    scored_tests,
-)
+from shakerproc.diagnosis.selection.errors import error_of, error_of_scored, scored_tests
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_sentence
@@ -93,9 +82,8 @@ def judged(
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
         verdict = "effect found"
-        said = [wording.found_sentence(effects, faults, errors, alike)]
-        said += _beside_effects(found, chosen, errors, left, apart)
-        sentence = " ".join(said)
+        said = wording.found_sentence(effects, faults, errors, alike)
+        sentence = " ".join([said, *_beside_effects(found, chosen, errors, left, apart)])
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -137,13 +125,13 @@ def _beside_effects(
 
     Which numbers no test tells, which test alone shows the effects, and what is left.
     """
-    said = wording.known_sentences(known_of(chosen.fit))
+    said = number_wording.known_sentences(known_of(chosen.fit))
     alone = shown_by_one(found, chosen)
     if alone is not None:
-        said.append(wording.shown_by_one_sentence(alone))
+        said.append(number_wording.shown_by_one_sentence(alone))
     if not found.is_explained_by(chosen):
         said.append(wording.more_sentence(errors, left, found.data.model.motion))
-    return said + ([wording.unexplained_sentence(apart[0])] if apart else [])
+    return said + ([number_wording.unexplained_sentence(apart[0])] if apart else [])
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
