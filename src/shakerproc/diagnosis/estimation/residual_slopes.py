@@ -89,8 +89,8 @@ class Linearisation:
     ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self._plain = plain
-        self._fine = fine
-        self.step, self._tolerance = (FINE_STEP, FINE) if fine else (STEP, TOLERANCE)
+        self._fine, self.step = fine, FINE_STEP if fine else STEP
+        self._tolerance = FINE if fine else TOLERANCE
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
@@ -110,8 +110,8 @@ class Linearisation:
 
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
         """Return the same of other tests, which differ in what drives them alone."""
-        other, how = replace(self.data, tests=tuple(tests)), (self.hypothesis, self.windows)
-        return Linearisation(other, *how, plain=self._plain, fine=self._fine)
+        data, windows = replace(self.data, tests=tuple(tests)), self.windows
+        return Linearisation(data, self.hypothesis, windows, plain=self._plain, fine=self._fine)
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
@@ -253,11 +253,10 @@ class Linearisation:
         changes = np.where(at.x + sizes <= self.high, sizes, -sizes)
         points = (replace(at, x=at.x + row) for row in np.diag(changes))
         inside = self._fine & (at.x - sizes >= self.low) & (changes > 0.0)
-        back = (replace(at, x=at.x - row) for row in np.diag(changes)[inside])
-        others = iter(self._at_once(back))
+        others = self._at_once(replace(at, x=at.x - row) for row in np.diag(changes)[inside])
         for step, both, there in zip(changes, inside, self._at_once(points), strict=True):
-            width = 2.0 * step if both else step
-            yield self.differences(at.gain / width, next(others) if both else here, there)
+            width, other = (2.0 * step, next(others)) if both else (step, here)
+            yield self.differences(at.gain / width, other, there)
 
     def _at_once(self, points: Iterable[Point]) -> Iterator[Predicted | None]:
         n_samples = int(self.windows.table[:, 2].sum())
