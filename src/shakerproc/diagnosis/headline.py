@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate, Finding
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.numerals import numeral
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")
@@ -73,4 +74,4 @@ def _text(estimate: Estimate) -> str:
         return str(value)
     if estimate.unit == "m":
         return f"{1e3 * value:#.3g} mm"
-    return f"{value:.4g} {estimate.unit}".removesuffix(" -").strip()
+    return f"{numeral(value, 4)} {estimate.unit}".removesuffix(" -").strip()

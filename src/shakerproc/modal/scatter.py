@@ -12,6 +12,7 @@ from shakerproc.modal.lines import Lines, taken
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.selection import price_of
 from shakerproc.modal.stabilisation import damping_of, frequency_of
+from shakerproc.numerals import numeral
 
 MUCH: Final = 2.0
 """Ratio of the scatter over records to what their own intervals allow, from which on a mode is
@@ -73,8 +74,9 @@ def with_scatter(
     scatter = _deviation(values)
     moving = [
         f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the {named} by "
-        f"{100.0 * scatter[0, i]:.2g} % in frequency and {100.0 * scatter[1, i]:.2g} % in "
-        f"damping, {ratio[:, i].max():.2g} times what their intervals allow: {meaning}"
+        f"{numeral(100.0 * scatter[0, i], 2)} % in frequency and "
+        f"{numeral(100.0 * scatter[1, i], 2)} % in "
+        f"damping, {numeral(ratio[:, i].max(), 2)} times what their intervals allow: {meaning}"
         for i in range(modes.poles.size)
         if ratio[:, i].max() > MUCH
     ]
@@ -126,6 +128,6 @@ def told_scatter(modes: ModeSet, mode: int) -> list[str]:
     if modes.scatter is None:
         return []
     return [
-        "one test" if np.isnan(value) else f"{100.0 * value:.2g}"
+        "one test" if np.isnan(value) else f"{numeral(100.0 * value, 2)}"
         for value in modes.scatter[:, mode]
     ]

@@ -6,17 +6,19 @@ program that appends to a file writes both again.
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from mmap import mmap
 from types import MappingProxyType
-from typing import Final, final
+from typing import Final, TypeVar, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.times import is_time
+
+_Said = TypeVar("_Said", str, Sequence[str])
 
 _END: Final = "***End_of_Header***"
 _MARK: Final = re.compile(rb"(?<![^\r\n])\*\*\*End_of_Header\*\*\*[^\r\n]*(?:\r\n|\r|\n|\Z)")
@@ -27,6 +29,11 @@ _SIGNS: Final = re.compile(r"[,;\t]")
 _SEPARATORS: Final = {"tab": "\t", "comma": ",", "semicolon": ";"}
 _LONGEST: Final = 1 << 22
 """Bytes of a header: 10,000 channels take 1 MB."""
+_READ: Final = frozenset({
+    "Separator", "Decimal_Separator", "Multi_Headings", "X_Columns", "Date", "Time", "Samples",
+    "X0", "Delta_X", "X_Dimension", "X_Unit_Label", "Y_Unit_Label",
+})  # fmt: skip
+"""Names of header lines that are read."""
 _DATE: Final = re.compile(r"(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})")
 _TIME: Final = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d{1,6})\d*)?")
 
@@ -175,7 +182,7 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
             _check_only_tags(between, before, run)
         tags = list(_tags(between, encoding))
         if any(_first(tag) == "LabVIEW Measurement" for tag in tags):
-            header = MappingProxyType(dict(_pair(tag) for tag in tags))
+            header = MappingProxyType(_by_name(map(_pair, tags), run))
             _check(header, run)
             above = below
             continue
@@ -188,7 +195,8 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
             _first(tag.decode("latin-1")) for tag in tail
         )
         place = (line + 1, rows, after - sum(map(len, tail)), unfinished)
-        found.append(_head(content[below:rows], encoding, header, tags, place))
+        cells = _by_name((_cells(tag, separator_of(header)) for tag in tags), run)
+        found.append(_head(content[below:rows], encoding, header, cells, place))
         if not found[-1].rows:
             raise RecordingError(f"{run}: line {line + 1} names no channels. {AGAIN}")
     if not found or not found[0].titles:
@@ -234,18 +242,43 @@ def _head(
     title: bytes,
     encoding: str,
     header: Mapping[str, str],
-    tags: Sequence[str],
+    cells: Mapping[str, Sequence[str]],
     place: tuple[int, int, int, bool],
 ) -> Head:
-    separator = separator_of(header)
-    titles = [
-        cell.strip() for cell in title.decode(encoding, errors="replace").split(separator)
-    ]
+    text = title.decode(encoding, errors="replace")
+    titles = [cell.strip() for cell in text.split(separator_of(header))]
     while titles and titles[-1].casefold() in {"comment", ""}:
         titles.pop()
-    split = [tag.rstrip("\r\n").split(separator) for tag in tags]
-    cells = {cells[0].strip(): tuple(cell.strip() for cell in cells[1:]) for cells in split}
     return Head(header, cells, tuple(titles), *place)
+
+
+def _by_name(lines: Iterable[tuple[str, _Said]], run: str) -> dict[str, _Said]:
+    """Return what header lines say, by name.
+
+    Raises
+    ------
+    RecordingError
+        If two lines that are read have one name and say different things.
+    """
+    found: dict[str, _Said] = {}
+    for name, said in lines:
+        if name in _READ and found.get(name, said) != said:
+            before, after = (
+                one if isinstance(one, str) else " ".join(filter(None, dict.fromkeys(one)))
+                for one in (found[name], said)
+            )
+            raise RecordingError(
+                f"{run}: a header of this LVM file has two lines {name}: {shown(before)} and "
+                f"{shown(after)}. Delete the wrong one."
+            )
+        found[name] = said
+    return found
+
+
+def _cells(line: str, separator: str) -> tuple[str, Sequence[str]]:
+    """Return the name of a header line above a table, and its cells."""
+    name, *cells = (cell.strip() for cell in line.rstrip("\r\n").split(separator))
+    return name, tuple(cells)
 
 
 def _line_at(content: mmap | bytes, at: int) -> bytes:

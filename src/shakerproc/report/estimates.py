@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from shakerproc.diagnosis.result import Diagnosis, Estimate
+from shakerproc.numerals import numeral
 from shakerproc.report.sections import Table
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
@@ -67,7 +68,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
     )
     half = ""
     if estimate.low is not None and estimate.high is not None and value:
-        half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
+        half = f"{numeral(50.0 * abs((estimate.high - estimate.low) / estimate.value), 2)} %"
     return _number(value), low, high, half, unit
 
 
@@ -78,7 +79,7 @@ def shown_value(estimate: Estimate) -> str:
 
 def _number(value: float) -> str:
     """Return four digits, in full where that is short."""
-    rounded = float(f"{value:.4g}")
+    rounded = float(f"{numeral(value, 4)}")
     if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
         return f"{rounded:.10g}"
     return f"{rounded:.3e}"

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
+from shakerproc.numerals import numeral
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 """Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""
@@ -57,7 +58,7 @@ def level_of(test: TestComparison) -> str:
     """Return the level of a test as the log has it, in four digits at most."""
     number, _, unit = test.measured.test.level_text.partition(" ")
     with contextlib.suppress(ValueError):
-        number = f"{float(number):.4g}"
+        number = f"{numeral(float(number), 4)}"
     return f"{number} {unit}".strip().replace("^2", "²")
 
 

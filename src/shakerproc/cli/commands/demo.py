@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shakerproc.cli import output
+from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.comparison import Comparison
@@ -164,7 +165,9 @@ def _draw(before: "Comparison", after: "Comparison", folder: Path) -> None:
 def _verdict(before: "Comparison", after: "Comparison", diagnosis: "Diagnosis") -> str:
     effect = diagnosis.effects[0]
     told = ", ".join(
-        f"{name} {p.value * 1e3:.3g} mm" if p.unit == "m" else f"{name} {p.value:.3g} {p.unit}"
+        f"{name} {numeral(p.value * 1e3)} mm"
+        if p.unit == "m"
+        else f"{name} {numeral(p.value)} {p.unit}"
         for name, p in effect.parameters.items()
         if isinstance(p.value, float)
     )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import (
     AbstractHealthCheck,
     Flag,
@@ -112,7 +113,7 @@ class CrossChannel(AbstractHealthCheck):
             return []
         channels = self._recording.channels
         names = listed([channels[i].name for i in self._controls])
-        values = listed([f"{value:.4g}" for value in level])
+        values = listed([f"{numeral(value, 4)}" for value in level])
         return [
             self._flag(
                 "controls differ",
@@ -182,7 +183,8 @@ class CrossChannel(AbstractHealthCheck):
         return self._flag(
             "gain",
             name,
-            f"Follows {reference} at the lowest frequencies with a gain of {gain:.3g}, where "
+            f"Follows {reference} at the lowest frequencies with a gain of {numeral(gain)}, "
+            "where "
             f"it must be near 1.{reason} Check sensitivity and unit; a sensor across the "
             "drive needs no change.",
         )
