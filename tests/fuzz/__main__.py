@@ -1,9 +1,9 @@
 """``make fuzz``: what becomes of some seven hundred thousand damaged recordings.
 
-Works in parts and says of each what was bad in it; then prints a table: one line for each way of
-damage, one column for each outcome. ``--share 2/7`` takes the second of seven disjoint shares,
-each of every kind. Exit status 1 if anything hung, blew up, raised anything but one line, or lost
-or renamed something silently.
+Works in parts and says of each what was bad in it; then prints a table: one line for each way
+of damage, one column for each outcome. ``--share 2/7`` takes the second of seven disjoint
+shares, each of every kind. Exit status 1 if anything hung, blew up, raised anything but one
+line, or lost or renamed something silently.
 """
 
 import argparse
@@ -24,7 +24,13 @@ def say(text: str) -> None:
 
 
 def one_of(text: str) -> tuple[int, int]:
-    """Return which share of how many, counted from 1."""
+    """Return which share of how many, counted from 1.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that number.
+    """
     number, _, count = text.partition("/")
     if not 1 <= int(number) <= int(count):
         raise ValueError(text)
@@ -48,9 +54,8 @@ def main() -> int:
             counts += of_part
             found, peak = found + len(bad), max(peak, memory)
             spent = time.perf_counter() - start
-            say(
-                f"part {part} of {PARTS}: {of_part.total()} mutants, {len(bad)} bad, {spent:.0f} s"
-            )
+            n = of_part.total()
+            say(f"part {part} of {PARTS}: {n} mutants, {len(bad)} bad, {spent:.0f} s")
             for line in bad:
                 say(f"  {line}")
     say(table(counts))
