@@ -34,7 +34,7 @@ def test_kind_joint_numbers_and_probability_are_in_one_line():
     told = headline(FOUND, [])
     assert told == (
         "gap between base and coupon: clearance +-0.0500 mm (0.100 mm in total), "
-        "stiffness 5e+04 N/m; probability 0.97."
+        "stiffness 50000 N/m; probability 0.97."
     )
 
 

@@ -75,8 +75,8 @@ class Worst:
         rms = ""
         if self.demand_rms is not None and self.measured_rms is not None:
             rms = (
-                f"; demanded {numeral(self.demand_rms, 4)} {self.unit} rms, "
-                f"measured {numeral(self.measured_rms, 4)} {self.unit} rms"
+                f"; demanded {numeral(self.demand_rms, 4)} {self.unit} rms, measured "
+                f"{numeral(self.measured_rms, 4)} {self.unit} rms"
             )
         return (
             f"test {self.test}: profile {self.profile}: {'' if self.kept else 'not '}kept, "

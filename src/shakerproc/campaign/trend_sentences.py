@@ -72,9 +72,8 @@ def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> st
     word = "clearance" if column == "clearance_m" else "level"
     if abs(stop - start) < width:
         return (
-            f"The {name} stays at {start:.{places}f} Hz from {low} to "
-            f"{high} of {word}, "
-            f"within the {numeral(width)} Hz to which it is known ({where})."
+            f"The {name} stays at {start:.{places}f} Hz from {low} to {high} of {word}, within "
+            f"the {numeral(width)} Hz to which it is known ({where})."
         )
     verb = "falls" if stop < start else "rises"
     meaning = "" if word == "clearance" else ": a sign of a nonlinear joint"

@@ -216,7 +216,7 @@ def print_static(described: "CouponFile", hole: Static, json: str | None) -> Non
             one.law,
             f"{math.degrees(one.half_angle):.0f}",
             one.plane,
-            f"{numeral(one.stiffness / 1e3, 4)}",
+            numeral(one.stiffness / 1e3, 4),
             f"{one.frequency:.0f}",
             _signed(_deviation(one.stiffness, hole.published)),
         )

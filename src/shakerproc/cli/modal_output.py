@@ -101,15 +101,14 @@ def _print_test(one: TestModes, json: str | None) -> None:
     title = (
         f"test {one.name}{f' ({said})' if said else ''}: {_modes(modes.poles.size)} from "
         f"{numeral(one.band[0], 4)} to {numeral(one.band[1], 4)} Hz, {len(one.sensors)} "
-        "sensors, input "
-        f"{', '.join(one.inputs) or 'not measured'}"
+        f"sensors, input {', '.join(one.inputs) or 'not measured'}"
     )
     rows = [
         (
             i + 1,
             f"{modes.frequency[i]:.6g}",
-            f"{numeral(100.0 * modes.frequency_error[i] * 1.96, 2)}",
-            f"{numeral(100.0 * modes.damping[i], 4)}",
+            numeral(100.0 * modes.frequency_error[i] * 1.96, 2),
+            numeral(100.0 * modes.damping[i], 4),
             _interval(modes.damping_bounds[:, i]),
             f"{modes.collinearity[i]:.3f}",
             _orders(one, i),

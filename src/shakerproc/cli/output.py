@@ -224,7 +224,7 @@ def cell_text(value: object) -> str:
     if isinstance(value, tables.Picture):
         return value
     if isinstance(value, float):
-        return "" if value != value else f"{numeral(value, 4)}"  # noqa: PLR0124 - NaN without numpy
+        return "" if value != value else numeral(value, 4)  # noqa: PLR0124 - NaN without numpy
     return files.printable(str(value))
 
 

@@ -151,9 +151,9 @@ def decays_of(model: Model, test: Measured) -> TestDecays:
     lines = decay_lines(rows, rate, test.excited, count=count)
     if not lines:
         raise DiagnosisError(
-            f"{test.run}: no mode stands out of the noise within "
-            f"{numeral(test.excited[0], 4)} to "
-            f"{numeral(test.excited[1], 4)} Hz of this decay; correct from and to of the test"
+            f"{test.run}: no mode stands out of the noise within {numeral(test.excited[0], 4)} "
+            f"to {numeral(test.excited[1], 4)} Hz of this decay; correct from and to of the "
+            "test"
         )
     start = _start(model, test, rows, lines[0].frequency)
     motion = _motion(model, test, start, rows.shape[1])

@@ -323,8 +323,7 @@ def _judged(motion: _Recorded, joint: Joint) -> JointMotion | NotTold:
         unit, factor = shown_in("m", motion.model.motion, unsure)
         why = (
             f"band too narrow: {numeral(size * factor, 2)} {unit} rms are told from "
-            f"{numeral(band[0])} Hz "
-            f"on, and noise may hide {numeral(unsure * factor, 2)} {unit}"
+            f"{numeral(band[0])} Hz on, and noise may hide {numeral(unsure * factor, 2)} {unit}"
         )
         return NotTold(joint.between, why, _rms(motion, force, band))
     return _motion(motion, joint, spectrum, force, (band, unsure))

@@ -145,6 +145,5 @@ def check_frequency(
             f"{recording.run} is left out: the log says a sine of {test.frequency_hz:g} Hz, "
             f"but {name} has most power at {numeral(frequency[power.argmax()])} Hz, and "
             f"{numeral(inside, 2)} of it from {numeral(low)} to {numeral(high)} Hz. Correct "
-            "frequency in "
-            "the log."
+            "frequency in the log."
         )

@@ -63,8 +63,7 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
         stop = start + most
         notes.append(
             f"{recording.run}: used {numeral(most / recording.sample_rate, 4)} s of "
-            f"{numeral(whole, 4)} s, "
-            f"from {numeral(start / recording.sample_rate, 4)} s on."
+            f"{numeral(whole, 4)} s, from {numeral(start / recording.sample_rate, 4)} s on."
         )
     if n <= 2 * most:
         return Part(0, n, start, stop, tuple(notes))

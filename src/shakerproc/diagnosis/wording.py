@@ -36,8 +36,7 @@ def outside_sentence(
     said = (
         "Something is missing that is not in the library: a free force over displacement and "
         f"velocity leaves {numeral(table)} of the response, the best law {numeral(least)}, "
-        "noise "
-        f"{_noise(floor)}."
+        f"noise {_noise(floor)}."
     )
     if not meanwhile:
         return said
@@ -128,8 +127,8 @@ def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> st
             ". How much of that is noise these tests do not say: record some seconds at rest "
             "before the excitation, or repeat a test."
         )
-    name, left = least[0], f"{numeral(least[1])}"
-    if least[1] < after and left != f"{numeral(after)}":
+    name, left = least[0], numeral(least[1])
+    if least[1] < after and left != numeral(after):
         said += f" The best that was tried, {name}, leaves {left}: less, but not surely so."
     return said
 
@@ -157,12 +156,13 @@ def far_sentence(far: Mapping[str, tuple[float, Estimate]]) -> str:
     )
 
 
-def unexercised_sentence(clearance: float, reach: float) -> str:
+def unexercised_sentence(clearance: float, reach: float, motion: Motion) -> str:
     """Return the verdict that a clearance [m] of the log was never closed: its reach [m]."""
+    shown, times = shown_in("m", motion, clearance)
     return (
-        f"The joint has a clearance of {numeral(clearance)} m but moved {numeral(reach)} m at "
-        "most: it "
-        f"never closed. {numeral(clearance / reach, 2)} times the level would close it."
+        f"The joint has a clearance of {numeral(times * clearance)} {shown} but moved "
+        f"{numeral(times * reach)} {shown} at most: it never closed. "
+        f"{numeral(clearance / reach, 2)} times the level would close it."
     )
 
 
@@ -171,8 +171,7 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     name = " and ".join(kind.replace("_", " ") for kind in kinds)
     return (
         f"{name} would lower the held-out free-run error from {numeral(now)} to "
-        f"{numeral(then)}. It can "
-        "be added next."
+        f"{numeral(then)}. It can be added next."
     )
 
 
@@ -180,7 +179,7 @@ def mode_notes(modes: Sequence[FurtherMode]) -> list[str]:
     """Return which further modes were fitted as linear; nothing without any."""
     if not modes:
         return []
-    said = " and ".join(f"{numeral(f, 4)}" for f in sorted(mode.frequency for mode in modes))
+    said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
     which = "A further mode" if len(modes) == 1 else "Further modes"
     was = "was" if len(modes) == 1 else "were"
     return [f"{which} at {said} Hz {was} fitted as linear."]
@@ -190,9 +189,9 @@ def fitted_note(left: float) -> str:
     """Return that a model leaves much of the tests that it was fitted to [-]."""
     return (
         f"Of the tests that it was fitted to, the model leaves {numeral(left)} of the "
-        "response, "
-        "though noise alone of what was held out: either motions that differ by noise go apart "
-        "in some part of them, or something is missing that was not exercised in the rest."
+        "response, though noise alone of what was held out: either motions that differ by "
+        "noise go apart in some part of them, or something is missing that was not exercised "
+        "in the rest."
     )
 
 
@@ -200,10 +199,8 @@ def whole_note(was: float, now: float, horizon: float) -> str:
     """Return that whole tests are predicted worse [-], though parts [s] of them better."""
     return (
         f"Parts of {numeral(horizon)} s are predicted better; simulated from rest as a whole, "
-        "as "
-        f"`compare` does where it can, the tests leave {numeral(now)} of the response, "
-        f"{numeral(was)} "
-        "before."
+        f"as `compare` does where it can, the tests leave {numeral(now)} of the response, "
+        f"{numeral(was)} before."
     )
 
 
@@ -221,7 +218,7 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     """
     said = []
     if len(weights) > 1:
-        shares = " and ".join(f"{numeral(weight, 2)}" for weight in weights)
+        shares = " and ".join(numeral(weight, 2) for weight in weights)
         said.append(
             "The controls disagree as on a table that rocks: what drives the model is their "
             f"sum with weights {shares}, in the order of the log."
@@ -267,7 +264,7 @@ def _faults(faults: Sequence[Finding]) -> str:
 
 
 def _noise(floor: float) -> str:
-    return f"{numeral(floor)}" if math.isfinite(floor) else "unknown"
+    return numeral(floor) if math.isfinite(floor) else "unknown"
 
 
 def _fall(errors: Errors) -> str:
@@ -276,13 +273,9 @@ def _fall(errors: Errors) -> str:
         f"the held-out free-run error falls from {numeral(held.before)} to "
         f"{numeral(held.after)}"
     )
-    alone = f"{numeral(errors.without or held.before)}"
+    alone = numeral(errors.without or held.before)
     own = errors.without is not None and errors.without < held.before
-    return (
-        f"{fall} ({alone} with no effect)"
-        if own and alone != f"{numeral(held.before)}"
-        else fall
-    )
+    return f"{fall} ({alone} with no effect)" if own and alone != numeral(held.before) else fall
 
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:

@@ -161,9 +161,8 @@ def _point(run: TensileRun, sample: int, force: float | None) -> tuple[float, fl
     reached = np.flatnonzero(run.force >= force)
     if not reached.size:
         raise ValueError(
-            f"{run.name}: the force reaches {numeral(np.max(run.force), 4)} N, the secant "
-            "asks for "
-            f"{numeral(force, 4)} N"
+            f"{run.name}: the force reaches {numeral(np.max(run.force), 4)} N, the secant asks "
+            f"for {numeral(force, 4)} N"
         )
     first = int(reached[0])
     before = max(first - 1, 0)

@@ -70,8 +70,8 @@ def with_scatter(
     moving = [
         f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the {named} by "
         f"{numeral(100.0 * scatter[0, i], 2)} % in frequency and "
-        f"{numeral(100.0 * scatter[1, i], 2)} % in "
-        f"damping, {numeral(ratio[:, i].max(), 2)} times what their intervals allow: {meaning}"
+        f"{numeral(100.0 * scatter[1, i], 2)} % in damping, {numeral(ratio[:, i].max(), 2)} "
+        f"times what their intervals allow: {meaning}"
         for i in range(modes.poles.size)
         if ratio[:, i].max() > MUCH
     ]
@@ -153,6 +153,6 @@ def told_scatter(modes: ModeSet, mode: int) -> list[str]:
     if modes.scatter is None:
         return []
     return [
-        "one test" if np.isnan(value) else f"{numeral(100.0 * value, 2)}"
+        "one test" if np.isnan(value) else numeral(100.0 * value, 2)
         for value in modes.scatter[:, mode]
     ]

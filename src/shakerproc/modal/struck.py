@@ -93,9 +93,8 @@ class Struck:
             )
         if rate:
             yield (
-                f"the exponential window ({numeral(rate, 4)} 1/s) is in the response "
-                "functions that "
-                "are drawn, not in the fit"
+                f"the exponential window ({numeral(rate, 4)} 1/s) is in the response functions "
+                "that are drawn, not in the fit"
             )
 
 

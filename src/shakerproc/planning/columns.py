@@ -33,7 +33,7 @@ def plan_documents(plans: Sequence[PlannedTest]) -> list[dict[str, Any]]:
 def bands_text(bands: Sequence[Band]) -> str:
     """Return bands as people write them [Hz]."""
     return ", ".join(
-        f"{numeral(low, 4)}-{numeral(high, 4)}" if low < high else f"{numeral(low, 4)}"
+        f"{numeral(low, 4)}-{numeral(high, 4)}" if low < high else numeral(low, 4)
         for low, high in bands
     )
 

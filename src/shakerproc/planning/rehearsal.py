@@ -273,8 +273,7 @@ def _check_length(test: Test, seconds: float, rate: float) -> None:
         raise LogError(
             f"{test.source or 'test'}: test {test.id}: {seconds:g} s at {rate:g} Hz are "
             f"{numeral(seconds * rate)} samples; at most {MOST_SAMPLES:.0e} are simulated. "
-            "Shorten "
-            f"the run, or lower its sample rate."
+            "Shorten the run, or lower its sample rate."
         )
 
 

@@ -69,9 +69,8 @@ def _about_sampling(shaken: AbstractInput, rate: float | None, test: Test) -> It
         width = rate / test.processing.welch.segment
         if shaken.low < 2.0 * width and test.processing.detrend == "none":
             yield (
-                f"the band begins at {shaken.low:g} Hz, within two bins of {numeral(width)} "
-                "Hz from "
-                f"0, where offsets leak: take a longer segment, or detrend: mean"
+                f"the band begins at {shaken.low:g} Hz, within two bins of {numeral(width)} Hz "
+                "from 0, where offsets leak: take a longer segment, or detrend: mean"
             )
 
 
@@ -90,8 +89,7 @@ def _about_crop(test: Test, shaken: AbstractInput) -> Iterator[str]:
     elif peak < 1.15 * crop.threshold and not crop.remove_offset:
         yield (
             f"its peak of {numeral(level)} g is only {numeral(level - threshold, 2)} g above "
-            "the crop's "
-            f"threshold: an offset of the sensor may hide the run"
+            "the crop's threshold: an offset of the sensor may hide the run"
         )
 
 
@@ -115,8 +113,7 @@ def _about_sweep(test: Test, shaken: AbstractInput, modes: list[Mode]) -> Iterat
             yield (
                 f"the sweep passes {numeral(mode.frequency, 4)} Hz too fast: it reaches "
                 f"{numeral(100.0 * peak)} % of the resonance, {numeral(shift, 2)} Hz too "
-                f"{late}; {shown} "
-                f"gives {100.0 * ENOUGH:.0f} %"
+                f"{late}; {shown} gives {100.0 * ENOUGH:.0f} %"
             )
 
 
@@ -151,8 +148,7 @@ def _about_averages(
         if width > 0.25 * half_power:
             yield (
                 f"bins of {numeral(width)} Hz are coarse for the {numeral(half_power)} Hz "
-                "half-power "
-                f"width at {numeral(mode.frequency, 4)} Hz: take segments of "
+                f"half-power width at {numeral(mode.frequency, 4)} Hz: take segments of "
                 f"{_next_power(4.0 * rate / half_power)} samples"
             )
     if planned.duration is None:
@@ -164,8 +160,8 @@ def _about_averages(
         yield (
             f"{numeral(planned.averaging.averages)} averages leave the gain "
             f"{numeral(100.0 * planned.averaging.gain_error, 2)} % of random error at a "
-            "coherence of "
-            f"{wish.coherence:g}; {numeral(longer)} s would leave {100.0 * ENOUGH_ERROR:.0f} %"
+            f"coherence of {wish.coherence:g}; {numeral(longer)} s would leave "
+            f"{100.0 * ENOUGH_ERROR:.0f} %"
         )
 
 
@@ -177,8 +173,7 @@ def _about_lines(said: Multisine, modes: list[Mode]) -> Iterator[str]:
             yield (
                 f"lines {numeral(1.0 / said.period)} Hz apart are coarse for the "
                 f"{numeral(half_power)} Hz half-power width at {numeral(mode.frequency, 4)} "
-                "Hz: take a "
-                f"period of {numeral(LINES_OF_A_MODE / half_power)} s or more"
+                f"Hz: take a period of {numeral(LINES_OF_A_MODE / half_power)} s or more"
             )
     if said.periods is not None and said.periods < ENOUGH_PERIODS:
         yield (
@@ -239,6 +234,5 @@ def _about_weight(planned: PlannedTest, wish: Wish) -> Iterator[str]:
     if peak < STANDARD_GRAVITY:
         yield (
             f"{numeral(peak / STANDARD_GRAVITY)} g does not lift a part that its weight holds "
-            "on "
-            "one side, however far the table moves"
+            "on one side, however far the table moves"
         )

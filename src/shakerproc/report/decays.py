@@ -165,4 +165,4 @@ def _table(rows: Sequence[dict[str, Any]]) -> Table:
 def _cell(value: Any) -> str:
     if value is None:
         return ""
-    return f"{numeral(value, 4)}" if isinstance(value, float) else str(value)
+    return numeral(value, 4) if isinstance(value, float) else str(value)

@@ -63,23 +63,15 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
     unit, factor = _SHOWN_UNITS.get(estimate.unit, (estimate.unit, 1.0))
     value = estimate.value * factor
     low, high = (
-        "" if end is None or not math.isfinite(end) else _number(end * factor)
+        "" if end is None or not math.isfinite(end) else numeral(end * factor, 4)
         for end in (estimate.low, estimate.high)
     )
     half = ""
     if estimate.low is not None and estimate.high is not None and value:
         half = f"{numeral(50.0 * abs((estimate.high - estimate.low) / estimate.value), 2)} %"
-    return _number(value), low, high, half, unit
+    return numeral(value, 4), low, high, half, unit
 
 
 def shown_value(estimate: Estimate) -> str:
     """Return a value in the unit that people use, without it."""
     return interval(estimate)[0]
-
-
-def _number(value: float) -> str:
-    """Return four digits, in full where that is short."""
-    rounded = float(f"{numeral(value, 4)}")
-    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
-        return f"{rounded:.10g}"
-    return f"{rounded:.3e}"

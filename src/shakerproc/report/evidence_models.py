@@ -58,7 +58,7 @@ def level_of(test: TestComparison) -> str:
     """Return the level of a test as the log has it, in four digits at most."""
     number, _, unit = test.measured.test.level_text.partition(" ")
     with contextlib.suppress(ValueError):
-        number = f"{numeral(float(number), 4)}"
+        number = numeral(float(number), 4)
     return f"{number} {unit}".strip().replace("^2", "²")
 
 

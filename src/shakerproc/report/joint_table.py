@@ -39,14 +39,12 @@ def _told(joint: JointMotion, factor: float) -> tuple[str, ...]:
     force, displacement = (
         float((x**2).mean()) ** 0.5 for x in (joint.force, joint.displacement)
     )
-    unsure = (
-        f"{numeral(joint.unsure * factor, 2)}" if math.isfinite(joint.unsure) else "unknown"
-    )
-    low = f"{numeral(joint.band[0])}" if joint.band[0] > 0.0 else ""
+    unsure = numeral(joint.unsure * factor, 2) if math.isfinite(joint.unsure) else "unknown"
+    low = numeral(joint.band[0]) if joint.band[0] > 0.0 else ""
     return (
         " - ".join(joint.between),
-        f"{numeral(force, 4)}",
-        f"{numeral(displacement * factor)}",
+        numeral(force, 4),
+        numeral(displacement * factor),
         unsure,
         low,
         "",
@@ -57,8 +55,8 @@ def _open(joint: NotTold, factor: float) -> tuple[str, ...]:
     force, displacement = joint.force_rms, joint.displacement_rms
     return (
         " - ".join(joint.between),
-        "" if force is None else f"{numeral(force, 4)}",
-        "" if displacement is None else f"{numeral(displacement * factor)}",
+        "" if force is None else numeral(force, 4),
+        "" if displacement is None else numeral(displacement * factor),
         "",
         "",
         f"not drawn: {joint.why}",

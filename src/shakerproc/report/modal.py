@@ -108,7 +108,7 @@ def _mode_table(one: TestModes, caption: str) -> Table:
             str(i + 1),
             f"{modes.frequency[i]:.6g}",
             f"{modes.frequency_bounds[0, i]:.6g} to {modes.frequency_bounds[1, i]:.6g}",
-            f"{numeral(100 * modes.damping[i], 4)}",
+            numeral(100 * modes.damping[i], 4),
             f"{numeral(100 * modes.damping_bounds[0, i], 4)} to "
             f"{numeral(100 * modes.damping_bounds[1, i], 4)}",
             f"{modes.collinearity[i]:.3f}",
@@ -200,7 +200,7 @@ def _shapes(one: TestModes) -> list[Drawing]:
 
 
 def _own_mac(one: TestModes) -> list[Drawing]:
-    labels = [f"{numeral(f, 4)}" for f in one.modes.frequency]
+    labels = [numeral(f, 4) for f in one.modes.frequency]
     if not 1 < len(labels) <= MOST_MODES:
         return []
     drawing = matrix(labels, labels, mac(one.modes.shapes, one.modes.shapes), "MAC")
@@ -214,7 +214,7 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
         (
             *pair.names,
             f"{pair.correlation:.3f}",
-            f"{numeral(pair.ratio)}",
+            numeral(pair.ratio),
             pair.problem or "agree",
         )
         for pair in analysis.reciprocals
@@ -264,7 +264,7 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
             shift = modes.frequency[i] / seen.frequency[track.sightings[0].mode] - 1.0
             rows.append((
                 str(number), one.name, one.test.level_text, f"{modes.frequency[i]:.6g}",
-                f"{shift:+.2%}", f"{numeral(100 * modes.damping[i], 4)}",
+                f"{shift:+.2%}", numeral(100 * modes.damping[i], 4),
                 "" if sighting.mac is None else f"{sighting.mac:.3f}",
             ))  # fmt: skip
     columns = ("mode", "test", "level", "f_n [Hz]", "shift", "ζ [%]", "MAC with the first")
@@ -275,7 +275,7 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
         values = mac_over(first.modes.shapes, one.modes.shapes, names)
         if values is None or not values.size or max(values.shape) > MOST_MODES:
             continue
-        labels = [[f"{numeral(f, 4)}" for f in t.modes.frequency] for t in (first, one)]
+        labels = [[numeral(f, 4) for f in t.modes.frequency] for t in (first, one)]
         figures.append(
             Drawing(
                 f"MAC of test {first.name} and test {one.name}",

@@ -220,7 +220,7 @@ def mac_figure(one: TestModes) -> "Figure":
     size = max(3.4, 1.3 + 0.36 * modes.poles.size)
     figure, (axis,) = style.figure(size + 0.6, size)
     draw_mac(axis, mac(modes.shapes, modes.shapes))
-    labels = [f"{numeral(value, 4)}" for value in modes.frequency]
+    labels = [numeral(value, 4) for value in modes.frequency]
     axis.set_xticks(range(len(labels)), labels, rotation=90)
     axis.set_yticks(range(len(labels)), labels)
     axis.set_xlabel("mode [Hz]")

@@ -166,12 +166,11 @@ def _spectrum_note(run: RunSummary) -> str:
         else ""
     )
     return (
-        f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, "
-        f"{s.n_segments} segments, "
-        f"bins {numeral(s.bin_width_hz, 4)} Hz apart (noise bandwidth "
-        f"{numeral(s.resolution_hz, 4)} Hz), "
-        f"{s.degrees_of_freedom:.0f} degrees of freedom{bounds}. "
-        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_finer_note(run)}"
+        f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, {s.n_segments} "
+        f"segments, bins {numeral(s.bin_width_hz, 4)} Hz apart (noise bandwidth "
+        f"{numeral(s.resolution_hz, 4)} Hz), {s.degrees_of_freedom:.0f} degrees of "
+        f"freedom{bounds}. Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} "
+        f"Hz.{_finer_note(run)}"
     )
 
 

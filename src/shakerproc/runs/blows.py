@@ -194,8 +194,7 @@ def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[B
         f"none of {len(blows)} blows can be used: {told}. Blocks last "
         f"{numeral(setup.cut.length / setup.cut.sample_rate)} s, the trigger is "
         f"{numeral(setup.strikes.level)} N; change processing: {{hammer: {{length: ..., "
-        "trigger: "
-        f"...}}}}, or strike again{_exchanged(recording, crop, setup)}"
+        f"trigger: ...}}}}, or strike again{_exchanged(recording, crop, setup)}"
     )
 
 

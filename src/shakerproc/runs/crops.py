@@ -58,8 +58,8 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         return found
     told = (
         f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
-        "threshold of "
-        f"{numeral(scale * crop.threshold, 4)} {unit}: the crop compares it without that offset"
+        f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
+        "without that offset"
     )
     return replace(found, warning="; ".join(filter(None, (told, found.warning))))
 

@@ -144,8 +144,7 @@ def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
         return ""
     return (
         f"> bins of {numeral(run.spectrum.bin_width_hz)} Hz are too coarse for these peaks: "
-        "their "
-        "height is at least this; the fit allows for the bins"
+        "their height is at least this; the fit allows for the bins"
     )
 
 
@@ -155,9 +154,7 @@ def withheld(rows: tuple[PeakRow, ...]) -> Iterator[str]:
     for row in rows:
         if row.peak.why_not:
             places = told.setdefault(row.peak.why_not, {})
-            places.setdefault(f"{numeral(row.peak.frequency_hz, 4)}", []).append(
-                row.channel.name
-            )
+            places.setdefault(numeral(row.peak.frequency_hz, 4), []).append(row.channel.name)
     for reason, places in told.items():
         where = "; ".join(f"{', '.join(names)} at {hz} Hz" for hz, names in places.items())
         yield f"Q withheld ({where}): {reason}"

@@ -196,9 +196,8 @@ def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
     off = reading.frequency - mode.steady_frequency
     fastest = spectra.fastest_rate(mode.frequency, mode.ratio)
     told = (
-        f"the peak at {numeral(reading.frequency, 4)} Hz is low by "
-        f"{1.0 - reached:.0%} and {numeral(abs(off), 2)} Hz too "
-        f"{'high' if off > 0.0 else 'low'}"
+        f"the peak at {numeral(reading.frequency, 4)} Hz is low by {1.0 - reached:.0%} and "
+        f"{numeral(abs(off), 2)} Hz too {'high' if off > 0.0 else 'low'}"
     )
     behind = f"(zeta {mode.ratio:.2%})"
     if abs(mode.rate) <= fastest:

@@ -75,9 +75,8 @@ class ThresholdNotReachedError(SpectrumError):
         self.largest = largest
         super().__init__(
             f"the threshold of {numeral(threshold, 4)} {unit} is never reached: the largest "
-            "value is "
-            f"{numeral(largest, 4)} {unit}; lower the threshold or remove the offset of the "
-            "channel"
+            f"value is {numeral(largest, 4)} {unit}; lower the threshold or remove the offset "
+            "of the channel"
         )
 
 
@@ -161,8 +160,7 @@ def crop_by_threshold(
         longest = max(e.last - e.first for e in events) / sample_rate
         raise SpectrumError(
             f"the threshold of {numeral(scale * threshold, 4)} {unit} is held for "
-            f"{numeral(longest)} s at "
-            f"most, not for {hold:g} s: ask for a shorter hold"
+            f"{numeral(longest)} s at most, not for {hold:g} s: ask for a shorter hold"
         )
     return Crop(held[0].first, held[-1].last + 1, _warning(held, sample_rate))
 

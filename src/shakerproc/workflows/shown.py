@@ -52,7 +52,7 @@ def html(heading: str, sentences: Sequence[str] = (), *tables: "DataFrame") -> s
         shown = table.head(MOST_ROWS)
         parts.append(
             shown.to_html(
-                index=False, border=0, na_rep="", float_format=lambda x: f"{numeral(x, 4)}"
+                index=False, border=0, na_rep="", float_format=lambda x: numeral(x, 4)
             )
         )
         if len(table) > MOST_ROWS:

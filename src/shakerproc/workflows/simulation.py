@@ -69,8 +69,7 @@ class Simulation(Shown):
         sentence = (
             f"{found.time.size} samples at {found.sample_rate:.6g} Hz by {found.solver}, "
             f"{found.switchings} switchings, estimated error {numeral(found.error, 2)} of the "
-            "largest "
-            "displacement"
+            "largest displacement"
         )
         chaotic = "chaotic motion: any model agrees with it in statistics only"
         rows = [

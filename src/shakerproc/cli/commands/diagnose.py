@@ -141,8 +141,7 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
         low, high = test.band_hz
         output.data(
             f"next test: {test.excitation} at {test.level}, {numeral(low, 4)} to "
-            f"{numeral(high, 4)} Hz{like}: "
-            f"{test.reason}",
+            f"{numeral(high, 4)} Hz{like}: {test.reason}",
             json_target=json_target,
         )
     for note in result.notes:

@@ -95,8 +95,7 @@ class Table(AbstractMemorylessEffect):
     def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
         left = [
             f"{name} reached {numeral(np.min(motion))} to {numeral(np.max(motion))} {unit}, "
-            "the table "
-            f"{numeral(known[0])} to {numeral(known[-1])}"
+            f"the table {numeral(known[0])} to {numeral(known[-1])}"
             for name, unit, motion, known in (
                 ("displacement", "m", displacement, self.displacement),
                 ("velocity", "m/s", velocity, self.velocity),

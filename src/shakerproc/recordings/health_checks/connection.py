@@ -330,9 +330,8 @@ class Connection(AbstractHealthCheck):
             "open input",
             channel.name,
             f"Noise of {numeral(spread)} {channel.unit} rms{told} that has nothing in common "
-            "with "
-            "any other channel: nothing is connected, a cable is broken, or the sensor sits "
-            "where nothing moves. Check it, or give the channel the role ignore.",
+            "with any other channel: nothing is connected, a cable is broken, or the sensor "
+            "sits where nothing moves. Check it, or give the channel the role ignore.",
             0.0,
             time,
             time,

@@ -113,7 +113,7 @@ class CrossChannel(AbstractHealthCheck):
             return []
         channels = self._recording.channels
         names = listed([channels[i].name for i in self._controls])
-        values = listed([f"{numeral(value, 4)}" for value in level])
+        values = listed([numeral(value, 4) for value in level])
         return [
             self._flag(
                 "controls differ",
@@ -184,9 +184,8 @@ class CrossChannel(AbstractHealthCheck):
             "gain",
             name,
             f"Follows {reference} at the lowest frequencies with a gain of {numeral(gain)}, "
-            "where "
-            f"it must be near 1.{reason} Check sensitivity and unit; a sensor across the "
-            "drive needs no change.",
+            f"where it must be near 1.{reason} Check sensitivity and unit; a sensor across "
+            "the drive needs no change.",
         )
 
     def _following(self, row: int) -> float | None:

@@ -60,8 +60,7 @@ class Drift(AbstractHealthCheck):
                         "drift",
                         channel.name,
                         f"The mean moves steadily by {numeral(slopes[row], 4)} {channel.unit} "
-                        "from "
-                        f"beginning to end, {numeral(relative, 2)} of the standard "
+                        f"from beginning to end, {numeral(relative, 2)} of the standard "
                         "deviation. Let the sensor warm up, or remove the trend.",
                         0.0,
                         self._recording.duration,

@@ -236,8 +236,7 @@ class Flatlines(AbstractHealthCheck):
             return []
         message = (
             f"The last {tail.length} samples ({numeral(tail.length / rate)} s) are exactly 0: "
-            "the "
-            "file was allocated but not filled. Crop before them, or copy the file again."
+            "the file was allocated but not filled. Crop before them, or copy the file again."
         )
         lost = tail.length / rate
         return [Flag("zero tail", name, message, tail.start / rate, n / rate, lost)]
@@ -282,8 +281,8 @@ class Flatlines(AbstractHealthCheck):
                 name,
                 f"Stands exactly still at {longest.value:.6g} {times}, for {longest.length} "
                 f"samples ({numeral(longest.length / rate)} s) at "
-                f"{numeral(longest.start / rate, 4)} s. "
-                "Check the cable, or keep the time out of the crop.",
+                f"{numeral(longest.start / rate, 4)} s. Check the cable, or keep the time out "
+                "of the crop.",
                 first / rate,
                 last / rate,
                 sum(run.length for run in runs) / rate,

@@ -164,8 +164,7 @@ class Repeats(AbstractHealthCheck):
                         channel.name,
                         f"From {start / rate:.6g} s on the samples are those of "
                         f"{numeral(distance / rate, 4)} s earlier, to the last bit: the "
-                        "measuring "
-                        "program handed out a buffer twice. Measure again.",
+                        "measuring program handed out a buffer twice. Measure again.",
                         start / rate,
                         stop / rate,
                     )

@@ -87,8 +87,7 @@ class Spikes(AbstractHealthCheck):
                         "spike",
                         channel.name,
                         f"{more} of {numeral(height, 4)} {channel.unit} at {at / rate:.6g} s. "
-                        "Keep it "
-                        "out of the crop (minimum hold), or check the cable.",
+                        "Keep it out of the crop (minimum hold), or check the cable.",
                         min(distinct) / rate,
                         max(distinct) / rate,
                     )

@@ -76,10 +76,8 @@ def _told(found: Blows, added: float) -> list[str]:
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
         f"Trigger at {numeral(found.setup.strikes.level, 4)} N; blocks of "
-        f"{numeral(cut.length / rate, 4)} s, "
-        f"{numeral(cut.before / rate)} s of them before the trigger, "
-        f"{numeral(rate / cut.length)} Hz "
-        "from line to line."
+        f"{numeral(cut.length / rate, 4)} s, {numeral(cut.before / rate)} s of them before the "
+        f"trigger, {numeral(rate / cut.length)} Hz from line to line."
     ]
     if cut.force_window is not None:
         told.append(
@@ -89,10 +87,9 @@ def _told(found: Blows, added: float) -> list[str]:
     if cut.decay_rate:
         told.append(
             f"The exponential window (time constant {numeral(1.0 / cut.decay_rate, 4)} s) "
-            "lowers and "
-            f"widens the peaks that are drawn: it adds {numeral(added, 4)} % "
-            "times 1 Hz/f to a damping ratio at f. Natural frequency and damping in the table "
-            "of resonances are without it."
+            f"lowers and widens the peaks that are drawn: it adds {numeral(added, 4)} % times "
+            "1 Hz/f to a damping ratio at f. Natural frequency and damping in the table of "
+            "resonances are without it."
         )
     return told
 

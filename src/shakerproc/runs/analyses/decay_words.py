@@ -40,9 +40,8 @@ def remarks(curve: DecayCurve) -> Iterator[str]:
     if curve.rises > BEATS:
         yield (
             f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was: "
-            "another "
-            "mode lies close by, and the curves are those of both; a sensor at its node tells "
-            "them apart"
+            "another mode lies close by, and the curves are those of both; a sensor at its "
+            "node tells them apart"
         )
     shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
     if max(shifts) > curve.reach:

@@ -154,8 +154,7 @@ def _no_mode(result: RunResult) -> str:
     low, high = result.band
     return (
         f"no mode stands out of the noise within {numeral(low, 4)} to {numeral(high, 4)} Hz "
-        "after the input; "
-        "correct from and to, or look whether anything rings"
+        "after the input; correct from and to, or look whether anything rings"
     )
 
 
@@ -220,8 +219,7 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
     """Yield where the free part begins, and what each mode says of the law behind it."""
     yield (
         f"The free part begins at {numeral(start, 4)} s. Damping is that of the decay of the "
-        "measured "
-        "quantity; intervals of the table are those of 95 %."
+        "measured quantity; intervals of the table are those of 95 %."
     )
     lines = [mode.curve.line for mode in modes]
     for mode in modes:
@@ -234,8 +232,7 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
             times, frequency = lower
             yield (
                 f"{name} is {times} times {numeral(frequency, 4)} Hz: it may be a harmonic of "
-                "that "
-                "mode, not a mode."
+                "that mode, not a mode."
             )
     if len(result.channels) - len(result.controls) == 1:
         yield (

@@ -81,8 +81,7 @@ class DwellAnalysis(AbstractAnalysis):
             panels=tuple(_panels(result, found)),
             told=(
                 f"Read in stretches of {numeral(n_samples / result.sample_rate)} s; drift is "
-                "from "
-                "the first tenth of them to the last.",
+                "from the first tenth of them to the last.",
                 *(
                     [f"In {lost} of {len(tones)} stretches the control is no sine."]
                     * bool(lost)
@@ -105,8 +104,7 @@ def _stretch(result: RunResult, frequency: float, every: float | None) -> int:
     if n_samples < FEWEST * stretch:
         raise SpectrumError(
             f"dwell: the run of {numeral(n_samples / rate, 4)} s does not hold {FEWEST} "
-            "stretches of "
-            f"{numeral(stretch / rate, 4)} s; give a shorter every"
+            f"stretches of {numeral(stretch / rate, 4)} s; give a shorter every"
         )
     return stretch
 

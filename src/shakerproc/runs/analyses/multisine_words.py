@@ -93,9 +93,8 @@ def about(reading: Reading) -> Iterator[str]:
         f"{layout.realisations} realisation{'s' * (layout.realisations > 1)} of {used} "
         f"period{'s' * (used > 1)} of {1.0 / spacing:.6g} s; {int(grid.excited.sum())} of "
         f"{grid.number.size} lines from {numeral(grid.frequency[0], 4)} to "
-        f"{numeral(grid.frequency[-1], 4)} Hz "
-        f"are excited, {numeral(spacing, 4)} Hz apart, {int(grid.even.sum())} even and "
-        f"{int(grid.odd.sum())} odd ones detect distortion."
+        f"{numeral(grid.frequency[-1], 4)} Hz are excited, {numeral(spacing, 4)} Hz apart, "
+        f"{int(grid.even.sum())} even and {int(grid.odd.sum())} odd ones detect distortion."
     )
     if not grid.common:
         yield _own_lines(grid)

@@ -267,8 +267,7 @@ def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, 
     off = f" ({20.0 * np.log10(seen / demanded):+.2f} dB)" if seen > 0.0 else ""
     return (
         f"Demanded {numeral(demanded, 4)} {rms['unit']} rms from {band[0]:g} to {band[1]:g} "
-        "Hz, "
-        f"measured {numeral(seen, 4)} {rms['unit']} rms{off}.",
+        f"Hz, measured {numeral(seen, 4)} {rms['unit']} rms{off}.",
     )
 
 

@@ -94,9 +94,8 @@ class _Run:
         if samples < max(length, wanted.shortest * rate):
             raise SpectrumError(
                 f"splitting: the run lasts {numeral(samples / rate, 4)} s, and a stationary "
-                "part at "
-                f"least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less than the "
-                "run, or take splitting: out of processing"
+                f"part at least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less "
+                "than the run, or take splitting: out of processing"
             )
         return cells_of(self.blocks(0, samples), rate, length)
 

@@ -53,10 +53,9 @@ class WaterfallAnalysis(AbstractAnalysis):
             low, high = result.band
             raise SpectrumError(
                 f"the band from {numeral(low, 4)} to {numeral(high, 4)} Hz holds no line of "
-                "the waterfall, "
-                f"whose lines are {numeral(found.frequency[1], 4)} Hz apart. Set "
-                "welch.segment to "
-                f"{int(np.ceil(result.sample_rate / (high - low)))} samples or more."
+                f"the waterfall, whose lines are {numeral(found.frequency[1], 4)} Hz apart. "
+                f"Set welch.segment to {int(np.ceil(result.sample_rate / (high - low)))} "
+                "samples or more."
             )
         amplitude = _amplitudes(found.density[:, inside], result.sample_rate, segment)
         frequency, speed = found.frequency[inside], _speeds(result, found.time)

@@ -133,8 +133,7 @@ def _why_none(needed: float, duration: float, line: DecayLine) -> str:
     """Return why a decay tells nothing."""
     isolated = (
         f"to isolate {numeral(line.frequency, 4)} Hz from what lies {numeral(line.apart)} Hz "
-        "away and to "
-        "read it twice"
+        "away and to read it twice"
     )
     if duration < needed:
         return (

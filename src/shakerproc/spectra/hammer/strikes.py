@@ -86,10 +86,9 @@ def find_strikes(
     largest = float(struck.max())
     if largest <= LOUD * noise:
         raise SpectrumError(
-            f"no blow found: the largest force, {numeral(largest, 4)} N, does not stand out "
-            "of its "
-            f"noise of {numeral(noise)} N rms; is the role force at the hammer, and its unit "
-            "right?"
+            f"no blow found: the largest force, {numeral(largest, 4)} N, does not stand out of "
+            f"its noise of {numeral(noise)} N rms; is the role force at the hammer, and its "
+            "unit right?"
         )
     level = max(share * largest, LOUD * noise) if trigger is None else trigger
     if level < LOUD * noise:
@@ -103,9 +102,8 @@ def find_strikes(
     above = struck >= level
     if not above.any():
         raise SpectrumError(
-            f"no blow found: the force never reaches the trigger of {numeral(level, 4)} N, "
-            "its largest "
-            f"value is {numeral(largest, 4)} N; lower processing: {{hammer: {{trigger: "
+            f"no blow found: the force never reaches the trigger of {numeral(level, 4)} N, its "
+            f"largest value is {numeral(largest, 4)} N; lower processing: {{hammer: {{trigger: "
             f"{numeral(0.1 * largest, 2)} N}}}}, or leave it out for a tenth of the largest"
         )
     rising = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
@@ -119,7 +117,7 @@ def find_strikes(
 def rounded_up(value: float) -> str:
     """Return a number above 0 with two digits, not below it. `value` may be in any unit."""
     step = 10.0 ** (np.floor(np.log10(value)) - 1.0)
-    return f"{numeral(np.ceil(value / step - ROUNDING) * step)}"
+    return numeral(np.ceil(value / step - ROUNDING) * step)
 
 
 def usual_length(strikes: Strikes, n_samples: int, before: int) -> int:

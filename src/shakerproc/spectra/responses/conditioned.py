@@ -43,8 +43,7 @@ def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
     if not averages > 1.0:
         raise ValueError(
             f"{numeral(spectra.effective_averages)} averages do not tell {len(given) + 1} "
-            "inputs "
-            "apart"
+            "inputs apart"
         )
     s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
     gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)

@@ -158,7 +158,7 @@ def told(lines: Sequence[Line]) -> str:
     """Return a sentence for people; empty where there is no tone."""
     if not lines:
         return ""
-    hz = ", ".join(f"{numeral(line.frequency, 4)}" for line in lines[:5])
+    hz = ", ".join(numeral(line.frequency, 4) for line in lines[:5])
     more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
     one = len(lines) == 1
     drive = (
