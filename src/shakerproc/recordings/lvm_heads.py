@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from mmap import mmap
 from types import MappingProxyType
-from typing import Final, TypeVar, final
+from typing import Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.times import is_time
-
-_Said = TypeVar("_Said", str, Sequence[str])
 
 _END: Final = "***End_of_Header***"
 _MARK: Final = re.compile(rb"(?<![^\r\n])\*\*\*End_of_Header\*\*\*[^\r\n]*(?:\r\n|\r|\n|\Z)")
@@ -182,7 +180,8 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
             _check_only_tags(between, before, run)
         tags = list(_tags(between, encoding))
         if any(_first(tag) == "LabVIEW Measurement" for tag in tags):
-            header = MappingProxyType(_by_name(map(_pair, tags), run))
+            pairs = _by_name(((name, (said,)) for name, said in map(_pair, tags)), run)
+            header = MappingProxyType({name: said for name, (said,) in pairs.items()})
             _check(header, run)
             above = below
             continue
@@ -252,30 +251,32 @@ def _head(
     return Head(header, cells, tuple(titles), *place)
 
 
-def _by_name(lines: Iterable[tuple[str, _Said]], run: str) -> dict[str, _Said]:
-    """Return what header lines say, by name.
+def _by_name(
+    lines: Iterable[tuple[str, tuple[str, ...]]], run: str
+) -> dict[str, tuple[str, ...]]:
+    """Return the cells of header lines, by name.
 
     Raises
     ------
     RecordingError
         If two lines that are read have one name and say different things.
     """
-    found: dict[str, _Said] = {}
-    for name, said in lines:
-        if name in _READ and found.get(name, said) != said:
+    found: dict[str, tuple[str, ...]] = {}
+    for name, cells in lines:
+        if name in _READ and found.get(name, cells) != cells:
             before, after = (
-                one if isinstance(one, str) else " ".join(filter(None, dict.fromkeys(one)))
-                for one in (found[name], said)
+                shown(" ".join(filter(None, dict.fromkeys(one))))
+                for one in (found[name], cells)
             )
             raise RecordingError(
-                f"{run}: a header of this LVM file has two lines {name}: {shown(before)} and "
-                f"{shown(after)}. Delete the wrong one."
+                f"{run}: a header of this LVM file has two lines {name}: {before} and {after}. "
+                "Delete the wrong one."
             )
-        found[name] = said
+        found[name] = cells
     return found
 
 
-def _cells(line: str, separator: str) -> tuple[str, Sequence[str]]:
+def _cells(line: str, separator: str) -> tuple[str, tuple[str, ...]]:
     """Return the name of a header line above a table, and its cells."""
     name, *cells = (cell.strip() for cell in line.rstrip("\r\n").split(separator))
     return name, tuple(cells)
