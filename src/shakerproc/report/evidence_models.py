@@ -110,7 +110,8 @@ def unit_of_sensor(comparison: Comparison, sensor: str) -> str:
     """Return the unit of a response function of a sensor, over that of the drive."""
     unit = comparison.model.sensor_unit(comparison.model.sensors[sensor])
     drive = comparison.model.drive_unit
-    return "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
+    over = "/".join(f"({one})" if "/" in one or " " in one else one for one in (unit, drive))
+    return "-" if unit == drive else over.replace("^2", "²")
 
 
 def deciding(comparison: Comparison) -> int:
