@@ -83,7 +83,8 @@ def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch
     assert effect["parameters"]["clearance"]["value"] == pytest.approx(example.PLAY, rel=0.03)
     assert loop["held_out_after"] < 0.1 * loop["held_out_before"]
     last = done.stdout.strip().splitlines()
-    assert last[-1].startswith("The model left out a gap between base and coupon")
+    assert last[-1].startswith("The model left out a gap between base and coupon: clearance +-")
+    assert "mm in total; the log says 0.10 mm)" in last[-1]
     report = tmp_path / "out" / "hidden_gap" / "results" / "report.html"
     assert last[-2] == f"report: {report}"
     page = report.read_text(encoding="utf-8")

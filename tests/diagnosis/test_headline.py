@@ -35,7 +35,7 @@ def test_kind_joint_numbers_and_probability_are_in_one_line():
     told = headline(FOUND, [])
     assert told == (
         "gap between base and coupon: clearance 0.0500 mm (per side, 0.100 mm in total), "
-        "stiffness 5e+04 N/m; probability 0.97."
+        "stiffness 50000 N/m; probability 0.97."
     )
 
 
@@ -48,7 +48,7 @@ def test_what_tests_and_calibration_leave_open_stands_beside_a_number_and_what_n
     }
     assert headline(replace(FOUND, effects=(replace(GAP, parameters=numbers),)), []) == (
         "gap between base and coupon: clearance 0.0500 mm +- 0.3 % by these tests, +- 1 % by "
-        "calibration (per side, 0.100 mm in total), stiffness 5e+04 N/m +- 1.2 % by these "
+        "calibration (per side, 0.100 mm in total), stiffness 50000 N/m +- 1.2 % by these "
         "tests, exponent 2, which no test tells, force 3 N, without upper bound; probability "
         "0.97."
     )

@@ -264,7 +264,20 @@ def labview_segments(folder: Path) -> Seed:
         "Multi_Headings\tYes", "X_Columns\tNo", "***End_of_Header***\t",
     ]  # fmt: skip
     content = ("\n".join([*head, *lines]) + "\n").encode()
-    return Seed("segments.lvm", content, CHANNELS, values * STANDARD_GRAVITY, (), counted=False)
+    return Seed(
+        "segments.lvm", content, CHANNELS, values * STANDARD_GRAVITY, (), counted=False,
+        stated=of_lines(content, b"Date", b"Time", b"X0"),
+    )  # fmt: skip
+
+
+def of_lines(content: bytes, *names: bytes) -> tuple[range, ...]:
+    """Return where the lines with some names stand."""
+    found, at = [], 0
+    for line in content.splitlines(keepends=True):
+        if line.split(b"\t")[0] in names:
+            found.append(range(at - 1, at + len(line)))  # the line end before it too
+        at += len(line)
+    return tuple(found)
 
 
 def universal_text(folder: Path) -> Seed:

@@ -7,7 +7,17 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
-from tests.fuzz.seeds import CHANNELS, N_ROWS, RATE, Seed, numbers, taken, text, universal
+from tests.fuzz.seeds import (
+    CHANNELS,
+    N_ROWS,
+    RATE,
+    Seed,
+    numbers,
+    of_lines,
+    taken,
+    text,
+    universal,
+)
 from tests.recordings.tdms_bytes import METADATA, NEW_LIST, RAW, chunk, index, listed
 from tests.recordings.tdms_bytes import metadata as tdms_objects
 from tests.recordings.tdms_bytes import segment as tdms_segment
@@ -71,16 +81,6 @@ def labview_writes(folder: Path) -> Seed:
         range(len(lines), len(lines) + N_ROWS), "\t", counted=False, start=START,
         stated=of_lines(content, b"Date", b"Time"),
     )  # fmt: skip
-
-
-def of_lines(content: bytes, *names: bytes) -> tuple[range, ...]:
-    """Return where the lines with some names stand."""
-    found, at = [], 0
-    for line in content.splitlines(keepends=True):
-        if line.split(b"\t")[0] in names:
-            found.append(range(at - 1, at + len(line)))  # the line end before it too
-        at += len(line)
-    return tuple(found)
 
 
 def labview_starts(folder: Path) -> Seed:

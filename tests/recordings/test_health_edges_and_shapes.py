@@ -85,6 +85,16 @@ def test_a_response_that_follows_its_base_with_another_gain_is_told(kind, factor
     assert told(samples, "gain") == [("gain", "ch3")]
 
 
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 5.0])
+@pytest.mark.parametrize(("factor", "kind"), [(-1.0, "polarity"), (9.80665, "gain"), (1.0, "")])
+def test_a_short_test_is_judged_by_its_periods(seconds, factor, kind):
+    """The base is white: a quarter of a second holds two periods of 8 Hz, and of all above."""
+    samples = four_channels("random", np.random.default_rng(10), noise=1e-3)
+    samples = samples[:, 1000 : 1000 + round(seconds * RATE)]
+    samples[3] *= factor
+    assert told(samples, "gain", "polarity") == ([(kind, "ch4")] if kind else [])
+
+
 def test_a_wrong_control_is_named_and_not_every_response():
     samples = four_channels("random", np.random.default_rng(7), noise=1e-3)[[0, 2, 3]]
     samples[0] *= 10.0
@@ -93,12 +103,13 @@ def test_a_wrong_control_is_named_and_not_every_response():
 
 
 @pytest.mark.parametrize("damping", [0.02, 0.3, 1.0])
-def test_a_base_isolated_system_has_no_wrong_gain(damping):
-    rng, t = np.random.default_rng(8), np.arange(N) / RATE
+@pytest.mark.parametrize("seconds", [2.0, N / RATE])
+def test_a_base_isolated_system_has_no_wrong_gain(damping, seconds):
+    rng, t = np.random.default_rng(8), np.arange(round(seconds * RATE)) / RATE
     base = 5.0 * signal.chirp(t, 40.0, t[-1], 500.0, method="log")
     rows = np.array([base, sdof(base, 8.0, damping), sdof(base, 5.0, damping)])
     rows += 1e-4 * rng.normal(size=rows.shape)
-    assert told(rows, "gain", roles=("control", "response", "response")) == []
+    assert told(rows, "gain", "polarity", roles=("control", "response", "response")) == []
 
 
 def test_beside_a_force_no_gain_is_judged():

@@ -110,3 +110,16 @@ def test_a_comment_between_rows_is_refused_and_never_bridged(read):
 def test_two_rates_that_contradict_each_other_are_told(read):
     with pytest.raises(RecordingError, match=r"1000 Hz .*2000 Hz|2000 Hz .*1000 Hz"):
         read("Sample Rate (Hz),1000\ntime,a (g),b (g)\n" + TIMED)
+
+
+@pytest.mark.parametrize("above", ["time_ms,a [g]", "# Time [min],a [g]"])
+def test_two_headers_that_give_the_time_in_two_units_are_no_rate(tmp_path, above):
+    """As `make fuzz` found it: a second header with seconds, and 1000 Hz were 1 Hz."""
+    rows = "\n".join(f"{i},{i % 7}.5" for i in range(40))
+    path = tmp_path / "run.csv"
+    path.write_text(f"{above}\nt [s],a [g]\n{rows}\n")
+    with pytest.raises(RecordingError, match=r"line 1 names the time .* Delete the header"):
+        open_recording(path)
+    path.write_text(f"time [sec],a [g]\nt [s],a [g]\n{rows}\n")
+    with open_recording(path) as recording:
+        assert recording.sample_rate == 1.0

@@ -92,6 +92,19 @@ def test_a_segment_that_is_longer_than_its_own_header_says_is_refused(write):
         open_recording(path)
 
 
+def test_a_header_that_says_a_thing_twice_is_used_only_if_both_are_alike(write):
+    """As `make fuzz` found it: a line end within `X_Dimension Time` makes a second `Time`."""
+    head = segment_head(64)
+    with open_recording(write(file_head(), [head[4], *head], rows(VALUES))) as recording:
+        assert recording.start_time.isoformat() == "2024-03-05T10:11:12.500000+00:00"
+    for torn in (["Time\t"], ["X0\t5\t5\t"]):
+        with pytest.raises(RecordingError, match=r"two lines (Time|X0): .* Delete the wrong"):
+            open_recording(write(file_head(), [*head[:-2], *torn, *head[-2:]], rows(VALUES)))
+    with pytest.raises(RecordingError, match=r"two lines Decimal_Separator: ',' and '\.'"):
+        open_recording(write(["LabVIEW Measurement", "Decimal_Separator\t,",
+                              *file_head()[1:]], head, rows(VALUES)))  # fmt: skip
+
+
 @pytest.mark.parametrize("decimal", [".", ","])
 def test_segments_whose_times_follow_on_are_one_recording(write, decimal):
     starts = ["10:11:12.5", "10:11:12.53125"]  # 32 samples of 1/1024 s later

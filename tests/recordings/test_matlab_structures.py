@@ -182,3 +182,20 @@ def test_a_damaged_chunk_names_file_and_variable(tmp_path):
         open_recording(path) as recording,
     ):
         recording.samples()
+
+
+def test_numbers_of_no_processor_are_damage(tmp_path):
+    """As `make fuzz` found it: a bit of the exponent's bias makes 1000 Hz 256000 Hz."""
+    path = tmp_path / "run.mat"
+    kind = h5py.h5t.IEEE_F64LE.copy()
+    kind.set_ebias(1023 - 8)
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["acc"] = Y[:1].T.astype(">f4")
+        file["count"] = np.arange(8, dtype=np.uint16)
+    with open_recording(path, sample_rate=RATE) as recording:
+        assert_allclose(recording.samples()[0], Y[0].astype(np.float32), rtol=1e-6)
+    with h5py.File(path, "r+") as file:
+        rate = h5py.h5d.create(file.id, b"fs", kind, h5py.h5s.create_simple((1, 1)))
+        rate.write(h5py.h5s.ALL, h5py.h5s.ALL, np.array([[RATE / 256.0]]))
+    with pytest.raises(RecordingError, match=r"run\.mat: variable 'fs' .* never writes"):
+        open_recording(path)

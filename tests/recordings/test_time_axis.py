@@ -482,6 +482,16 @@ def test_statements_that_contradict_each_other_are_listed_with_their_places():
     assert found.problem == "the file contradicts itself: 100 Hz (here), 50 Hz (there)"
 
 
+@pytest.mark.parametrize("at", [0, 79])
+def test_one_time_that_strays_at_an_end_does_not_make_another_rate(tmp_path, at):
+    """As `make fuzz` found it: the ends alone gave 999 Hz."""
+    times = np.arange(80) / 1000.0
+    times[at] += 6.1e-5
+    scipy_io.savemat(tmp_path / "run.mat", {"time": times, "a": WAVE[:80]})
+    with open_recording(tmp_path / "run.mat") as recording:
+        assert recording.sample_rate == 1000.0
+
+
 def test_half_of_the_last_digit_is_that_of_the_print():
     assert half_digit("  5.00000e-04") == pytest.approx(5e-10)
     assert half_digit("0,000977", ",") == pytest.approx(5e-7)

@@ -23,7 +23,7 @@ from shakerproc.recordings import sha256
 from shakerproc.report import alternatives
 from shakerproc.report.estimates import interval
 from shakerproc.report.evidence import ONE_METHOD, sections
-from shakerproc.report.evidence_models import Models, loudest
+from shakerproc.report.evidence_models import Models, loudest, unit_of_sensor
 from shakerproc.report.evidence_motion import cloud
 from shakerproc.report.evidence_spectra import lowest_phase, phase_of
 from shakerproc.report.evidence_tables import tables
@@ -186,7 +186,7 @@ def test_springs_that_share_a_joint_keep_their_numbers(files):
     [
         (5e-5, "m", ("0.05", "0.0495", "0.0505", "1 %", "mm")),
         (49932.0, "N/m", ("49930", "49430", "50430", "1 %", "N/m")),
-        (3e8, "N/m^3", ("3.000e+08", "2.970e+08", "3.030e+08", "1 %", "N/m^3")),
+        (3e8, "N/m^3", ("3e+08", "2.97e+08", "3.03e+08", "1 %", "N/m^3")),
     ],
 )
 def test_numbers_are_told_in_the_units_of_people(value, unit, shown):
@@ -294,3 +294,21 @@ def test_a_batch_with_a_model_has_the_evidence_before_its_runs(files, tmp_path, 
     assert json.loads((tmp_path / "report.json").read_text())["diagnosis"]["effects"]
     assert (tmp_path / "ladder.csv").is_file()
     assert places == sorted(places)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "drive", "shown"),
+    [
+        ("m", "N", "m/N"),
+        ("m/s^2", "N", "(m/s²)/N"),
+        ("m", "m/s^2", "m/(m/s²)"),
+        ("N", "N", "-"),
+    ],
+)
+def test_the_unit_of_a_response_function_has_brackets_where_it_needs_them(sensor, drive, shown):
+    class Known:
+        model = type("Known", (), {
+            "sensors": {"a": sensor}, "sensor_unit": str, "drive_unit": drive,
+        })  # fmt: skip
+
+    assert unit_of_sensor(Known, "a") == shown

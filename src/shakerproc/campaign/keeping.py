@@ -7,6 +7,7 @@ from typing import final
 
 from shakerproc.campaign.result_table import Table, read_table
 from shakerproc.errors import TableError
+from shakerproc.numerals import numeral
 from shakerproc.runs.calibrations import EXPIRED
 from shakerproc.runs.remarks import by_tests
 
@@ -35,7 +36,7 @@ class BrokenLine:
         """A sentence for people."""
         return (
             f"test {self.test}: profile {self.profile}: {self.line} line not kept, "
-            f"{self.exceedance_db:+.2f} dB beyond it at {self.at_hz:.4g} Hz"
+            f"{self.exceedance_db:+.2f} dB beyond it at {numeral(self.at_hz, 4)} Hz"
         )
 
 
@@ -74,12 +75,13 @@ class Worst:
         rms = ""
         if self.demand_rms is not None and self.measured_rms is not None:
             rms = (
-                f"; demanded {self.demand_rms:.4g} {self.unit} rms, "
-                f"measured {self.measured_rms:.4g} {self.unit} rms"
+                f"; demanded {numeral(self.demand_rms, 4)} {self.unit} rms, measured "
+                f"{numeral(self.measured_rms, 4)} {self.unit} rms"
             )
         return (
             f"test {self.test}: profile {self.profile}: {'' if self.kept else 'not '}kept, "
-            f"worst {self.exceedance_db:+.2f} dB beyond {self.line} at {self.at_hz:.4g} Hz{rms}"
+            f"worst {self.exceedance_db:+.2f} dB beyond {self.line} at "
+            f"{numeral(self.at_hz, 4)} Hz{rms}"
         )
 
 

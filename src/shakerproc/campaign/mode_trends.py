@@ -10,6 +10,7 @@ from shakerproc.campaign.trend_sentences import shift_sentence
 from shakerproc.campaign.trends import label_of, standard_trends, trend_over
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.tracking import Track
+from shakerproc.numerals import numeral
 from shakerproc.runs.summary import Value
 from shakerproc.testlog import facts_of
 
@@ -42,7 +43,7 @@ def told_of_modes(analysis: ModalAnalysis) -> tuple[str, ...]:
     told = (
         shift_sentence(
             seen_of(analysis, track),
-            f"frequency of mode {number} ({_place(analysis, track):.4g} Hz)",
+            f"frequency of mode {number} ({numeral(_place(analysis, track), 4)} Hz)",
         )
         for number, track in enumerate(analysis.tracks, 1)
         if len(track.sightings) > 1
@@ -95,7 +96,7 @@ def _trend(
         request,
         name=plain.replace("peak_frequency", f"mode_{number}"),
         title=request.title.replace(
-            "Peak frequency", f"Frequency of mode {number} ({frequency:.4g} Hz)"
+            "Peak frequency", f"Frequency of mode {number} ({numeral(frequency, 4)} Hz)"
         ),
     )
     ending = "Natural frequency with its 95 % interval."

@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.campaign.trend import Point, Seen, TrendRequest
 from shakerproc.campaign.trends import peaks_of, shown, told_of, trend_over
+from shakerproc.numerals import numeral
 from shakerproc.runs.summary import RunSummary
 
 _ASKED: Final = (
@@ -71,9 +72,8 @@ def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> st
     word = "clearance" if column == "clearance_m" else "level"
     if abs(stop - start) < width:
         return (
-            f"The {name} stays at {start:.{places}f} Hz from {low} to "
-            f"{high} of {word}, "
-            f"within the {width:.3g} Hz to which it is known ({where})."
+            f"The {name} stays at {start:.{places}f} Hz from {low} to {high} of {word}, within "
+            f"the {numeral(width)} Hz to which it is known ({where})."
         )
     verb = "falls" if stop < start else "rises"
     meaning = "" if word == "clearance" else ": a sign of a nonlinear joint"
@@ -92,4 +92,4 @@ def _place(point: Point, column: str) -> str:
 def _per_cent(share: float) -> str:
     """Return the size of a share: whole per cent, two digits below one."""
     percent = 100.0 * abs(share)
-    return f"{percent:.0f}%" if percent >= 0.995 else f"{percent:.2g}%"
+    return f"{percent:.0f}%" if percent >= 0.995 else f"{numeral(percent, 2)}%"

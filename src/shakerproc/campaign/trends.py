@@ -9,6 +9,7 @@ from typing import Final
 from shakerproc.campaign.following import followed
 from shakerproc.campaign.trend import Point, Seen, Trend, TrendRequest
 from shakerproc.errors import LogError
+from shakerproc.numerals import numeral
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.units import near_miss
 
@@ -261,7 +262,7 @@ def _how(taken: Sequence[Seen]) -> str:
 def told_of(taken: Sequence[Seen]) -> list[str]:
     """Return where the tallest peak is not of the mode that is followed, in sentences."""
     away = [
-        f"{one.tallest_hz:.4g} Hz in test {one.test}"
+        f"{numeral(one.tallest_hz, 4)} Hz in test {one.test}"
         + ("" if one.frequency_hz is not None else " (no peak of the mode there)")
         for one in taken
         if one.tallest_hz is not None and not one.left_out

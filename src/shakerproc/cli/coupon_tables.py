@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from shakerproc.cli import output
+from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.finite_elements.coupon import Coupon
@@ -149,7 +150,7 @@ def print_modes(
     output.data(
         f"{described.title}: {coupon.material.name}, outer radius "
         f"{1e3 * coupon.outer_radius:g} mm, {1e3 * coupon.thickness:g} mm thick, "
-        f"{1e3 * coupon.mass:.4g} g",
+        f"{numeral(1e3 * coupon.mass, 4)} g",
         json_target=json,
     )
     radius = f"{1e3 * coupon.clamped_radius:.2f} mm"
@@ -209,13 +210,13 @@ def print_static(described: "CouponFile", hole: Static, json: str | None) -> Non
     along = f" along its {hole.axis}" if len(axes_of(described)) > 1 else ""
     thick = 1e3 * described.static.thickness
     mass = 1e3 * described.static.mass
-    title = f"stiffness of the hole{along}, {thick:g} mm thick, {mass:.4g} g, rim fixed"
+    title = f"stiffness of the hole{along}, {thick:g} mm thick, {numeral(mass, 4)} g, rim fixed"
     rows = [
         (
             one.law,
             f"{math.degrees(one.half_angle):.0f}",
             one.plane,
-            f"{one.stiffness / 1e3:.4g}",
+            numeral(one.stiffness / 1e3, 4),
             f"{one.frequency:.0f}",
             _signed(_deviation(one.stiffness, hole.published)),
         )
@@ -224,11 +225,13 @@ def print_static(described: "CouponFile", hole: Static, json: str | None) -> Non
     columns = ("load law", "half-angle deg", "plane", "k N/mm", "f_n Hz", "off by %")
     output.print_table(columns, rows, title=title, json_target=json)
     values = [one.stiffness for one in hole.spread]
-    text = f"chosen is the last line; the laws spread from {min(values) / 1e3:.4g} to "
-    text += f"{max(values) / 1e3:.4g} N/mm ({100 * (max(values) / min(values) - 1):.0f} %)"
+    text = f"chosen is the last line; the laws spread from {numeral(min(values) / 1e3, 4)} to "
+    text += (
+        f"{numeral(max(values) / 1e3, 4)} N/mm ({100 * (max(values) / min(values) - 1):.0f} %)"
+    )
     if hole.published is not None:
         frequency = hole.published_frequency
-        text += f"; published: {hole.published / 1e3:.4g} N/mm"
+        text += f"; published: {numeral(hole.published / 1e3, 4)} N/mm"
         text += f", {frequency:.0f} Hz" if frequency is not None else ""
         text += f" ({described.stiffness.source})" if described.stiffness.source else ""
     output.data(text, json_target=json)

@@ -13,6 +13,7 @@ from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
 from shakerproc.modal.scatter import told_scatter
+from shakerproc.numerals import numeral
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.modal_folder import write_modes
 from shakerproc.workflows.modal_tables import (
@@ -99,15 +100,15 @@ def _print_test(one: TestModes, json: str | None) -> None:
     said = ", ".join(word for word in (one.test.excitation, one.test.level_text) if word)
     title = (
         f"test {one.name}{f' ({said})' if said else ''}: {_modes(modes.poles.size)} from "
-        f"{one.band[0]:.4g} to {one.band[1]:.4g} Hz, {len(one.sensors)} sensors, input "
-        f"{', '.join(one.inputs) or 'not measured'}"
+        f"{numeral(one.band[0], 4)} to {numeral(one.band[1], 4)} Hz, {len(one.sensors)} "
+        f"sensors, input {', '.join(one.inputs) or 'not measured'}"
     )
     rows = [
         (
             i + 1,
             f"{modes.frequency[i]:.6g}",
-            f"{100.0 * modes.frequency_error[i] * 1.96:.2g}",
-            f"{100.0 * modes.damping[i]:.4g}",
+            numeral(100.0 * modes.frequency_error[i] * 1.96, 2),
+            numeral(100.0 * modes.damping[i], 4),
             _interval(modes.damping_bounds[:, i]),
             f"{modes.collinearity[i]:.3f}",
             _orders(one, i),
@@ -136,7 +137,7 @@ def _print_test(one: TestModes, json: str | None) -> None:
 
 
 def _interval(bounds: "np.ndarray[Any, Any]") -> str:
-    return f"{100.0 * bounds[0]:.4g} to {100.0 * bounds[1]:.4g}"
+    return f"{numeral(100.0 * bounds[0], 4)} to {numeral(100.0 * bounds[1], 4)}"
 
 
 def _orders(one: TestModes, mode: int) -> int:

@@ -15,6 +15,7 @@ import typer
 from shakerproc import files
 from shakerproc.cli import tables
 from shakerproc.errors import OutputError
+from shakerproc.numerals import numeral
 from shakerproc.workflows.folders import checked_folder, own_folder
 
 if TYPE_CHECKING:
@@ -223,7 +224,7 @@ def cell_text(value: object) -> str:
     if isinstance(value, tables.Picture):
         return value
     if isinstance(value, float):
-        return "" if value != value else f"{value:.4g}"  # noqa: PLR0124 - NaN without numpy
+        return "" if value != value else numeral(value, 4)  # noqa: PLR0124 - NaN without numpy
     return files.printable(str(value))
 
 

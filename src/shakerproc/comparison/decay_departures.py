@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.decay_words import DISPUTED, harmonic_of, law_words
 from shakerproc.runs.result import shown_unit
 from shakerproc.spectra.decays import Reading, at_amplitudes, trend_of
@@ -65,10 +66,10 @@ def departures_of(mode: ModeDecay) -> Departures | None:
 
 def said_of(mode: ModeDecay, test: TestDecays) -> str:
     """Return where a mode and that of the model disagree, and what the model lacks."""
-    name = f"{mode.measured.line.frequency:.4g} Hz"
+    name = f"{numeral(mode.measured.line.frequency, 4)} Hz"
     lower = harmonic_of(mode.measured.line, [one.measured.line for one in test.modes])
     if lower is not None:
-        name = f"{name} (perhaps a harmonic, {lower[0]} times {lower[1]:.4g} Hz)"
+        name = f"{name} (perhaps a harmonic, {lower[0]} times {numeral(lower[1], 4)} Hz)"
     if mode.measured.problem:
         return f"{name}: no curve: {mode.measured.problem}."
     if mode.model is None:
@@ -76,7 +77,7 @@ def said_of(mode: ModeDecay, test: TestDecays) -> str:
     found = departures_of(mode)
     if found is None:
         why = mode.model.problem or "its amplitudes are others"
-        return f"{name}: the model's mode at {mode.model.line.frequency:.4g} Hz: {why}."
+        return f"{name}: the model's mode at {numeral(mode.model.line.frequency, 4)} Hz: {why}."
     if found.outside <= DISPUTED:
         return f"{name}: the model agrees within the intervals of the measurement."
     first, last = (
@@ -120,7 +121,7 @@ def sentences_of(test: TestDecays) -> Iterator[str]:
     lines = [mode.model.line for mode in test.modes if mode.model is not None]
     alone = [line for line in test.only_model if harmonic_of(line, lines) is None]
     if alone:
-        shown = ", ".join(f"{line.frequency:.4g} Hz" for line in alone)
+        shown = ", ".join(f"{numeral(line.frequency, 4)} Hz" for line in alone)
         yield (
             f"test {test.measured.name}: {shown} of the model rings after the fitted start and "
             "was not measured"

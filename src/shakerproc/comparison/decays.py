@@ -12,6 +12,7 @@ from shakerproc.comparison.windows import RUN_IN_PERIODS, Windows, fitted_starts
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
 from shakerproc.models import Model
+from shakerproc.numerals import numeral
 from shakerproc.simulation import motions_of, prepare, simulate
 from shakerproc.spectra.decays import DecayCurve, DecayLine, decay_curve, decay_lines
 from shakerproc.testlog import TestLog
@@ -150,8 +151,9 @@ def decays_of(model: Model, test: Measured) -> TestDecays:
     lines = decay_lines(rows, rate, test.excited, count=count)
     if not lines:
         raise DiagnosisError(
-            f"{test.run}: no mode stands out of the noise within {test.excited[0]:.4g} to "
-            f"{test.excited[1]:.4g} Hz of this decay; correct from and to of the test"
+            f"{test.run}: no mode stands out of the noise within {numeral(test.excited[0], 4)} "
+            f"to {numeral(test.excited[1], 4)} Hz of this decay; correct from and to of the "
+            "test"
         )
     start = _start(model, test, rows, lines[0].frequency)
     motion = _motion(model, test, start, rows.shape[1])

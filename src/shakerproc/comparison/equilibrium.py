@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.models import BASE, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
+from shakerproc.numerals import numeral
 
 _NONE: Final = 1e-9
 """Share of a unit force below which rounding alone is left [-]."""
@@ -102,7 +103,7 @@ def _incidence(model: Model, pairs: list[tuple[str, str]]) -> tuple[FloatArray, 
             names.append(f"the attached mode on {place}")
     for mode in model.modes:
         columns.append(np.array([mode.participation.get(mass, 0.0) for mass in row]))
-        names.append(f"the mode of {mode.frequency:.4g} Hz")
+        names.append(f"the mode of {numeral(mode.frequency, 4)} Hz")
     return np.array(columns).reshape(-1, len(row)).T, names
 
 

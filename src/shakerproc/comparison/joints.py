@@ -16,6 +16,7 @@ from shakerproc.models import BASE, Element, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.motion import shown_in
 from shakerproc.models.parallel_elements import resolved
+from shakerproc.numerals import numeral
 from shakerproc.spectra import periodogram
 
 BINS: Final = 24
@@ -321,8 +322,8 @@ def _judged(motion: _Recorded, joint: Joint) -> JointMotion | NotTold:
     if unsure > size:
         unit, factor = shown_in("m", motion.model.motion, unsure)
         why = (
-            f"band too narrow: {size * factor:.2g} {unit} rms are told from {band[0]:.3g} Hz "
-            f"on, and noise may hide {unsure * factor:.2g} {unit}"
+            f"band too narrow: {numeral(size * factor, 2)} {unit} rms are told from "
+            f"{numeral(band[0])} Hz on, and noise may hide {numeral(unsure * factor, 2)} {unit}"
         )
         return NotTold(joint.between, why, _rms(motion, force, band))
     return _motion(motion, joint, spectrum, force, (band, unsure))

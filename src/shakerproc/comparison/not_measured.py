@@ -12,6 +12,7 @@ from shakerproc.data import (
     recording_of_arrays,
 )
 from shakerproc.errors import DiagnosisError
+from shakerproc.numerals import numeral
 from shakerproc.recordings import (
     FAULTS,
     MOST_LOST,
@@ -103,8 +104,8 @@ def check_sizes(
         )
         if not 1.0 / MOST_RATIO <= ratio <= MOST_RATIO:
             raise NotMeasuredError(
-                f"{recording.run} is left out: {channel.name} has {size[row]:.3g} "
-                f"{channel.unit} rms, {ratio:.2g} times the drive. Check its unit and "
+                f"{recording.run} is left out: {channel.name} has {numeral(size[row])} "
+                f"{channel.unit} rms, {numeral(ratio, 2)} times the drive. Check its unit and "
                 "sensitivity in the log."
             )
 
@@ -142,7 +143,7 @@ def check_frequency(
         name = recording.channels[inputs[0]].name
         raise NotMeasuredError(
             f"{recording.run} is left out: the log says a sine of {test.frequency_hz:g} Hz, "
-            f"but {name} has most power at {frequency[power.argmax()]:.3g} Hz, and "
-            f"{inside:.2g} of it from {low:.3g} to {high:.3g} Hz. Correct frequency in "
-            "the log."
+            f"but {name} has most power at {numeral(frequency[power.argmax()])} Hz, and "
+            f"{numeral(inside, 2)} of it from {numeral(low)} to {numeral(high)} Hz. Correct "
+            "frequency in the log."
         )

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import DiagnosisError, SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs import find_crop
 from shakerproc.runs.roles import moving
 from shakerproc.spectra.decays import free_start
@@ -61,8 +62,8 @@ def part_of(recording: Recording, test: Test, most: int) -> Part:
         start = _loudest(recording, test, start, stop, most)
         stop = start + most
         notes.append(
-            f"{recording.run}: used {most / recording.sample_rate:.4g} s of {whole:.4g} s, "
-            f"from {start / recording.sample_rate:.4g} s on."
+            f"{recording.run}: used {numeral(most / recording.sample_rate, 4)} s of "
+            f"{numeral(whole, 4)} s, from {numeral(start / recording.sample_rate, 4)} s on."
         )
     if n <= 2 * most:
         return Part(0, n, start, stop, tuple(notes))

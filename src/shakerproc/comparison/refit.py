@@ -14,6 +14,7 @@ from shakerproc.comparison.prediction import free_run
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
 from shakerproc.models import Element, Model
+from shakerproc.numerals import numeral
 
 REACH: Final = {"damping": 10.0, "damping_ratio": 10.0}
 """Factor either way within which a parameter is sought; 3 for all others."""
@@ -279,7 +280,7 @@ def _descend(
         raise DiagnosisError(f"{problem.model.title}: the motion runs away.")
     damping, slopes = 1e-3, _slopes(problem, here, residual)
     for round_ in range(_ROUNDS):
-        tell(f"fit, round {round_ + 1}, error {_rms(residual):.3g}")
+        tell(f"fit, round {round_ + 1}, error {numeral(_rms(residual))}")
         step = _step(problem, here, residual, slopes, damping)
         if step is None:  # no step, however short, is better
             return here, residual, slopes, True

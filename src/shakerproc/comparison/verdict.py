@@ -9,6 +9,7 @@ from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.errors import Pair
 from shakerproc.comparison.joints import by_range
 from shakerproc.models.motion import shown_in
+from shakerproc.numerals import numeral
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE, Level, demanded
 
 NEAR_NOISE: Final = 1.5
@@ -58,10 +59,10 @@ def _passes(test: TestComparison) -> bool:
 
 def _explained(comparison: Comparison) -> str:
     noisy = [test for test in comparison.tests if _noisy(test)]
-    how = f"the error is {comparison.error:.2g} of the response"
+    how = f"the error is {numeral(comparison.error, 2)} of the response"
     if noisy:
         times = max(test.error / test.noise for test in noisy)
-        how = f"the error is nowhere more than {times:.2g} times the noise"
+        how = f"the error is nowhere more than {numeral(times, 2)} times the noise"
     fitted = " with its numbers fitted" if comparison.refit else ""
     return f"The model explains every test{fitted}: {how}."
 
@@ -79,18 +80,20 @@ def _failure(comparison: Comparison, worst: TestComparison) -> str:
         f"The model{fitted} fails most in test {worst.measured.name}"
         f"{_level(worst)}: the residual rms of {name} is {errors.error:.1%} of its "
         f"measured rms{noise}, "
-        f"{share[first : last + 1].sum():.0%} of its power between {edges[first]:.3g} and "
-        f"{edges[last + 1]:.3g} Hz"
+        f"{share[first : last + 1].sum():.0%} of its power between {numeral(edges[first])} and "
+        f"{numeral(edges[last + 1])} Hz"
     )
     bin_width = worst.pair.resolution
     if abs(errors.peak_hz - errors.peak_model_hz) > _SHIFT_BINS * bin_width:
         return (
-            f"{text}; the response peaks at {errors.peak_hz:.4g} Hz, the model at "
-            f"{errors.peak_model_hz:.4g} Hz."
+            f"{text}; the response peaks at {numeral(errors.peak_hz, 4)} Hz, the model at "
+            f"{numeral(errors.peak_model_hz, 4)} Hz."
         )
     ratio = errors.peak_model_gain / errors.peak_gain if errors.peak_gain > 0.0 else 1.0
     if abs(np.log(ratio)) > 0.1:
-        return f"{text}; at the resonance its gain is {ratio:.2g} times the measured one."
+        return (
+            f"{text}; at the resonance its gain is {numeral(ratio, 2)} times the measured one."
+        )
     return f"{text}."
 
 
@@ -132,7 +135,7 @@ def _joint(comparison: Comparison, worst: TestComparison) -> str:
     if outer_size > 2.0 * inner_size:
         reach = 0.5 * float(far.max())
         unit, factor = shown_in("m", comparison.model.motion, reach)
-        return f"{text}, most beyond a displacement of {reach * factor:.2g} {unit}."
+        return f"{text}, most beyond a displacement of {numeral(reach * factor, 2)} {unit}."
     return f"{text}."
 
 

@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.selection.each_test import OneTest
+from shakerproc.numerals import numeral
 
 LEAST_SHARE: Final = 1e-4
 """Share of a number below which what calibration leaves open of it is not printed: stiffness
@@ -45,8 +46,8 @@ def unexplained_sentence(test: OneTest) -> str:
     """Return that a model leaves more than noise of a test, and what to hold out instead."""
     which = "which was fitted" if test.fitted else "which was held out"
     return (
-        f"Of {test.name}, {which}, {test.error:.3g} is left, "
-        f"{test.error / test.floor:.2g} times its noise: {_held_out_instead(test)}."
+        f"Of {test.name}, {which}, {numeral(test.error)} is left, "
+        f"{numeral(test.error / test.floor, 2)} times its noise: {_held_out_instead(test)}."
     )
 
 
@@ -63,7 +64,7 @@ def shown(estimate: Estimate, *, within: bool = True) -> str:
     if not isinstance(value, float):
         return str(value)
     unit, factor = ("mm", 1e3) if estimate.unit == "m" else (estimate.unit, 1.0)
-    number = f"{factor * value:#.3g}" if unit == "mm" else f"{factor * value:.4g}"
+    number = f"{factor * value:#.3g}" if unit == "mm" else numeral(value, 4)
     said = f"{number} {unit}".removesuffix(" 1").removesuffix(" -")
     if not within or estimate.by_tests is None:
         return said
@@ -74,4 +75,4 @@ def shown(estimate: Estimate, *, within: bool = True) -> str:
 
 
 def _per_cent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{numeral(100.0 * share, 2)} %"

@@ -14,6 +14,7 @@ from shakerproc.diagnosis.result import Errors, Finding, Where
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.diagnosis.selection.where import PARTS
 from shakerproc.models.motion import Motion, shown_in
+from shakerproc.numerals import numeral
 
 CALIBRATED: Final = f"; sensors are calibrated to no better than {NEGLIGIBLE:.0%}"
 """Why what is left beyond noise may be nothing."""
@@ -35,8 +36,8 @@ def outside_sentence(
     """
     said = (
         "Something is missing that is not in the library: a free force over displacement and "
-        f"velocity leaves {table:.3g} of the response, the best law {least:.3g}, noise "
-        f"{_noise(floor)}."
+        f"velocity leaves {numeral(table)} of the response, the best law {numeral(least)}, "
+        f"noise {_noise(floor)}."
     )
     if not meanwhile:
         return said
@@ -69,14 +70,14 @@ def more_sentence(errors: Errors, left: Where, motion: Motion) -> str:
     """
     after, floor = errors.held_out.after, errors.noise_floor
     if not math.isfinite(floor):
-        return f"It leaves {after:.3g}; how much of that is noise these tests do not say."
+        return f"It leaves {numeral(after)}; how much of that is noise these tests do not say."
     if after <= NEGLIGIBLE:
-        return f"It leaves {after:.3g}, the noise is {floor:.3g}{CALIBRATED}."
-    where = [f"at {low:.3g} to {high:.3g} Hz" for low, high in left.bands_hz]
+        return f"It leaves {numeral(after)}, the noise is {numeral(floor)}{CALIBRATED}."
+    where = [f"at {numeral(low)} to {numeral(high)} Hz" for low, high in left.bands_hz]
     where += _range("displacements", left.displacement_m, "m", motion)
     where += _range("velocities", left.velocity_m_per_s, "m/s", motion)
     most = f" Most of it lies {', '.join(where)}." if where else ""
-    return f"More is missing: {after:.3g} is left, the noise is {floor:.3g}.{most}"
+    return f"More is missing: {numeral(after)} is left, the noise is {numeral(floor)}.{most}"
 
 
 def _range(
@@ -86,7 +87,9 @@ def _range(
     if not span or PARTS * span[0] <= span[1]:
         return []
     shown, times = shown_in(unit, motion, span[1])
-    return [f"at {of} of {times * span[0]:.2g} to {times * span[1]:.2g} {shown}"]
+    return [
+        f"at {of} of {numeral(times * span[0], 2)} to {numeral(times * span[1], 2)} {shown}"
+    ]
 
 
 def fault_sentence(faults: Sequence[Finding], errors: Errors, *, alone: bool) -> str:
@@ -99,7 +102,7 @@ def nothing_sentence(errors: Errors, which: str, *, complete: bool) -> str:
     """Return the verdict that nothing is missing, by `which` model; only noise, if complete."""
     beyond = "" if complete else CALIBRATED
     return (
-        f"Nothing is missing: {which} leaves {errors.held_out.after:.3g} of the "
+        f"Nothing is missing: {which} leaves {numeral(errors.held_out.after)} of the "
         f"response, the noise is {_noise(errors.noise_floor)}{beyond}."
     )
 
@@ -117,16 +120,16 @@ def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> st
         Name of what leaves least of all that was tried, and what it leaves [-].
     """
     after, floor = errors.held_out.after, errors.noise_floor
-    said = f"Nothing can be named: {which} leaves {after:.3g} of the response"
+    said = f"Nothing can be named: {which} leaves {numeral(after)} of the response"
     if math.isfinite(floor):
-        said += f", though the noise is {floor:.3g}."
+        said += f", though the noise is {numeral(floor)}."
     else:
         said += (
             ". How much of that is noise these tests do not say: record some seconds at rest "
             "before the excitation, or repeat a test."
         )
-    name, left = least[0], f"{least[1]:.3g}"
-    if least[1] < after and left != f"{after:.3g}":
+    name, left = least[0], numeral(least[1])
+    if least[1] < after and left != numeral(after):
         said += f" The best that was tried, {name}, leaves {left}: less, but not surely so."
     return said
 
@@ -135,7 +138,7 @@ def locked_sentence(locked: Sequence[Locked]) -> str:
     """Return the verdict that a joint never slipped."""
     joints = " and ".join(
         f"the joint between {' and '.join(joint.between)} never slipped and holds at least "
-        f"{joint.holds:.3g} {joint.unit}"
+        f"{numeral(joint.holds)} {joint.unit}"
         for joint in locked
     )
     return f"These tests cannot tell one law of friction from another: {joints}."
@@ -144,7 +147,7 @@ def locked_sentence(locked: Sequence[Locked]) -> str:
 def far_sentence(far: Mapping[str, tuple[float, Estimate]]) -> str:
     """Return the verdict that numbers of the model explain the tests which are not its own."""
     numbers = " and ".join(
-        f"{name} {ratio:.3g} times the model's ({value.value:.3g} {value.unit})"
+        f"{name} {numeral(ratio)} times the model's ({numeral(value.value)} {value.unit})"
         for name, (ratio, value) in far.items()
     )
     return (
@@ -154,11 +157,13 @@ def far_sentence(far: Mapping[str, tuple[float, Estimate]]) -> str:
     )
 
 
-def unexercised_sentence(clearance: float, reach: float) -> str:
+def unexercised_sentence(clearance: float, reach: float, motion: Motion) -> str:
     """Return the verdict that a clearance [m] of the log was never closed: its reach [m]."""
+    shown, times = shown_in("m", motion, clearance)
     return (
-        f"The joint has a clearance of {clearance:.3g} m but moved {reach:.3g} m at most: it "
-        f"never closed. {clearance / reach:.2g} times the level would close it."
+        f"The joint has a clearance of {numeral(times * clearance)} {shown} but moved "
+        f"{numeral(times * reach)} {shown} at most: it never closed. "
+        f"{numeral(clearance / reach, 2)} times the level would close it."
     )
 
 
@@ -166,8 +171,8 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     """Return that another effect would lower the error [-], and can be added next."""
     name = " and ".join(kind.replace("_", " ") for kind in kinds)
     return (
-        f"{name} would lower the held-out free-run error from {now:.3g} to {then:.3g}. It can "
-        "be added next."
+        f"{name} would lower the held-out free-run error from {numeral(now)} to "
+        f"{numeral(then)}. It can be added next."
     )
 
 
@@ -175,7 +180,7 @@ def mode_notes(modes: Sequence[FurtherMode]) -> list[str]:
     """Return which further modes were fitted as linear; nothing without any."""
     if not modes:
         return []
-    said = " and ".join(f"{f:.4g}" for f in sorted(mode.frequency for mode in modes))
+    said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
     which = "A further mode" if len(modes) == 1 else "Further modes"
     was = "was" if len(modes) == 1 else "were"
     return [f"{which} at {said} Hz {was} fitted as linear."]
@@ -184,9 +189,9 @@ def mode_notes(modes: Sequence[FurtherMode]) -> list[str]:
 def whole_note(was: float, now: float, horizon: float) -> str:
     """Return that whole tests are predicted worse [-], though parts [s] of them better."""
     return (
-        f"Parts of {horizon:.3g} s are predicted better; simulated from rest as a whole, as "
-        f"`compare` does where it can, the tests leave {now:.3g} of the response, {was:.3g} "
-        "before."
+        f"Parts of {numeral(horizon)} s are predicted better; simulated from rest as a whole, "
+        f"as `compare` does where it can, the tests leave {numeral(now)} of the response, "
+        f"{numeral(was)} before."
     )
 
 
@@ -204,7 +209,7 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
     """
     said = []
     if len(weights) > 1:
-        shares = " and ".join(f"{weight:.2g}" for weight in weights)
+        shares = " and ".join(numeral(weight, 2) for weight in weights)
         said.append(
             "The controls disagree as on a table that rocks: what drives the model is their "
             f"sum with weights {shares}, in the order of the log."
@@ -218,7 +223,7 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
         )
     said.append(
         "The errors allow for that; with all tests alike and the mean of the controls, as "
-        f"`compare` has it, {left:.3g} of the response is left."
+        f"`compare` has it, {numeral(left)} of the response is left."
     )
     return " ".join(said)
 
@@ -226,7 +231,7 @@ def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
 def unnamed_note(left: float, floor: float) -> str:
     """Return that besides a fault more is left [-] than the noise [-], which has no name."""
     return (
-        f"Corrected for that, the model still leaves {left:.3g} of the response where the "
+        f"Corrected for that, the model still leaves {numeral(left)} of the response where the "
         f"noise is {_noise(floor)}, which no effect of the library explains."
     )
 
@@ -250,15 +255,18 @@ def _faults(faults: Sequence[Finding]) -> str:
 
 
 def _noise(floor: float) -> str:
-    return f"{floor:.3g}" if math.isfinite(floor) else "unknown"
+    return numeral(floor) if math.isfinite(floor) else "unknown"
 
 
 def _fall(errors: Errors) -> str:
     held = errors.held_out
-    fall = f"the held-out free-run error falls from {held.before:.3g} to {held.after:.3g}"
-    alone = f"{errors.without or held.before:.3g}"
+    fall = (
+        f"the held-out free-run error falls from {numeral(held.before)} to "
+        f"{numeral(held.after)}"
+    )
+    alone = numeral(errors.without or held.before)
     own = errors.without is not None and errors.without < held.before
-    return f"{fall} ({alone} with no effect)" if own and alone != f"{held.before:.3g}" else fall
+    return f"{fall} ({alone} with no effect)" if own and alone != numeral(held.before) else fall
 
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:

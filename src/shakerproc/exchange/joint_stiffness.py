@@ -10,6 +10,7 @@ from scipy import stats
 
 from shakerproc.data import FloatArray
 from shakerproc.exchange.tensile import TensileRun
+from shakerproc.numerals import numeral
 
 THESIS_SAMPLE = 200
 """The thesis reads force and displacement at this sample of each run, from 1."""
@@ -123,7 +124,7 @@ def slope(run: TensileRun, low_share: float = 0.2, high_share: float = 0.8) -> S
     if np.count_nonzero(within) < 3:
         raise ValueError(
             f"{run.name}: {np.count_nonzero(within)} samples between {low_share:.0%} and "
-            f"{high_share:.0%} of {largest:.4g} N, at least 3 are needed"
+            f"{high_share:.0%} of {numeral(largest, 4)} N, at least 3 are needed"
         )
     line = stats.linregress(run.displacement[within], run.force[within])
     reach = stats.t.ppf(0.975, np.count_nonzero(within) - 2) * line.stderr
@@ -160,8 +161,8 @@ def _point(run: TensileRun, sample: int, force: float | None) -> tuple[float, fl
     reached = np.flatnonzero(run.force >= force)
     if not reached.size:
         raise ValueError(
-            f"{run.name}: the force reaches {np.max(run.force):.4g} N, the secant asks for "
-            f"{force:.4g} N"
+            f"{run.name}: the force reaches {numeral(np.max(run.force), 4)} N, the secant asks "
+            f"for {numeral(force, 4)} N"
         )
     first = int(reached[0])
     before = max(first - 1, 0)

@@ -6,6 +6,7 @@ from typing import Final, final
 from shakerproc.data import Channel, ComplexArray, FloatArray
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.tracking import Track
+from shakerproc.numerals import numeral
 from shakerproc.testlog import Test
 
 Place = tuple[float, float, float]
@@ -147,7 +148,7 @@ class Reciprocal:
             )
         if abs(self.ratio - 1.0) > LEVEL:
             return (
-                f"{second} is {self.ratio:.3g} times its reciprocal {first}: check the "
+                f"{second} is {numeral(self.ratio)} times its reciprocal {first}: check the "
                 "sensitivities of forces and sensors"
             )
         return ""

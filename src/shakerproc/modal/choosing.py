@@ -9,6 +9,7 @@ from shakerproc.data import Channel, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.shapes import mac
+from shakerproc.numerals import numeral
 from shakerproc.testlog import Modal, Test
 
 SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")
@@ -47,7 +48,7 @@ def band_of(recording: Recording, test: Test, wish: Modal) -> tuple[float, float
     if not low < high:
         raise SpectrumError(
             f"{recording.run}: the band from {low:g} to {high:g} Hz is empty; the recording "
-            f"holds {2.0 / duration:.3g} to {nyquist:g} Hz"
+            f"holds {numeral(2.0 / duration)} to {nyquist:g} Hz"
         )
     return low, high
 

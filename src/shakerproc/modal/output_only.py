@@ -27,6 +27,7 @@ from shakerproc.modal.stabilisation import (
     frequency_of,
     wanted_poles,
 )
+from shakerproc.numerals import numeral
 
 BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
@@ -117,15 +118,16 @@ def identify_output_only(
     n_rows = int(np.clip(2.0 / (settings.band[0] * interval), settings.order / n + 2, ROWS / n))
     if samples.shape[1] < 4 * BLOCKS * n_rows:
         raise ValueError(
-            f"{samples.shape[1] * interval:.4g} s are too short for output only from "
+            f"{numeral(samples.shape[1] * interval, 4)} s are too short for output only from "
             f"{settings.band[0]:g} Hz: at least "
-            f"{4 * BLOCKS * n_rows * interval:.3g} s are needed"
+            f"{numeral(4 * BLOCKS * n_rows * interval)} s are needed"
         )
     parts = _correlations(samples, 2 * n_rows)
     diagram, found, notes = _modes(parts, n_rows, interval, scale, settings)
     poles = found.poles
     tones = [
-        f"{value:.4g} Hz has hardly any damping: a tone of the excitation looks like that"
+        f"{numeral(value, 4)} Hz has hardly any damping: a tone of the excitation looks like "
+        "that"
         for value in frequency_of(poles[damping_of(poles) < TONE_DAMPING])
     ]
     student = scipy.special.stdtrit(BLOCKS - 1, 0.975) / NORMAL_95  # over the normal law

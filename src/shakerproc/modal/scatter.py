@@ -5,13 +5,15 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines, taken
-from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.mode_set import NORMAL_95, ModeSet
 from shakerproc.modal.selection import price_of
 from shakerproc.modal.stabilisation import damping_of, frequency_of
+from shakerproc.numerals import numeral
 
 MUCH: Final = 2.0
 """Ratio of the scatter over records to what their own intervals allow, from which on a mode is
@@ -43,7 +45,7 @@ def with_scatter(
     """Return the modes with their scatter over the records, and intervals that allow for it.
 
     Each record is fitted alone, from the common poles. Where they scatter more than their own
-    intervals allow, the interval of the common mode is widened by that ratio (Birge's).
+    intervals allow, the interval of the common mode is widened by that ratio (`widening`).
 
     Parameters
     ----------
@@ -63,18 +65,13 @@ def with_scatter(
         return modes
     named, meaning = kind
     values, errors = _alone(modes, records)
-    weight = np.where(np.isnan(values), 0.0, 1.0 / errors**2)
-    filled = np.nan_to_num(values)
-    free = np.maximum((weight > 0.0).sum(axis=0) - 1, 1)
-    total = np.maximum(weight.sum(axis=0), 1e-300)
-    mean = (weight * filled).sum(axis=0) / total
-    ratio = np.sqrt((weight * (filled - mean) ** 2).sum(axis=0) / free)
-    wider = np.maximum(ratio, 1.0)
+    ratio, wider = widening(values, errors)
     scatter = _deviation(values)
     moving = [
         f"mode {i + 1} ({modes.frequency[i]:.5g} Hz) scatters over the {named} by "
-        f"{100.0 * scatter[0, i]:.2g} % in frequency and {100.0 * scatter[1, i]:.2g} % in "
-        f"damping, {ratio[:, i].max():.2g} times what their intervals allow: {meaning}"
+        f"{numeral(100.0 * scatter[0, i], 2)} % in frequency and "
+        f"{numeral(100.0 * scatter[1, i], 2)} % in damping, {numeral(ratio[:, i].max(), 2)} "
+        f"times what their intervals allow: {meaning}"
         for i in range(modes.poles.size)
         if ratio[:, i].max() > MUCH
     ]
@@ -86,6 +83,36 @@ def with_scatter(
         interval_from=f"{modes.interval_from}, wider where the {named} scatter more",
         notes=(*modes.notes, *moving),
     )
+
+
+def widening(values: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return by how much values scatter more than their errors say, and intervals are widened.
+
+    Of few records the ratio is uncertain itself: an interval that rests on it is one of
+    Student's t.
+
+    Parameters
+    ----------
+    values : (n_records, ...) array
+        What each record says; NaN where one says nothing.
+    errors : (n_records, ...) array
+        Their standard deviations, by each record alone.
+
+    Returns
+    -------
+    ratio : (...) array
+        Birge's [-].
+    wider : (...) array
+        Factor of the errors, 1.96 of which are the 95 % interval [-]; 1 or more.
+    """
+    weight = np.where(np.isnan(values), 0.0, 1.0 / errors**2)
+    filled = np.nan_to_num(values)
+    free = np.maximum((weight > 0.0).sum(axis=0) - 1, 1)
+    total = np.maximum(weight.sum(axis=0), 1e-300)
+    mean = (weight * filled).sum(axis=0) / total
+    ratio = np.sqrt((weight * (filled - mean) ** 2).sum(axis=0) / free)
+    student = scipy.special.stdtrit(free, 0.975) / NORMAL_95
+    return ratio, np.where(ratio > 1.0, ratio * student, 1.0)
 
 
 def _deviation(values: FloatArray) -> FloatArray:
@@ -126,6 +153,6 @@ def told_scatter(modes: ModeSet, mode: int) -> list[str]:
     if modes.scatter is None:
         return []
     return [
-        "one test" if np.isnan(value) else f"{100.0 * value:.2g}"
+        "one test" if np.isnan(value) else numeral(100.0 * value, 2)
         for value in modes.scatter[:, mode]
     ]

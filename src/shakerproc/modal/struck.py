@@ -26,6 +26,7 @@ from shakerproc.modal.lines import lines_of_samples
 from shakerproc.modal.modal_model import response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.scatter import BLOWS, with_scatter
+from shakerproc.numerals import numeral
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blows import Blow, Setup, windowed
@@ -92,8 +93,8 @@ class Struck:
             )
         if rate:
             yield (
-                f"the exponential window ({rate:.4g} 1/s) is in the response functions that "
-                "are drawn, not in the fit"
+                f"the exponential window ({numeral(rate, 4)} 1/s) is in the response functions "
+                "that are drawn, not in the fit"
             )
 
 

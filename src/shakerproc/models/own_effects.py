@@ -13,6 +13,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
 from shakerproc.models.faults import FAULTS
 from shakerproc.models.identification import JointScales
+from shakerproc.numerals import numeral
 
 TYPICAL: Final = JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0, 5000.0)
 """A small bolted joint on a shaker, for which effects without an example get their numbers."""
@@ -184,8 +185,9 @@ def _check_values(effect: AbstractMemorylessEffect, place: str) -> None:
     if not np.all(np.isfinite(force)):
         i, j = np.argwhere(~np.isfinite(force))[0]
         raise ModelError(
-            f"{place}: force_at returns {force[i, j]} at displacement {z[i, j]:.3g} m and "
-            f"velocity {v[i, j]:.3g} m/s. Let it be finite up to {FAR:g} m and {FAST:g} m/s."
+            f"{place}: force_at returns {force[i, j]} at displacement {numeral(z[i, j])} m and "
+            f"velocity {numeral(v[i, j])} m/s. Let it be finite up to {FAR:g} m and {FAST:g} "
+            "m/s."
         )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from shakerproc.numerals import numeral
 from shakerproc.planning.plan import PlannedTest
 from shakerproc.planning.reach import Band
 from shakerproc.testlog.facts import facts_of
@@ -32,7 +33,8 @@ def plan_documents(plans: Sequence[PlannedTest]) -> list[dict[str, Any]]:
 def bands_text(bands: Sequence[Band]) -> str:
     """Return bands as people write them [Hz]."""
     return ", ".join(
-        f"{low:.4g}-{high:.4g}" if low < high else f"{low:.4g}" for low, high in bands
+        f"{numeral(low, 4)}-{numeral(high, 4)}" if low < high else numeral(low, 4)
+        for low, high in bands
     )
 
 

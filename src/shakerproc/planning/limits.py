@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.planning.inputs import AbstractInput, SineInput
 
 
@@ -80,30 +81,30 @@ class ShakerLimits:
         found = []
         if motion.acceleration > self.acceleration * (1.0 + 1e-9):
             found.append(
-                f"acceleration {motion.acceleration / STANDARD_GRAVITY:.3g} g ({peak}) is "
-                f"above the shaker's {self.acceleration / STANDARD_GRAVITY:.3g} g"
+                f"acceleration {numeral(motion.acceleration / STANDARD_GRAVITY)} g ({peak}) is "
+                f"above the shaker's {numeral(self.acceleration / STANDARD_GRAVITY)} g"
             )
         if motion.velocity > self.velocity * (1.0 + 1e-9):
             found.append(
-                f"velocity {motion.velocity:.3g} m/s ({peak}) is above the shaker's "
-                f"{self.velocity:.3g} m/s{self._from(shaken, 'velocity')}"
+                f"velocity {numeral(motion.velocity)} m/s ({peak}) is above the shaker's "
+                f"{numeral(self.velocity)} m/s{self._from(shaken, 'velocity')}"
             )
         if motion.displacement > self.displacement * (1.0 + 1e-9):
             found.append(
-                f"displacement {1e3 * motion.displacement:.3g} mm ({peak}) is above the "
-                f"shaker's {1e3 * self.displacement:.3g} mm"
+                f"displacement {numeral(1e3 * motion.displacement)} mm ({peak}) is above the "
+                f"shaker's {numeral(1e3 * self.displacement)} mm"
                 f"{self._from(shaken, 'displacement')}"
             )
         if self.moving_mass > 0.0:
-            carried = f" to move {self.moving_mass:.3g} kg"
+            carried = f" to move {numeral(self.moving_mass)} kg"
             found += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
         return tuple(found)
 
     def _too_much_force(self, force: float, peak: str, carried: str) -> list[str]:
         if force <= self.force * (1.0 + 1e-9):
             return []
-        most = f"the shaker's {self.force:.3g} N"
-        return [f"force {force:.3g} N ({peak}){carried} is above {most}"]
+        most = f"the shaker's {numeral(self.force)} N"
+        return [f"force {numeral(force)} N ({peak}){carried} is above {most}"]
 
     def _from(self, shaken: AbstractInput, what: str) -> str:
         """Return from which frequency on a sine may be run."""
@@ -114,4 +115,4 @@ class ShakerLimits:
             if what == "velocity"
             else shaken.frequency_of_displacement(self.displacement)
         )
-        return f"; possible from {lowest:.4g} Hz"
+        return f"; possible from {numeral(lowest, 4)} Hz"

@@ -5,6 +5,7 @@ from math import inf
 from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import (
     averaging,
     duration_of_test,
@@ -124,7 +125,7 @@ def _needed(
         band = (shaken.low, shaken.high)
         bands = bands_within_limits(wish.joint, wish.limits, band, walls.far)
     allowed = not wish.limits.exceeded_by(shaken.scaled(factor)) if known else None
-    return Needed(level, f"{level / scale:.3g} {unit}", allowed, bands)
+    return Needed(level, f"{numeral(level / scale)} {unit}", allowed, bands)
 
 
 def _unclear(test: Test) -> str:

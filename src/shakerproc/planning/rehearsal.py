@@ -13,6 +13,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, recording_of_arrays
 from shakerproc.errors import LogError, SimulationError
 from shakerproc.models import BASE, Model
+from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import sample_rate_of_test
 from shakerproc.planning.drive import drive_of_test, length_of_run
 from shakerproc.planning.multisines import check_period
@@ -271,8 +272,8 @@ def _check_length(test: Test, seconds: float, rate: float) -> None:
     if not seconds * rate <= MOST_SAMPLES:
         raise LogError(
             f"{test.source or 'test'}: test {test.id}: {seconds:g} s at {rate:g} Hz are "
-            f"{seconds * rate:.3g} samples; at most {MOST_SAMPLES:.0e} are simulated. Shorten "
-            f"the run, or lower its sample rate."
+            f"{numeral(seconds * rate)} samples; at most {MOST_SAMPLES:.0e} are simulated. "
+            "Shorten the run, or lower its sample rate."
         )
 
 

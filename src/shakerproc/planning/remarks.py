@@ -5,6 +5,7 @@ from math import inf
 from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import (
     rate_at,
 )
@@ -68,8 +69,8 @@ def _about_sampling(shaken: AbstractInput, rate: float | None, test: Test) -> It
         width = rate / test.processing.welch.segment
         if shaken.low < 2.0 * width and test.processing.detrend == "none":
             yield (
-                f"the band begins at {shaken.low:g} Hz, within two bins of {width:.3g} Hz from "
-                f"0, where offsets leak: take a longer segment, or detrend: mean"
+                f"the band begins at {shaken.low:g} Hz, within two bins of {numeral(width)} Hz "
+                "from 0, where offsets leak: take a longer segment, or detrend: mean"
             )
 
 
@@ -81,11 +82,14 @@ def _about_crop(test: Test, shaken: AbstractInput) -> Iterator[str]:
     threshold = crop.threshold / STANDARD_GRAVITY
     level = peak / STANDARD_GRAVITY
     if peak < crop.threshold:
-        yield f"the crop's threshold of {threshold:.3g} g is above its {level:.3g} g peak"
+        yield (
+            f"the crop's threshold of {numeral(threshold)} g is above its {numeral(level)} g "
+            "peak"
+        )
     elif peak < 1.15 * crop.threshold and not crop.remove_offset:
         yield (
-            f"its peak of {level:.3g} g is only {level - threshold:.2g} g above the crop's "
-            f"threshold: an offset of the sensor may hide the run"
+            f"its peak of {numeral(level)} g is only {numeral(level - threshold, 2)} g above "
+            "the crop's threshold: an offset of the sensor may hide the run"
         )
 
 
@@ -100,16 +104,16 @@ def _about_sweep(test: Test, shaken: AbstractInput, modes: list[Mode]) -> Iterat
         if peak < ENOUGH:
             slower = fastest_rate(mode.frequency, mode.damping_ratio) / rate
             shown = (
-                f"{test.rate_oct_per_min * slower:.3g} oct/min"
+                f"{numeral(test.rate_oct_per_min * slower)} oct/min"
                 if test.rate_oct_per_min is not None
-                else f"{rate * slower:.3g} Hz/s"
+                else f"{numeral(rate * slower)} Hz/s"
             )
             shift = swept_shift(rate, mode.frequency, mode.damping_ratio)
             late = "low" if (test.from_hz or 0.0) > (test.to_hz or inf) else "high"
             yield (
-                f"the sweep passes {mode.frequency:.4g} Hz too fast: it reaches "
-                f"{100.0 * peak:.3g} % of the resonance, {shift:.2g} Hz too {late}; {shown} "
-                f"gives {100.0 * ENOUGH:.0f} %"
+                f"the sweep passes {numeral(mode.frequency, 4)} Hz too fast: it reaches "
+                f"{numeral(100.0 * peak)} % of the resonance, {numeral(shift, 2)} Hz too "
+                f"{late}; {shown} gives {100.0 * ENOUGH:.0f} %"
             )
 
 
@@ -122,7 +126,7 @@ def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
             return
         # The fastest rate is as the square of the width: 1 Hz wide at 100 Hz is the measure.
         ratio = 0.01 * 100.0 / frequency * (rate / fastest_rate(100.0, 0.01)) ** 0.5
-        told.append(f"{0.5 / ratio:.2g} at {frequency:.4g} Hz")
+        told.append(f"{numeral(0.5 / ratio, 2)} at {numeral(frequency, 4)} Hz")
     yield (
         f"the sweep shows peaks more than {100.0 * (1.0 - ENOUGH):.0f} % too low from Q = "
         f"{' or '.join(dict.fromkeys(told))} on; --model with a damping says more"
@@ -143,20 +147,21 @@ def _about_averages(
         half_power = 2.0 * mode.damping_ratio * mode.frequency
         if width > 0.25 * half_power:
             yield (
-                f"bins of {width:.3g} Hz are coarse for the {half_power:.3g} Hz half-power "
-                f"width at {mode.frequency:.4g} Hz: take segments of "
+                f"bins of {numeral(width)} Hz are coarse for the {numeral(half_power)} Hz "
+                f"half-power width at {numeral(mode.frequency, 4)} Hz: take segments of "
                 f"{_next_power(4.0 * rate / half_power)} samples"
             )
     if planned.duration is None:
         return
     if planned.averaging is None:
-        yield f"{planned.duration:.3g} s hold less than two averages"
+        yield f"{numeral(planned.duration)} s hold less than two averages"
     elif planned.averaging.gain_error > ENOUGH_ERROR:
         longer = (planned.averaging.gain_error / ENOUGH_ERROR) ** 2 * planned.duration
         yield (
-            f"{planned.averaging.averages:.3g} averages leave the gain "
-            f"{100.0 * planned.averaging.gain_error:.2g} % of random error at a coherence of "
-            f"{wish.coherence:g}; {longer:.3g} s would leave {100.0 * ENOUGH_ERROR:.0f} %"
+            f"{numeral(planned.averaging.averages)} averages leave the gain "
+            f"{numeral(100.0 * planned.averaging.gain_error, 2)} % of random error at a "
+            f"coherence of {wish.coherence:g}; {numeral(longer)} s would leave "
+            f"{100.0 * ENOUGH_ERROR:.0f} %"
         )
 
 
@@ -166,9 +171,9 @@ def _about_lines(said: Multisine, modes: list[Mode]) -> Iterator[str]:
         half_power = 2.0 * mode.damping_ratio * mode.frequency
         if 0.0 < half_power < LINES_OF_A_MODE / said.period:
             yield (
-                f"lines {1.0 / said.period:.3g} Hz apart are coarse for the "
-                f"{half_power:.3g} Hz half-power width at {mode.frequency:.4g} Hz: take a "
-                f"period of {LINES_OF_A_MODE / half_power:.3g} s or more"
+                f"lines {numeral(1.0 / said.period)} Hz apart are coarse for the "
+                f"{numeral(half_power)} Hz half-power width at {numeral(mode.frequency, 4)} "
+                f"Hz: take a period of {numeral(LINES_OF_A_MODE / half_power)} s or more"
             )
     if said.periods is not None and said.periods < ENOUGH_PERIODS:
         yield (
@@ -200,10 +205,10 @@ def _shortfall(found: Reach, far: float, wish: Wish) -> str:
     what = "no contact" if found.contact == "none" else "contact on one side only"
     peak = ""
     if found.contacts_per_second is not None:
-        what, peak = f"{found.contacts_per_second:.2g} contacts a second", "3 sigma is "
+        what, peak = f"{numeral(found.contacts_per_second, 2)} contacts a second", "3 sigma is "
     elif isinstance(wish.joint, FreeJoint):
         what = "the table moves less than half the play"
-    return f"{what}: {peak}{1e3 * found.displacement:.3g} mm of {1e3 * far:.3g} mm"
+    return f"{what}: {peak}{numeral(1e3 * found.displacement)} mm of {numeral(1e3 * far)} mm"
 
 
 def _remedy(needed: Needed | None) -> str:
@@ -214,7 +219,9 @@ def _remedy(needed: Needed | None) -> str:
     text = f"; both sides from {needed.text}, which is beyond the shaker"
     if not needed.bands_hz:
         return text
-    bands = " and ".join(f"{low:.4g}-{high:.4g} Hz" for low, high in needed.bands_hz)
+    bands = " and ".join(
+        f"{numeral(low, 4)}-{numeral(high, 4)} Hz" for low, high in needed.bands_hz
+    )
     return f"{text}; a sine within its limits does it in {bands}"
 
 
@@ -226,6 +233,6 @@ def _about_weight(planned: PlannedTest, wish: Wish) -> Iterator[str]:
     peak = planned.travel.motion.acceleration
     if peak < STANDARD_GRAVITY:
         yield (
-            f"{peak / STANDARD_GRAVITY:.3g} g does not lift a part that its weight holds on "
-            "one side, however far the table moves"
+            f"{numeral(peak / STANDARD_GRAVITY)} g does not lift a part that its weight holds "
+            "on one side, however far the table moves"
         )

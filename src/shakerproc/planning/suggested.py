@@ -7,6 +7,7 @@ from math import sqrt
 from typing import Final
 
 from shakerproc.errors import LogError
+from shakerproc.numerals import numeral
 from shakerproc.testlog import Expectation, Test, TestLog, level_of
 from shakerproc.testlog.excitation import amplitude_unit
 
@@ -71,7 +72,7 @@ def _test(one: Mapping[str, object], number: int, log: TestLog, source: str) -> 
             ) from None
         level *= sqrt(2.0)
         unit = amplitude_unit(unit)
-        text = f"{written} (amplitude {sqrt(2.0):.4g} times that)"
+        text = f"{written} (amplitude {numeral(sqrt(2.0), 4)} times that)"
     band = one.get("band_hz")
     if isinstance(band, Sequence) and len(band) == 2 and not one.get("like"):
         like = replace(like, from_hz=float(band[0]), to_hz=float(band[1]))

@@ -6,7 +6,7 @@ program that appends to a file writes both again.
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from mmap import mmap
@@ -27,6 +27,11 @@ _SIGNS: Final = re.compile(r"[,;\t]")
 _SEPARATORS: Final = {"tab": "\t", "comma": ",", "semicolon": ";"}
 _LONGEST: Final = 1 << 22
 """Bytes of a header: 10,000 channels take 1 MB."""
+_READ: Final = frozenset({
+    "Separator", "Decimal_Separator", "Multi_Headings", "X_Columns", "Date", "Time", "Samples",
+    "X0", "Delta_X", "X_Dimension", "X_Unit_Label", "Y_Unit_Label",
+})  # fmt: skip
+"""Names of header lines that are read."""
 _DATE: Final = re.compile(r"(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})")
 _TIME: Final = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d{1,6})\d*)?")
 
@@ -175,7 +180,8 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
             _check_only_tags(between, before, run)
         tags = list(_tags(between, encoding))
         if any(_first(tag) == "LabVIEW Measurement" for tag in tags):
-            header = MappingProxyType(dict(_pair(tag) for tag in tags))
+            pairs = _by_name(((name, (said,)) for name, said in map(_pair, tags)), run)
+            header = MappingProxyType({name: said for name, (said,) in pairs.items()})
             _check(header, run)
             above = below
             continue
@@ -188,7 +194,8 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
             _first(tag.decode("latin-1")) for tag in tail
         )
         place = (line + 1, rows, after - sum(map(len, tail)), unfinished)
-        found.append(_head(content[below:rows], encoding, header, tags, place))
+        cells = _by_name((_cells(tag, separator_of(header)) for tag in tags), run)
+        found.append(_head(content[below:rows], encoding, header, cells, place))
         if not found[-1].rows:
             raise RecordingError(f"{run}: line {line + 1} names no channels. {AGAIN}")
     if not found or not found[0].titles:
@@ -234,18 +241,45 @@ def _head(
     title: bytes,
     encoding: str,
     header: Mapping[str, str],
-    tags: Sequence[str],
+    cells: Mapping[str, Sequence[str]],
     place: tuple[int, int, int, bool],
 ) -> Head:
-    separator = separator_of(header)
-    titles = [
-        cell.strip() for cell in title.decode(encoding, errors="replace").split(separator)
-    ]
+    text = title.decode(encoding, errors="replace")
+    titles = [cell.strip() for cell in text.split(separator_of(header))]
     while titles and titles[-1].casefold() in {"comment", ""}:
         titles.pop()
-    split = [tag.rstrip("\r\n").split(separator) for tag in tags]
-    cells = {cells[0].strip(): tuple(cell.strip() for cell in cells[1:]) for cells in split}
     return Head(header, cells, tuple(titles), *place)
+
+
+def _by_name(
+    lines: Iterable[tuple[str, tuple[str, ...]]], run: str
+) -> dict[str, tuple[str, ...]]:
+    """Return the cells of header lines, by name.
+
+    Raises
+    ------
+    RecordingError
+        If two lines that are read have one name and say different things.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name, cells in lines:
+        if name in _READ and found.get(name, cells) != cells:
+            before, after = (
+                shown(" ".join(filter(None, dict.fromkeys(one))))
+                for one in (found[name], cells)
+            )
+            raise RecordingError(
+                f"{run}: a header of this LVM file has two lines {name}: {before} and {after}. "
+                "Delete the wrong one."
+            )
+        found[name] = cells
+    return found
+
+
+def _cells(line: str, separator: str) -> tuple[str, tuple[str, ...]]:
+    """Return the name of a header line above a table, and its cells."""
+    name, *cells = (cell.strip() for cell in line.rstrip("\r\n").split(separator))
+    return name, tuple(cells)
 
 
 def _line_at(content: mmap | bytes, at: int) -> bytes:

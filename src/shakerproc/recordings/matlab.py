@@ -164,7 +164,26 @@ def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
         return _referred(item, kind, run, name, depth)
     if kind == "char":
         return [_hdf5_text(item)]
-    return _Stored(run, name, item) if item.dtype.kind in "iuf" else None
+    return _stored(item, run, name) if item.dtype.kind in "iuf" else None
+
+
+def _stored(item: Any, run: str, name: str) -> _Stored:
+    """Return a variable of numbers.
+
+    Raises
+    ------
+    RecordingError
+        If they are of no type of a processor, which HDF5 would convert: a damaged header says
+        another exponent, say.
+    """
+    import h5py
+
+    if h5py.h5t.py_create(item.dtype) != item.id.get_type():
+        raise RecordingError(
+            f"{run}: variable {shown(name)} is stored as numbers of a kind that MATLAB never "
+            f"writes, which is damage. {AGAIN}"
+        )
+    return _Stored(run, name, item)
 
 
 def _referred(item: Any, kind: str, run: str, name: str, depth: int) -> Tree:

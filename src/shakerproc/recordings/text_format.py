@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO, Final, final
 
@@ -15,7 +16,12 @@ from shakerproc.recordings.columns import is_number
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_labels import is_stepped, unlabelled
-from shakerproc.recordings.text_meta import is_comment, is_statement, stated_axes
+from shakerproc.recordings.text_meta import (
+    is_comment,
+    is_statement,
+    stated_axes,
+    uncommented,
+)
 from shakerproc.recordings.text_names import (
     cells_in_use,
     column_names,
@@ -24,7 +30,7 @@ from shakerproc.recordings.text_names import (
     title_rows,
 )
 from shakerproc.recordings.time_axis import TimeAxis
-from shakerproc.recordings.times import FEWEST, is_time
+from shakerproc.recordings.times import FEWEST, SECONDS, is_time, time_name
 
 LOOK: Final = 1 << 16
 """Bytes at the start from which the format is judged, where its lines are short."""
@@ -180,6 +186,7 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
             "semicolon or tab with one line of headers are read, times in seconds."
         )
     _check_names(lines, best[1], run)
+    _check_units_of_times(lines, best[1], run)
     return best[1]
 
 
@@ -361,3 +368,25 @@ def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
         f"{run}: line {above[-1] + 1} names {len(names)} columns ({shown(names[0], 20)} to "
         f"{shown(names[-1], 20)}), but the rows below it have {width}. {advice}."
     )
+
+
+def _check_units_of_times(lines: Sequence[str], found: TextFormat, run: str) -> None:
+    """Pass headers of which no two name a column as a time in two units.
+
+    Raises
+    ------
+    RecordingError
+        If there are such two.
+    """
+    pairs = zip_longest(found.headers, found.units[: len(found.headers)], fillvalue="")
+    used = [time_name(name, unit) for name, unit in pairs]
+    for number, line in enumerate(lines[: found.first], start=1):
+        row = split(line, found.delimiter)
+        for cell, one in zip(row, used, strict=False):
+            other = time_name(uncommented(cell), "")
+            said = (one[1].casefold(), other[1].casefold()) if one and other else ("", "")
+            if len(row) == len(used) and all(said) and SECONDS[said[0]] != SECONDS[said[1]]:
+                raise RecordingError(
+                    f"{run}: line {number} names the time {shown(cell, 20)}, the header below "
+                    f"it has it in {said[0]}. Delete the header that is wrong."
+                )

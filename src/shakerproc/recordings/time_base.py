@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Final, final
 
+from shakerproc.numerals import numeral
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.time_axis import (
     AS_STATED,
@@ -167,7 +168,9 @@ def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase
     if rate is not None:
         off = strays(times, 1.0 / (rate * way.seconds))
         if off > rounded.tick + CLOCKS * times.size / (rate * way.seconds):
-            problem = f"{ticks}, and stray by {off:.3g} {way.unit} from {rate:.9g} Hz{about}"
+            problem = (
+                f"{ticks}, and stray by {numeral(off)} {way.unit} from {rate:.9g} Hz{about}"
+            )
             return replace(found, sample_rate=None, problem=problem)
     return found if base.sample_rate else replace(found, problem=f"{SILENT}; {ticks}{about}")
 

@@ -9,6 +9,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
+from shakerproc.numerals import numeral
 from shakerproc.recordings.choosing import Chosen
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
@@ -191,21 +192,21 @@ def _cost(lines: Sequence[Line], rate: float) -> tuple[str, str]:
     band = min(line.band(rate) for line in lines)
     told = (
         f"Every channel is interpolated to {rate:.9g} Hz (resample); that is good to 1 % up to "
-        f"{band:.4g} Hz."
+        f"{numeral(band, 4)} Hz."
     )
     uneven = [line for line in lines if line.times is not None]
     if uneven:
         worst = max(uneven, key=lambda line: line.jitter)
         told += (
-            f" The steps of the times vary by {100.0 * worst.jitter:.3g} % rms about "
-            f"{1e3 / worst.rate:.4g} ms."
+            f" The steps of the times vary by {numeral(100.0 * worst.jitter)} % rms about "
+            f"{numeral(1e3 / worst.rate, 4)} ms."
         )
     gaps = np.concatenate([line.gaps for line in uneven]) if uneven else np.empty(0)
     if not gaps.size:
         return "", told
     return (
         f"{gaps.size} step{'s are' if gaps.size > 1 else ' is'} longer than two others, the "
-        f"longest {1e3 * gaps.max():.4g} ms: samples are missing there, and what is "
+        f"longest {numeral(1e3 * gaps.max(), 4)} ms: samples are missing there, and what is "
         "interpolated is a guess.",
         told,
     )

@@ -12,6 +12,7 @@ from shakerproc.comparison import Comparison, JointMotion, TestComparison
 from shakerproc.data import FloatArray
 from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.report import style
+from shakerproc.report.evidence_models import unit_of_sensor
 from shakerproc.report.pictures import save
 
 if TYPE_CHECKING:
@@ -94,11 +95,8 @@ def response_functions(comparison: Comparison, sensor: int) -> "Figure":
     _plain_frequencies(lower)
     first = comparison.tests[0].measured
     name = first.sensors[sensor]
-    unit = comparison.model.sensor_unit(comparison.model.sensors[name])
-    drive = comparison.model.drive_unit
-    shown = "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
     upper.set_title(f"{name}: measured (solid) and {comparison.model.title} (dashed)")
-    upper.set_ylabel(f"response function H1 [{shown}]")
+    upper.set_ylabel(f"response function H1 [{unit_of_sensor(comparison, name)}]")
     lower.set_ylabel("coherence [-]")
     lower.set_ylim(-0.03, 1.03)
     lower.set_xlabel("frequency [Hz]")

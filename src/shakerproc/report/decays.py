@@ -12,6 +12,7 @@ from shakerproc.comparison.decay_departures import (
     unit_of,
 )
 from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
+from shakerproc.numerals import numeral
 from shakerproc.report import methods, style
 from shakerproc.report.analysis_figures import draw_panel, drawing
 from shakerproc.report.page import Report
@@ -81,7 +82,7 @@ def _panels(
             curves.append((name, look, one.model.fitted))
     return decay_panels(
         f"decay_{test.measured.name}_{mode.number}",
-        f"mode {mode.number}, {mode.measured.line.frequency:.4g} Hz",
+        f"mode {mode.number}, {numeral(mode.measured.line.frequency, 4)} Hz",
         CAPTION,
         Amplitude(sensor, unit, factor),
         curves,
@@ -164,4 +165,4 @@ def _table(rows: Sequence[dict[str, Any]]) -> Table:
 def _cell(value: Any) -> str:
     if value is None:
         return ""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return numeral(value, 4) if isinstance(value, float) else str(value)

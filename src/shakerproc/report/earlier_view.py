@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.campaign.earlier import Change, Earlier, changes
+from shakerproc.numerals import numeral
 from shakerproc.report import style, svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.in_units import run_in
@@ -67,8 +68,8 @@ def _opening(earlier: Earlier, rows: Sequence[Change], n_tests: int) -> str:
     assert row.now is not None  # noqa: S101
     return (
         f"{said} {len(clear)} of {len(shifts)} peaks moved by more than a bin, most that of "
-        f"{row.channel} in test {row.test}: from {row.before.frequency_hz:.4g} to "
-        f"{row.now.frequency_hz:.4g} Hz ({_share(row):+.1f} %)."
+        f"{row.channel} in test {row.test}: from {numeral(row.before.frequency_hz, 4)} to "
+        f"{numeral(row.now.frequency_hz, 4)} Hz ({_share(row):+.1f} %)."
     )
 
 
@@ -98,8 +99,8 @@ def _damping(peak: PeakSummary | None) -> str:
         return ""
     half = ""
     if peak.damping_low is not None and peak.damping_high is not None:
-        half = f" ± {50.0 * (peak.damping_high - peak.damping_low):.2g}"
-    return f"{100.0 * peak.damping_ratio:.3g}{half}"
+        half = f" ± {numeral(50.0 * (peak.damping_high - peak.damping_low), 2)}"
+    return f"{numeral(100.0 * peak.damping_ratio)}{half}"
 
 
 def _db(value: float | None) -> str:

@@ -11,6 +11,7 @@ from shakerproc.models.effects import AttachedMode, StiffnessDrift
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.models.examples import FAULT_EXAMPLES, example_of
 from shakerproc.models.faults.base import AbstractFault
+from shakerproc.numerals import numeral
 from shakerproc.report import style
 
 if TYPE_CHECKING:
@@ -130,7 +131,10 @@ def _law_picture(effect: AbstractEffect) -> "Figure":
         closed = np.append(np.arange(along.size), 0)
         amplitude = 1e3 * share * LARGEST
         left.plot(
-            along[closed], cycle.force[closed], **style.line(i), label=f"{amplitude:.3g} mm"
+            along[closed],
+            cycle.force[closed],
+            **style.line(i),
+            label=f"{numeral(amplitude)} mm",
         )
     left.set_xlabel("velocity [m/s]" if by_velocity else "displacement [mm]")
     left.set_ylabel("force [N]")

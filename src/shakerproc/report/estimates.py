@@ -6,6 +6,7 @@ from typing import Final
 
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.numerals import numeral
 from shakerproc.report.sections import Table
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
@@ -70,31 +71,25 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
     unit, factor = _SHOWN_UNITS.get(estimate.unit, (estimate.unit, 1.0))
     value = estimate.value * factor
     low, high = (
-        "" if end is None or not math.isfinite(end) else _number(end * factor)
+        "" if end is None or not math.isfinite(end) else numeral(end * factor, 4)
         for end in (estimate.low, estimate.high)
     )
     half = ""
     if estimate.low is not None and estimate.high is not None and value:
-        half = f"{50.0 * abs((estimate.high - estimate.low) / estimate.value):.2g} %"
-    return _number(value), low, high, half, unit
+        half = f"{numeral(50.0 * abs((estimate.high - estimate.low) / estimate.value), 2)} %"
+    return numeral(value, 4), low, high, half, unit
 
 
 def _apart(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
     """Return value, low, high, what tests and what calibration leave open, and unit."""
     value, low, high, _, unit = interval(estimate)
     parts = (estimate.by_tests, estimate.by_calibration)
-    tests, calibration = ("" if one is None else f"{100.0 * one:.2g} %" for one in parts)
+    tests, calibration = (
+        "" if one is None else f"{numeral(100.0 * one, 2)} %" for one in parts
+    )
     return value, low, high, tests, calibration, unit
 
 
 def shown_value(estimate: Estimate) -> str:
     """Return a value in the unit that people use, without it."""
     return interval(estimate)[0]
-
-
-def _number(value: float) -> str:
-    """Return four digits, in full where that is short."""
-    rounded = float(f"{value:.4g}")
-    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e7:
-        return f"{rounded:.10g}"
-    return f"{rounded:.3e}"

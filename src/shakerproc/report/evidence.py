@@ -11,6 +11,7 @@ from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.headline import probability_text
 from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
+from shakerproc.numerals import numeral
 from shakerproc.report import evidence_motion, evidence_spectra
 from shakerproc.report.alternatives import laws
 from shakerproc.report.drawing import Drawing
@@ -44,7 +45,7 @@ def model_section(models: Models) -> Section:
         held = "yes" if test.measured.test.hold_out else ""
         new = f"{after.tests[i].error:.2%}" if after else ""
         horizon = test.prediction.horizon_s
-        note = "" if horizon is None else f"scored in windows of {horizon:.3g} s"
+        note = "" if horizon is None else f"scored in windows of {numeral(horizon)} s"
         rows.append((
             test.measured.name, level, held, f"{test.error:.1%}", new,
             _share(models.noise[i]), note,
@@ -183,7 +184,9 @@ def _horizon(diagnosis: Diagnosis) -> str:
     found = {length for length in diagnosis.errors.horizon_s.values() if length is not None}
     if not found:
         return "Free-run simulation of whole tests."
-    return f"Free-run simulation of windows of {' and '.join(f'{s:.3g} s' for s in found)}."
+    return (
+        f"Free-run simulation of windows of {' and '.join(f'{numeral(s)} s' for s in found)}."
+    )
 
 
 def _signatures(diagnosis: Diagnosis) -> list[str]:
@@ -262,7 +265,7 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
         (
             test.excitation,
             test.level.replace("^2", "²"),
-            f"{test.band_hz[0]:.4g} to {test.band_hz[1]:.4g} Hz",
+            f"{numeral(test.band_hz[0], 4)} to {numeral(test.band_hz[1], 4)} Hz",
             test.like,
             ", ".join(kind.replace("_", " ") for kind in test.separates),
             test.reason,

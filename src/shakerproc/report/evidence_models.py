@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
+from shakerproc.numerals import numeral
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 """Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""
@@ -57,7 +58,7 @@ def level_of(test: TestComparison) -> str:
     """Return the level of a test as the log has it, in four digits at most."""
     number, _, unit = test.measured.test.level_text.partition(" ")
     with contextlib.suppress(ValueError):
-        number = f"{float(number):.4g}"
+        number = numeral(float(number), 4)
     return f"{number} {unit}".strip().replace("^2", "²")
 
 
@@ -109,7 +110,8 @@ def unit_of_sensor(comparison: Comparison, sensor: str) -> str:
     """Return the unit of a response function of a sensor, over that of the drive."""
     unit = comparison.model.sensor_unit(comparison.model.sensors[sensor])
     drive = comparison.model.drive_unit
-    return "-" if unit == drive else f"{unit} / ({drive})".replace("^2", "²")
+    over = "/".join(f"({one})" if "/" in one or " " in one else one for one in (unit, drive))
+    return "-" if unit == drive else over.replace("^2", "²")
 
 
 def deciding(comparison: Comparison) -> int:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison import JointMotion, by_range
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.models.motion import shown_in
+from shakerproc.numerals import numeral
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.evidence_models import (
@@ -201,7 +202,7 @@ def _from(models: Models, index: int, between: tuple[str, str]) -> str:
     """Return from which frequency on a joint is measured, in words."""
     joint = same_joint(models.before.tests[index], between)
     low = 0.0 if joint is None else joint.band[0]
-    return f" from {low:.3g} Hz on" if low > 0.0 else ""
+    return f" from {numeral(low)} Hz on" if low > 0.0 else ""
 
 
 def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:

@@ -8,6 +8,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.models.effects import Table
 from shakerproc.models.motion import shown_in, unit_in
+from shakerproc.numerals import numeral
 from shakerproc.report import svg
 from shakerproc.report.drawing import Drawing
 
@@ -64,7 +65,7 @@ def forces_along(
     chosen = np.linspace(0, len(outside.velocity) - 1, _LINES).round().astype(int)
     speeds = [outside.velocity[i] for i in chosen]
     unit = unit_in("m/s", outside.motion)
-    return [(f"at {v:.3g} {unit}", known.force_at(x, np.full_like(x, v))) for v in speeds]
+    return [(f"at {numeral(v)} {unit}", known.force_at(x, np.full_like(x, v))) for v in speeds]
 
 
 def _with_band(force: FloatArray, band: FloatArray) -> list[tuple[str, FloatArray]]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from shakerproc.comparison import Comparison, JointMotion, NotTold
 from shakerproc.models.motion import shown_in
+from shakerproc.numerals import numeral
 from shakerproc.report.evidence_models import loudest
 from shakerproc.report.sections import Table
 
@@ -38,12 +39,12 @@ def _told(joint: JointMotion, factor: float) -> tuple[str, ...]:
     force, displacement = (
         float((x**2).mean()) ** 0.5 for x in (joint.force, joint.displacement)
     )
-    unsure = f"{joint.unsure * factor:.2g}" if math.isfinite(joint.unsure) else "unknown"
-    low = f"{joint.band[0]:.3g}" if joint.band[0] > 0.0 else ""
+    unsure = numeral(joint.unsure * factor, 2) if math.isfinite(joint.unsure) else "unknown"
+    low = numeral(joint.band[0]) if joint.band[0] > 0.0 else ""
     return (
         " - ".join(joint.between),
-        f"{force:.4g}",
-        f"{displacement * factor:.3g}",
+        numeral(force, 4),
+        numeral(displacement * factor),
         unsure,
         low,
         "",
@@ -54,8 +55,8 @@ def _open(joint: NotTold, factor: float) -> tuple[str, ...]:
     force, displacement = joint.force_rms, joint.displacement_rms
     return (
         " - ".join(joint.between),
-        "" if force is None else f"{force:.4g}",
-        "" if displacement is None else f"{displacement * factor:.3g}",
+        "" if force is None else numeral(force, 4),
+        "" if displacement is None else numeral(displacement * factor),
         "",
         "",
         f"not drawn: {joint.why}",

@@ -12,6 +12,7 @@ from shakerproc.modal.scatter import told_scatter
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
+from shakerproc.numerals import numeral
 from shakerproc.report import svg, trend_view
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.modal_drawings import matrix, moving_shape
@@ -86,7 +87,8 @@ def _test_section(one: TestModes, number: int) -> Section:
     said = [one.test.excitation or "", one.test.level_text, one.test.joint, one.test.specimen]
     heading = ", ".join([f"Test {one.name}", *(word for word in said if word)])
     opening = [
-        f"{modes.poles.size} modes from {one.band[0]:.4g} to {one.band[1]:.4g} Hz; input: "
+        f"{modes.poles.size} modes from {numeral(one.band[0], 4)} to "
+        f"{numeral(one.band[1], 4)} Hz; input: "
         f"{', '.join(one.inputs) or 'not measured'}; {len(one.sensors)} sensors. Intervals: "
         f"{modes.interval_from}.",
         *(f"{note[0].upper()}{note[1:].removesuffix('.')}." for note in one.notes),
@@ -106,8 +108,9 @@ def _mode_table(one: TestModes, caption: str) -> Table:
             str(i + 1),
             f"{modes.frequency[i]:.6g}",
             f"{modes.frequency_bounds[0, i]:.6g} to {modes.frequency_bounds[1, i]:.6g}",
-            f"{100 * modes.damping[i]:.4g}",
-            f"{100 * modes.damping_bounds[0, i]:.4g} to {100 * modes.damping_bounds[1, i]:.4g}",
+            numeral(100 * modes.damping[i], 4),
+            f"{numeral(100 * modes.damping_bounds[0, i], 4)} to "
+            f"{numeral(100 * modes.damping_bounds[1, i], 4)}",
             f"{modes.collinearity[i]:.3f}",
             *told_scatter(modes, i),
         )
@@ -197,7 +200,7 @@ def _shapes(one: TestModes) -> list[Drawing]:
 
 
 def _own_mac(one: TestModes) -> list[Drawing]:
-    labels = [f"{f:.4g}" for f in one.modes.frequency]
+    labels = [numeral(f, 4) for f in one.modes.frequency]
     if not 1 < len(labels) <= MOST_MODES:
         return []
     drawing = matrix(labels, labels, mac(one.modes.shapes, one.modes.shapes), "MAC")
@@ -208,7 +211,12 @@ def _own_mac(one: TestModes) -> list[Drawing]:
 def _reciprocity(analysis: ModalAnalysis) -> Section:
     """Return functions between the same two places overlaid."""
     rows = [
-        (*pair.names, f"{pair.correlation:.3f}", f"{pair.ratio:.3g}", pair.problem or "agree")
+        (
+            *pair.names,
+            f"{pair.correlation:.3f}",
+            numeral(pair.ratio),
+            pair.problem or "agree",
+        )
         for pair in analysis.reciprocals
     ]
     columns = ("function", "reciprocal", "correlation", "size ratio", "")
@@ -233,7 +241,7 @@ def _reciprocal(pair: Reciprocal) -> Drawing:
         ),
         title=f"Reciprocity of {pair.names[0]}",
     )
-    caption = f"Correlation {pair.correlation:.3f}, size ratio {pair.ratio:.3g}."
+    caption = f"Correlation {pair.correlation:.3f}, size ratio {numeral(pair.ratio)}."
     return Drawing(f"{pair.names[0]} and back", caption, drawing)
 
 
@@ -256,7 +264,7 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
             shift = modes.frequency[i] / seen.frequency[track.sightings[0].mode] - 1.0
             rows.append((
                 str(number), one.name, one.test.level_text, f"{modes.frequency[i]:.6g}",
-                f"{shift:+.2%}", f"{100 * modes.damping[i]:.4g}",
+                f"{shift:+.2%}", numeral(100 * modes.damping[i], 4),
                 "" if sighting.mac is None else f"{sighting.mac:.3f}",
             ))  # fmt: skip
     columns = ("mode", "test", "level", "f_n [Hz]", "shift", "ζ [%]", "MAC with the first")
@@ -267,7 +275,7 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
         values = mac_over(first.modes.shapes, one.modes.shapes, names)
         if values is None or not values.size or max(values.shape) > MOST_MODES:
             continue
-        labels = [[f"{f:.4g}" for f in t.modes.frequency] for t in (first, one)]
+        labels = [[numeral(f, 4) for f in t.modes.frequency] for t in (first, one)]
         figures.append(
             Drawing(
                 f"MAC of test {first.name} and test {one.name}",

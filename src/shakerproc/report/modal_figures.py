@@ -14,6 +14,7 @@ from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import Track
+from shakerproc.numerals import numeral
 from shakerproc.report import style
 from shakerproc.report.pictures import save
 from shakerproc.report.shown_units import read_ratio
@@ -204,7 +205,8 @@ def shapes_figure(one: TestModes) -> "Figure":
         if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards
             axis.set_aspect("equal")
         axis.set_title(
-            f"{number + 1}: {modes.frequency[number]:.4g} Hz, {modes.damping[number]:.2%}\n"
+            f"{number + 1}: {numeral(modes.frequency[number], 4)} Hz, "
+            f"{modes.damping[number]:.2%}\n"
             f"collinearity {modes.collinearity[number]:.2f}",
             fontsize=8,
         )
@@ -218,7 +220,7 @@ def mac_figure(one: TestModes) -> "Figure":
     size = max(3.4, 1.3 + 0.36 * modes.poles.size)
     figure, (axis,) = style.figure(size + 0.6, size)
     draw_mac(axis, mac(modes.shapes, modes.shapes))
-    labels = [f"{value:.4g}" for value in modes.frequency]
+    labels = [numeral(value, 4) for value in modes.frequency]
     axis.set_xticks(range(len(labels)), labels, rotation=90)
     axis.set_yticks(range(len(labels)), labels)
     axis.set_xlabel("mode [Hz]")
@@ -250,7 +252,8 @@ def reciprocity_figure(pair: Reciprocal) -> "Figure":
     lower.set_yticks([-180, -90, 0, 90, 180])
     lower.set_xlabel("frequency [Hz]")
     upper.set_title(
-        f"reciprocity: correlation {pair.correlation:.3f}, size {pair.ratio:.3g}", fontsize=9
+        f"reciprocity: correlation {pair.correlation:.3f}, size {numeral(pair.ratio)}",
+        fontsize=9,
     )
     upper.legend(loc="best", fontsize=7)
     return figure
@@ -280,7 +283,7 @@ def trend_figure(analysis: ModalAnalysis) -> "Figure":
             reach = np.abs(np.array(bounds).T - np.array(values))
             axis.errorbar(
                 places, values, yerr=reach, color=colour, marker="o", ms=3.5, lw=1.1,
-                capsize=2, label=f"{first:.4g} Hz",
+                capsize=2, label=f"{numeral(first, 4)} Hz",
             )  # fmt: skip
         axes[2].plot(
             places, [np.nan if s.mac is None else s.mac for s in track.sightings],

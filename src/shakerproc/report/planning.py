@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.planning import (
     AbstractInput,
     AbstractJoint,
@@ -117,8 +118,8 @@ def _label(one: AbstractInput) -> str:
     of_base = one.quantity == "base acceleration"
     scale, unit = (STANDARD_GRAVITY, "g") if of_base else (1.0, "N")
     if isinstance(one, SineInput):
-        return f"{one.amplitude / scale:.3g} {unit}"
-    return f"{_size(one) / scale**2:.3g} {unit}²/Hz"
+        return f"{numeral(one.amplitude / scale)} {unit}"
+    return f"{numeral(_size(one) / scale**2)} {unit}²/Hz"
 
 
 def _draw_limits(axis: "Axes", limits: ShakerLimits, inputs: Sequence[AbstractInput]) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.report import style
 from shakerproc.report.pictures import LEFT
 from shakerproc.report.shown_units import USUAL, read_unit
@@ -63,7 +64,7 @@ def _drawn(
             axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.5)
             style.name(axis, name)
             axis.set_ylabel(f"[{unit}]")
-        style.head(axes[0], title, f"{duration:.4g} s", legend=False)
+        style.head(axes[0], title, f"{numeral(duration, 4)} s", legend=False)
         axes[-1].set_xlabel("time [s]")
         axes[-1].set_xlim(0.0, duration)
     return figure

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from shakerproc.campaign import trends
+from shakerproc.numerals import numeral
 from shakerproc.report.sections import Table, filled
 from shakerproc.runs.summary import ChannelSummary, RunSummary
 
@@ -45,7 +46,7 @@ def _peaks(run: RunSummary, name: str) -> Iterator[str]:
         return
     peaks = sorted(_with_quality(run, channel))
     for frequency, quality in peaks:
-        yield f"{frequency:.1f}" + (f" ({quality:.3g})" if quality is not None else "")
+        yield f"{frequency:.1f}" + (f" ({numeral(quality)})" if quality is not None else "")
 
 
 def _with_quality(

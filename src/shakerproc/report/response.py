@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.models import Sensor
+from shakerproc.numerals import numeral
 from shakerproc.report import style
 from shakerproc.simulation.harmonic_balance import (
     Backbone,
@@ -89,8 +90,8 @@ def response_figure(
 def _level(response: Response) -> str:
     unit = response.model.drive_unit
     what = "base" if response.model.excitation.on is None else "force"
-    in_g = f" ({response.level / STANDARD_GRAVITY:.3g} g)" if unit == "m/s^2" else ""
-    return f"{what} {response.level:.4g} {unit.replace('^2', '²')}{in_g}"
+    in_g = f" ({numeral(response.level / STANDARD_GRAVITY)} g)" if unit == "m/s^2" else ""
+    return f"{what} {numeral(response.level, 4)} {unit.replace('^2', '²')}{in_g}"
 
 
 def _values(response: Response, branch: Branch, sensor: Sensor) -> FloatArray:

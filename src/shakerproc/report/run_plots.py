@@ -7,6 +7,7 @@ from typing import Final
 
 from shakerproc import files
 from shakerproc.campaign import trends
+from shakerproc.numerals import numeral
 from shakerproc.report import style
 from shakerproc.report.control_plots import alarm_lines, control_told, level
 from shakerproc.report.drawn import Axis, Curve, Figure, Filling, Image, Mark, Plot, Span
@@ -68,7 +69,7 @@ def _happened(run: RunSummary, end: float) -> list[Mark]:
     if run.crop_s is not None and any(flag.kind == "crop" for flag in run.flags):
         marks.append(Mark(run.crop_s[0], "stands alone: a spike?"))
     if run.incomplete and run.duration_s is not None:
-        marks.append(Mark(run.duration_s, f"cut off at {run.duration_s:.3g} s"))
+        marks.append(Mark(run.duration_s, f"cut off at {numeral(run.duration_s)} s"))
     return marks
 
 
@@ -82,7 +83,11 @@ def psd(content: RunContent) -> Figure | None:
 
 def _worth(run: RunSummary) -> str:
     s = run.spectrum
-    return "" if s is None else f"bins {s.bin_width_hz:.3g} Hz, {s.degrees_of_freedom:.0f} DOF"
+    return (
+        ""
+        if s is None
+        else f"bins {numeral(s.bin_width_hz)} Hz, {s.degrees_of_freedom:.0f} DOF"
+    )
 
 
 def _density(content: RunContent, unit: str) -> Plot:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from shakerproc.campaign import trends
+from shakerproc.numerals import numeral
 from shakerproc.report import analysis_figures
 from shakerproc.report.drawing import Drawing
 from shakerproc.report.in_units import words_of
@@ -138,12 +139,14 @@ def _facts(run: RunSummary) -> str:
     if run.duration_s is not None:
         length = f"{run.duration_s:.6g} s"
         if run.promised_s is not None:
-            length = f"INCOMPLETE: {run.duration_s:.4g} of {run.promised_s:.4g} s"
+            length = (
+                f"INCOMPLETE: {numeral(run.duration_s, 4)} of {numeral(run.promised_s, 4)} s"
+            )
         parts.append(f"{length} at {run.sample_rate_hz:.6g} Hz")
     if run.crop_s is not None:
         parts.append(f"processed {run.crop_s[0]:.3f} to {run.crop_s[1]:.3f} s")
     if run.measured_level is not None:
-        parts.append(f"measured level {run.measured_level:.4g} {run.level_unit}")
+        parts.append(f"measured level {numeral(run.measured_level, 4)} {run.level_unit}")
     actual = run.facts.get("actual_clearance_m")
     if actual is not None:
         parts.append(f"actual clearance {trends.shown('actual_clearance_m', actual)}")
@@ -163,19 +166,19 @@ def _spectrum_note(run: RunSummary) -> str:
         else ""
     )
     return (
-        f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, "
-        f"{s.n_segments} segments, "
-        f"bins {s.bin_width_hz:.4g} Hz apart (noise bandwidth {s.resolution_hz:.4g} Hz), "
-        f"{s.degrees_of_freedom:.0f} degrees of freedom{bounds}. "
-        f"Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} Hz.{_finer_note(run)}"
+        f"Spectra: {s.segment} samples {s.window}, overlap {s.overlap}, {s.n_segments} "
+        f"segments, bins {numeral(s.bin_width_hz, 4)} Hz apart (noise bandwidth "
+        f"{numeral(s.resolution_hz, 4)} Hz), {s.degrees_of_freedom:.0f} degrees of "
+        f"freedom{bounds}. Excited band {s.band_hz[0]:g} to {s.band_hz[1]:g} "
+        f"Hz.{_finer_note(run)}"
     )
 
 
 def _finer_note(run: RunSummary) -> str:
     """Return which dampings come from finer bins than the other numbers."""
     told = [
-        f"{row.channel.name} at {row.peak.frequency_hz:.4g} Hz from bins of "
-        f"{row.peak.damping_bin_hz:.3g} Hz"
+        f"{row.channel.name} at {numeral(row.peak.frequency_hz, 4)} Hz from bins of "
+        f"{numeral(row.peak.damping_bin_hz)} Hz"
         for row in peak_rows.peak_rows(run)
         if row.peak.damping_ratio is not None
         and row.peak.damping_bin_hz is not None

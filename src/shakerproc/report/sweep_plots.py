@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
+from shakerproc.numerals import numeral
 from shakerproc.report.drawn import Axis, Curve, Figure, Plot
 from shakerproc.report.response_plots import phase_axis
 from shakerproc.report.run_curves import (
@@ -88,16 +89,17 @@ def _spans(content: RunContent) -> str:
     """Return from where to where each sweep goes, in words."""
     first = content.of("sweep")[0].channel
     own = [c for c in content.of("sweep") if c.channel == first]
-    told = [f"{c.part} {c.x.min():.4g} to {c.x.max():.4g} Hz" for c in own]
+    told = [f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in own]
     return f": {', '.join(told)}" if len(told) <= MOST_TOLD else f", {len(told)} sweeps"
 
 
 def _tallest(run: RunSummary, unit: str) -> str:
     """Return the tallest point of the responses of a unit along every sweep, in words."""
     return "; ".join(
-        f"{channel.name} {peak.direction} {peak.gain:.3g}{over} at {peak.frequency_hz:.1f} Hz"
+        f"{channel.name} {peak.direction} {numeral(peak.gain)}{over} at "
+        f"{peak.frequency_hz:.1f} Hz"
         + (
-            f" (a slow sweep: {peak.steady_gain:.3g}{over} at {peak.steady_hz:.1f} Hz)"
+            f" (a slow sweep: {numeral(peak.steady_gain)}{over} at {peak.steady_hz:.1f} Hz)"
             if peak.steady_gain is not None and peak.steady_hz is not None
             else ""
         )
@@ -114,7 +116,7 @@ def harmonics_plot(content: RunContent) -> Plot | None:
     if not lines:
         return None
     tone = float(lines[0].x[0])
-    names = {float(x): f"{round(x / tone)} x {tone:.4g} Hz" for x in lines[0].x}
+    names = {float(x): f"{round(x / tone)} x {numeral(tone, 4)} Hz" for x in lines[0].x}
     apart = 0.4 * tone / len(lines)
     points = [
         replace(line, x=line.x + apart * (i - (len(lines) - 1) / 2.0), points=True)

@@ -10,6 +10,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.result import lone_force
 from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
@@ -111,7 +112,8 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
         before = min(usual, max(strikes.samples[0], PRETRIGGER[1]))
     if length < 4 * max(before, 1):
         raise SpectrumError(
-            f"a block of {length / rate:.3g} s is too short for {before / rate:.3g} s before "
+            f"a block of {numeral(length / rate)} s is too short for {numeral(before / rate)} "
+            "s before "
             "the trigger; under processing: {hammer: ...} make length four times the "
             "pretrigger or more"
         )
@@ -190,9 +192,9 @@ def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[B
     told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (
         f"none of {len(blows)} blows can be used: {told}. Blocks last "
-        f"{setup.cut.length / setup.cut.sample_rate:.3g} s, the trigger is "
-        f"{setup.strikes.level:.3g} N; change processing: {{hammer: {{length: ..., trigger: "
-        f"...}}}}, or strike again{_exchanged(recording, crop, setup)}"
+        f"{numeral(setup.cut.length / setup.cut.sample_rate)} s, the trigger is "
+        f"{numeral(setup.strikes.level)} N; change processing: {{hammer: {{length: ..., "
+        f"trigger: ...}}}}, or strike again{_exchanged(recording, crop, setup)}"
     )
 
 

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from shakerproc.numerals import numeral
 from shakerproc.runs.summary import ControlSummary
 
 BEYOND_ALARM: Final = 0.05
@@ -49,4 +50,4 @@ def control_told(seen: ControlSummary, where: str) -> str:
         place = f"beyond {level} in {share} % of the {where}, where {allowed:g} % may be"
     verdict = "kept" if seen.kept else "NOT KEPT"
     worst = beside(seen.worst_db, limit)
-    return f"{place}: {verdict}, at worst {worst} dB at {seen.worst_hz:.4g} Hz"
+    return f"{place}: {verdict}, at worst {worst} dB at {numeral(seen.worst_hz, 4)} Hz"

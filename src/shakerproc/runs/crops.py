@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import LogError
+from shakerproc.numerals import numeral
 from shakerproc.runs.result import (
     shown_unit,
 )
@@ -56,8 +57,9 @@ def find_crop(recording: Recording, test: Test) -> Crop:
     if not decides:
         return found
     told = (
-        f"{only.channels[0].name} rests at {scale * rest:.4g} {unit}, against a threshold of "
-        f"{scale * crop.threshold:.4g} {unit}: the crop compares it without that offset"
+        f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
+        f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
+        "without that offset"
     )
     return replace(found, warning="; ".join(filter(None, (told, found.warning))))
 

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_CLIPPED, health, unusable, within
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
@@ -85,7 +86,7 @@ def _events(result: RunResult) -> Flag | None:
         "event",
         "",
         f"{late[0].note} at {late[0].time:g} s: the recording ends at "
-        f"{result.promised_duration:.4g} s; correct the time in the log.",
+        f"{numeral(result.promised_duration, 4)} s; correct the time in the log.",
     )
 
 
@@ -205,7 +206,8 @@ def _sweep_duration(result: RunResult) -> Flag | None:
     return Flag(
         "duration",
         "",
-        f"the sweep takes {wanted:.4g} s at the rate of the log, the crop holds {there:.4g} s",
+        f"the sweep takes {numeral(wanted, 4)} s at the rate of the log, the crop holds "
+        f"{numeral(there, 4)} s",
     )
 
 

@@ -20,6 +20,7 @@ from shakerproc.data import (
 )
 from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.interpolation import TAPS, interpolated
+from shakerproc.numerals import numeral
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
 from shakerproc.recordings.hashing import Seen
 from shakerproc.recordings.time_base import CLOCKS
@@ -164,7 +165,7 @@ def _check_next(
     elapsed = done / first.sample_rate
     late = (part.start_time - first.start_time).total_seconds() - elapsed
     if abs(late) > CLOSE + CLOCKS * elapsed:
-        how = f"{late:.4g} s after" if late > 0.0 else f"{-late:.4g} s before"
+        how = f"{numeral(late, 4)} s after" if late > 0.0 else f"{numeral(-late, 4)} s before"
         what = "a gap" if late > 0.0 else "an overlap"
         raise RecordingError(
             f"{run}: {what}: {_name(part)} begins {how} {_name(before)} ends. Correct the "
@@ -330,7 +331,7 @@ def _clock(
     fast = "fast" if clock.drift >= 0.0 else "slow"
     return clock, (
         f"it began {abs(clock.offset):.6g} s {late} and its clock is "
-        f"{abs(clock.drift) * 1e6:.3g} parts in a million {fast}, by {common[0]} and "
+        f"{numeral(abs(clock.drift) * 1e6)} parts in a million {fast}, by {common[0]} and "
         f"{common[1]} (correlation {clock.correlation:.2f}); both are corrected"
     )
 

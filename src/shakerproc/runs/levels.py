@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import STANDARD_GRAVITY, Channel
+from shakerproc.numerals import numeral
 from shakerproc.runs.control import beside
 from shakerproc.spectra import CrossSpectra
 from shakerproc.testlog import PULSES, Test
@@ -54,7 +55,7 @@ class Level:
 
     def __str__(self) -> str:
         value, unit = self.shown
-        return f"{value:.3g} {unit}"
+        return f"{numeral(value)} {unit}"
 
 
 def demanded(test: Test) -> Level | None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.spectra.multisines import (
     Grid,
@@ -72,7 +73,8 @@ def read_multisine(recording: Recording, result: RunResult, said: Multisine) -> 
     crop, rate = result.crop, result.sample_rate
     if crop.n_samples * len(result.channels) > LONGEST:
         raise SpectrumError(
-            f"{crop.n_samples / rate:.3g} s of {len(result.channels)} channels are too long to "
+            f"{numeral(crop.n_samples / rate)} s of {len(result.channels)} channels are too "
+            "long to "
             "be read as one multisine; crop: {from: ..., to: ...} to fewer realisations"
         )
     layout = layout_of(

@@ -7,6 +7,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.averaging import welch
 from shakerproc.runs.result import (
     NotchResult,
@@ -27,7 +28,10 @@ def notched(recording: Recording, crop: Crop, test: Test) -> tuple[NotchResult |
     if crop.n_samples > longest:
         first = crop.start + (crop.n_samples - longest) // 2
         part = Crop(first, first + longest)
-        problem = f"only {longest / recording.sample_rate:.4g} s from the middle were filtered"
+        problem = (
+            f"only {numeral(longest / recording.sample_rate, 4)} s from the middle were "
+            "filtered"
+        )
     try:
         return _without_tone(recording, part, test, test.notch_hz), problem
     except SpectrumError as error:

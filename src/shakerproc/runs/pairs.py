@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.resonances import averaged_share
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_asked_for
@@ -174,7 +175,8 @@ def _not_apart(result: RunResult, force: int) -> str:
         return ""
     if averages <= len(driving):
         return (
-            f"{averages:.3g} averages do not tell {len(driving)} forces apart; shorten the "
+            f"{numeral(averages)} averages do not tell {len(driving)} forces apart; shorten "
+            "the "
             "segment (welch: {segment: ...}) or record longer"
         )
     cross = _without_others(result, force)

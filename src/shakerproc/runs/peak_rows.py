@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, final
 
+from shakerproc.numerals import numeral
 from shakerproc.runs.levels import density_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary
 
@@ -43,10 +44,12 @@ class PeakRow:
     def cells(self) -> tuple[object, ...]:
         """What stands under `COLUMNS`; None where there is nothing to say."""
         peak = self.peak
-        least = f"{peak.height:.3g} {self.unit}".strip()
+        least = f"{numeral(peak.height)} {self.unit}".strip()
         interval = None
         if peak.damping_low is not None and peak.damping_high is not None:
-            interval = f"{100.0 * peak.damping_low:.3g} to {100.0 * peak.damping_high:.3g}"
+            interval = (
+                f"{numeral(100.0 * peak.damping_low)} to {numeral(100.0 * peak.damping_high)}"
+            )
         return (
             self.channel.name,
             peak.frequency_hz,
@@ -114,7 +117,7 @@ def in_unit(value: float | None, unit: str) -> object:
 
     `value` may be in any unit.
     """
-    return value if value is None or not unit else f"{value:.4g} {unit}"
+    return value if value is None or not unit else f"{numeral(value, 4)} {unit}"
 
 
 def peak_rows(run: RunSummary) -> tuple[PeakRow, ...]:
@@ -140,8 +143,8 @@ def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
     if run.spectrum is None or all(row.peak.resolved for row in rows):
         return ""
     return (
-        f"> bins of {run.spectrum.bin_width_hz:.3g} Hz are too coarse for these peaks: their "
-        "height is at least this; the fit allows for the bins"
+        f"> bins of {numeral(run.spectrum.bin_width_hz)} Hz are too coarse for these peaks: "
+        "their height is at least this; the fit allows for the bins"
     )
 
 
@@ -151,7 +154,7 @@ def withheld(rows: tuple[PeakRow, ...]) -> Iterator[str]:
     for row in rows:
         if row.peak.why_not:
             places = told.setdefault(row.peak.why_not, {})
-            places.setdefault(f"{row.peak.frequency_hz:.4g}", []).append(row.channel.name)
+            places.setdefault(numeral(row.peak.frequency_hz, 4), []).append(row.channel.name)
     for reason, places in told.items():
         where = "; ".join(f"{', '.join(names)} at {hz} Hz" for hz, names in places.items())
         yield f"Q withheld ({where}): {reason}"

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.spectra import Crop, Spectrogram, Sweep, Tone
 from shakerproc.spectra.tones.passing import ENOUGH, SweptMode
 from shakerproc.spectra.tones.swept import Direction
@@ -195,15 +196,15 @@ def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
     off = reading.frequency - mode.steady_frequency
     fastest = spectra.fastest_rate(mode.frequency, mode.ratio)
     told = (
-        f"the peak at {reading.frequency:.4g} Hz is low by "
-        f"{1.0 - reached:.0%} and {abs(off):.2g} Hz too {'high' if off > 0.0 else 'low'}"
+        f"the peak at {numeral(reading.frequency, 4)} Hz is low by {1.0 - reached:.0%} and "
+        f"{numeral(abs(off), 2)} Hz too {'high' if off > 0.0 else 'low'}"
     )
     behind = f"(zeta {mode.ratio:.2%})"
     if abs(mode.rate) <= fastest:
         return f"the tracking's windows are too long for its damping {behind}: {told}"
-    shown = f"{fastest:.2g} Hz/s"
+    shown = f"{numeral(fastest, 2)} Hz/s"
     if in_octaves:
-        shown = f"{60.0 * fastest / (np.log(2.0) * mode.frequency):.2g} oct/min"
+        shown = f"{numeral(60.0 * fastest / (np.log(2.0) * mode.frequency), 2)} oct/min"
     return (
         f"the sweep {reading.direction} is too fast for its damping {behind}: {told}; sweep at "
         f"{shown} or slower for {1.0 - ENOUGH:.0%}"

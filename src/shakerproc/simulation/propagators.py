@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
+from shakerproc.numerals import numeral
 from shakerproc.simulation.kernels.branches import set_propagators, set_rates_and_events
 from shakerproc.simulation.kernels.table import (
     CONSTANT,
@@ -149,8 +150,8 @@ def _parts(system: FloatArray, sample: float) -> FloatArray:
     parts: FloatArray = np.maximum(1.0, np.ceil(fastest * sample / _TURN))
     if not np.max(parts) <= MOST_PARTS:
         raise SimulationError(
-            f"the fastest rate of the model, {np.max(fastest):.3g} 1/s, takes "
-            f"{np.max(parts):.3g} steps in a sample of {sample:.3g} s; at most "
+            f"the fastest rate of the model, {numeral(np.max(fastest))} 1/s, takes "
+            f"{numeral(np.max(parts))} steps in a sample of {numeral(sample)} s; at most "
             f"{MOST_PARTS:.0e} are taken. Check the sizes of stiffness, damping and mass."
         )
     return parts

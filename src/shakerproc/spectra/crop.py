@@ -10,6 +10,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 
 PAUSE: Final = 0.5
 """Silence [s] that makes two exceedances of the threshold separate events."""
@@ -73,8 +74,9 @@ class ThresholdNotReachedError(SpectrumError):
         self.threshold = threshold
         self.largest = largest
         super().__init__(
-            f"the threshold of {threshold:.4g} {unit} is never reached: the largest value is "
-            f"{largest:.4g} {unit}; lower the threshold or remove the offset of the channel"
+            f"the threshold of {numeral(threshold, 4)} {unit} is never reached: the largest "
+            f"value is {numeral(largest, 4)} {unit}; lower the threshold or remove the offset "
+            "of the channel"
         )
 
 
@@ -157,8 +159,8 @@ def crop_by_threshold(
     if not held:
         longest = max(e.last - e.first for e in events) / sample_rate
         raise SpectrumError(
-            f"the threshold of {scale * threshold:.4g} {unit} is held for {longest:.3g} s at "
-            f"most, not for {hold:g} s: ask for a shorter hold"
+            f"the threshold of {numeral(scale * threshold, 4)} {unit} is held for "
+            f"{numeral(longest)} s at most, not for {hold:g} s: ask for a shorter hold"
         )
     return Crop(held[0].first, held[-1].last + 1, _warning(held, sample_rate))
 
@@ -279,8 +281,8 @@ def _warning(events: list[_Event], sample_rate: float) -> str | None:
         if event.size < ISOLATED_SHARE * total and gap > PAUSE:
             at = event.first / sample_rate
             return (
-                f"the {name} exceedance of the threshold, at {at:.4g} s, stands alone "
-                f"({event.size} samples, then silence for {gap:.3g} s): if it is a spike, "
+                f"the {name} exceedance of the threshold, at {numeral(at, 4)} s, stands alone "
+                f"({event.size} samples, then silence for {numeral(gap)} s): if it is a spike, "
                 f"{remedy}"
             )
     return None

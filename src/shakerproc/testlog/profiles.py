@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final, final
 
+from shakerproc.numerals import numeral
 from shakerproc.testlog.excitation import LEVELS, LevelUnit, Profile, ProfileNotch
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.processing import Tolerance
@@ -179,7 +180,7 @@ def _levels(rows: Sequence[_Row], unit: LevelUnit, place: Raise) -> tuple[float,
                 raise place(
                     i,
                     f"expected a slope over at most {MOST_DECADES} decades of level, got "
-                    f"{rows[i].slope:g} dB/oct over {abs(octaves):.3g} octaves",
+                    f"{rows[i].slope:g} dB/oct over {numeral(abs(octaves))} octaves",
                 )
             levels[i] = neighbour * 10.0**exponent
     return tuple(level for level in levels if level is not None)

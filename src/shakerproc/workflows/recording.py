@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, final
 from shakerproc import recordings
 from shakerproc.data import Channel
 from shakerproc.errors import ArgumentError
+from shakerproc.numerals import numeral
 from shakerproc.recordings.time_axis import AS_STATED
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
@@ -108,7 +109,10 @@ class OpenedRecording(Shown):
 
     def _repr_html_(self) -> str:
         rows = [(c.name, c.unit, c.source_unit or "none") for c in self.channels]
-        told = f"{self.duration:.4g} s at {self.sample_rate:.6g} Hz, {self.n_samples} samples"
+        told = (
+            f"{numeral(self.duration, 4)} s at {self.sample_rate:.6g} Hz, {self.n_samples} "
+            "samples"
+        )
         table = frame_of_rows(("channel", "unit", "unit in the file"), rows)
         return html(self.path.name, [told, *self.notes], table)
 

@@ -14,6 +14,7 @@ from shakerproc.campaign.manifest import SINGLE
 from shakerproc.campaign.single import check_folder, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
+from shakerproc.numerals import numeral
 from shakerproc.runs import (
     RunResult,
     RunSummary,
@@ -128,7 +129,7 @@ class Run(Shown):
     def _repr_html_(self) -> str:
         summary = self.summary
         rate, length = summary.sample_rate_hz or 0.0, summary.duration_s or 0.0
-        told = f"{summary.recording}: {length:.4g} s at {rate:.6g} Hz"
+        told = f"{summary.recording}: {numeral(length, 4)} s at {rate:.6g} Hz"
         flags = [f"{flag.kind}: {flag.message}" for flag in summary.flags]
         return html(f"Run {summary.test}", [told, *flags, *summary.remarks], self.statistics)
 

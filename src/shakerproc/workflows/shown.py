@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from html import escape, unescape
 from typing import TYPE_CHECKING, Any, Final
 
+from shakerproc.numerals import numeral
+
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -49,7 +51,9 @@ def html(heading: str, sentences: Sequence[str] = (), *tables: "DataFrame") -> s
     for table in tables:
         shown = table.head(MOST_ROWS)
         parts.append(
-            shown.to_html(index=False, border=0, na_rep="", float_format=lambda x: f"{x:.4g}")
+            shown.to_html(
+                index=False, border=0, na_rep="", float_format=lambda x: numeral(x, 4)
+            )
         )
         if len(table) > MOST_ROWS:
             parts.append(f"<p>{len(table) - MOST_ROWS} more rows</p>")

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
+from shakerproc.numerals import numeral
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import Simulation as Simulated
@@ -67,8 +68,8 @@ class Simulation(Shown):
         found = self.found
         sentence = (
             f"{found.time.size} samples at {found.sample_rate:.6g} Hz by {found.solver}, "
-            f"{found.switchings} switchings, estimated error {found.error:.2g} of the largest "
-            "displacement"
+            f"{found.switchings} switchings, estimated error {numeral(found.error, 2)} of the "
+            "largest displacement"
         )
         chaotic = "chaotic motion: any model agrees with it in statistics only"
         rows = [

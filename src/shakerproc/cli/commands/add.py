@@ -7,6 +7,7 @@ import typer
 
 from shakerproc.cli import next_step, options, output
 from shakerproc.cli.commands.effects import complete_kind
+from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
     held = added.errors.held_out
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
-        f"{held.before:.3g} -> {held.after:.3g}, written to {new}",
+        f"{numeral(held.before)} -> {numeral(held.after)}, written to {new}",
         json_target=json,
     )
     rows = [[name, *p.row] for name, p in added.parameters.items()]

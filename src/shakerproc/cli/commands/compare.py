@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
+from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -230,7 +231,7 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "
                 f"much for a whole test, so the error is taken in windows of "
-                f"{test.prediction.horizon_s:.3g} s, each with its start fitted"
+                f"{numeral(test.prediction.horizon_s)} s, each with its start fitted"
             )
 
 

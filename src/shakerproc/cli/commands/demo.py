@@ -9,7 +9,6 @@ from shakerproc.cli import output
 
 if TYPE_CHECKING:
     from shakerproc.comparison import Comparison
-    from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.testlog import TestLog
     from shakerproc.workflows.evidence import Evidence
 
@@ -115,7 +114,8 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     _say("diagnose", model_path, log_path, json=json)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
-    show(diagnosis, json, headline(diagnosis, log.active), output.Once())
+    found = headline(diagnosis, log.active)
+    show(diagnosis, json, found, output.Once())
     if not diagnosis.effects:
         output.finish(1)
     kind = diagnosis.effects[0].kind
@@ -126,7 +126,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     with output.progress("compare", len(log.tests)) as advance:
         after = compare(read_model(new), log, tell=advance)
         before, after = scored_alike(before, after, tell=advance)
-    verdict = _verdict(before, after, diagnosis)
+    verdict = _verdict(before, after, found)
     if figures:
         _draw(before, after, folder)
     models = Models(before, after, new=name_of_new(diagnosis))
@@ -161,18 +161,11 @@ def _draw(before: "Comparison", after: "Comparison", folder: Path) -> None:
         draw_comparison(found, folder / f"compare_{name}")
 
 
-def _verdict(before: "Comparison", after: "Comparison", diagnosis: "Diagnosis") -> str:
-    effect = diagnosis.effects[0]
-    told = ", ".join(
-        f"{name} {p.value * 1e3:.3g} mm" if p.unit == "m" else f"{name} {p.value:.3g} {p.unit}"
-        for name, p in effect.parameters.items()
-        if isinstance(p.value, float)
-    )
+def _verdict(before: "Comparison", after: "Comparison", found: str) -> str:
     was, now = before.held_out or before.error, after.held_out or after.error
     return (
-        f"The model left out a {effect.kind.replace('_', ' ')} between "
-        f"{' and '.join(effect.between)} ({told}): with it, what it does not explain of the "
-        f"test kept aside falls from {was:.0%} to {now:.1%}."
+        f"The model left out a {found} With it, what it does not explain of the test kept "
+        f"aside falls from {was:.0%} to {now:.1%}."
     )
 
 

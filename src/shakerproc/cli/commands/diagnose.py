@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
+from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -140,8 +141,8 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
         like = f", like {test.like}" if test.like else ""
         low, high = test.band_hz
         output.data(
-            f"next test: {test.excitation} at {test.level}, {low:.4g} to {high:.4g} Hz{like}: "
-            f"{test.reason}",
+            f"next test: {test.excitation} at {test.level}, {numeral(low, 4)} to "
+            f"{numeral(high, 4)} Hz{like}: {test.reason}",
             json_target=json_target,
         )
     for note in result.notes:

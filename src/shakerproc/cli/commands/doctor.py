@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from shakerproc import __version__
 from shakerproc.cli import output
+from shakerproc.numerals import numeral
 
 EXTRAS = {
     "cluster": "batch, study and diagnose on several machines (--scheduler)",
@@ -168,9 +169,9 @@ def _print(
     rows = [(p.name, p.wanted, p.installed or "MISSING") for p in packages if not p.extra]
     output.print_table(("package", "wanted", "installed"), rows, json_target=json)
     output.data(
-        f"speed: FFT {speed['fft_samples_per_s'] / 1e6:.0f} million samples/s, "
-        f"SHA-256 {speed['hash_bytes_per_s'] / 1e6:.0f} MB/s, 30 s of a joint with play "
-        f"simulated in {1e3 * speed['simulation_s']:.2g} ms",
+        f"speed: FFT {speed['fft_samples_per_s'] / 1e6:.0f} million samples/s, SHA-256 "
+        f"{speed['hash_bytes_per_s'] / 1e6:.0f} MB/s, 30 s of a joint with play simulated in "
+        f"{numeral(1e3 * speed['simulation_s'], 2)} ms",
         json_target=json,
     )
     for name, purpose in EXTRAS.items():

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
+from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -255,10 +256,13 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
     start, stop = summary.crop_s or (0.0, 0.0)
     level = ""
     if summary.measured_level is not None:
-        level = f", level {summary.measured_level:.3g} {summary.level_unit}"
-    length = f"{summary.duration_s:.4g} s"
+        level = f", level {numeral(summary.measured_level)} {summary.level_unit}"
+    length = f"{numeral(summary.duration_s, 4)} s"
     if summary.incomplete:
-        length = f"INCOMPLETE, {summary.duration_s:.4g} of {summary.promised_s:.4g} s"
+        length = (
+            f"INCOMPLETE, {numeral(summary.duration_s, 4)} of "
+            f"{numeral(summary.promised_s, 4)} s"
+        )
     output.data(
         f"{summary.recording}: {length} at {summary.sample_rate_hz:.6g} Hz, processed "
         f"{start:.2f} to {stop:.2f} s{level}",
@@ -284,7 +288,7 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         output.print_table(peak_rows.SWEPT_COLUMNS, swept, json_target=json)
     if summary.spectrum is not None:
         output.data(
-            f"bins {summary.spectrum.bin_width_hz:.4g} Hz apart, "
+            f"bins {numeral(summary.spectrum.bin_width_hz, 4)} Hz apart, "
             f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
             json_target=json,
         )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
+from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
@@ -304,11 +305,12 @@ def _print(
     name = sensor or next(iter(sensors))
     unit = found.model.sensor_unit(sensors[name])
     output.data(
-        f"{found.model.title}: {level}, {found.band[0]:.4g} to {found.band[1]:.4g} Hz",
+        f"{found.model.title}: {level}, {numeral(found.band[0], 4)} to "
+        f"{numeral(found.band[1], 4)} Hz",
         json_target=json,
     )
     for joint, severity in hb.gap_severity(found.model, found.level).items():
-        output.data(f"{joint}: F / (k a) = {severity:.4g}", json_target=json)
+        output.data(f"{joint}: F / (k a) = {numeral(severity, 4)}", json_target=json)
     output.print_table(
         (
             "branch",

@@ -36,7 +36,9 @@ def nothing_named(
     if far:
         return "cannot tell", wording.far_sentence(far)
     if unclosed is not None:
-        sentence = wording.unexercised_sentence(unclosed.clearance, unclosed.reach)
+        sentence = wording.unexercised_sentence(
+            unclosed.clearance, unclosed.reach, found.data.model.motion
+        )
         return "cannot tell", sentence
     if not known:
         return "cannot tell", unnamed

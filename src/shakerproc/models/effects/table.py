@@ -18,6 +18,7 @@ from shakerproc.models.effects.base import (
 )
 from shakerproc.models.laws import Row
 from shakerproc.models.tabulated import SplineTable, axis, spline_table
+from shakerproc.numerals import numeral
 
 Numbers: TypeAlias = tuple[float, ...]
 
@@ -93,8 +94,8 @@ class Table(AbstractMemorylessEffect):
 
     def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
         left = [
-            f"{name} reached {np.min(motion):.3g} to {np.max(motion):.3g} {unit}, the table "
-            f"{known[0]:.3g} to {known[-1]:.3g}"
+            f"{name} reached {numeral(np.min(motion))} to {numeral(np.max(motion))} {unit}, "
+            f"the table {numeral(known[0])} to {numeral(known[-1])}"
             for name, unit, motion, known in (
                 ("displacement", "m", displacement, self.displacement),
                 ("velocity", "m/s", velocity, self.velocity),

@@ -15,6 +15,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
 from shakerproc.recordings.health_checks.gaps import Gaps
 from shakerproc.recordings.health_checks.pieces import Pieces
@@ -328,9 +329,9 @@ class Connection(AbstractHealthCheck):
         return Flag(
             "open input",
             channel.name,
-            f"Noise of {spread:.3g} {channel.unit} rms{told} that has nothing in common with "
-            "any other channel: nothing is connected, a cable is broken, or the sensor sits "
-            "where nothing moves. Check it, or give the channel the role ignore.",
+            f"Noise of {numeral(spread)} {channel.unit} rms{told} that has nothing in common "
+            "with any other channel: nothing is connected, a cable is broken, or the sensor "
+            "sits where nothing moves. Check it, or give the channel the role ignore.",
             0.0,
             time,
             time,

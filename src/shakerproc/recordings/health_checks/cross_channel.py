@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import (
     AbstractHealthCheck,
     Flag,
@@ -17,6 +18,12 @@ from shakerproc.recordings.health_checks.pieces import Pieces
 LOOK: Final = 2.0
 """Length of the pieces that are transformed [s]; one is taken from a block."""
 
+FEWEST: Final = 4
+"""Pieces at least, which are shorter in a short test: it is judged by its periods.
+
+Two channels that have nothing in common pass `COHERENT` in a bin by 1 chance in 8000.
+"""
+
 MOST: Final = 64
 """Pieces at most."""
 
@@ -25,6 +32,8 @@ DIFFER: Final = 0.1
 
 COHERENT: Final = 0.95
 FEWEST_BINS: Final = 12
+PERIODS: Final = 2
+"""Periods of a frequency that a piece holds at least."""
 OCTAVES: Final = 1.0
 PAST: Final = -1.0
 """Logarithmic slope of the gain below which a motion is opposed since it is past a resonance.
@@ -62,14 +71,14 @@ MATCHES: Final = 1.25
 
 @final
 class CrossChannel(AbstractHealthCheck):
-    """Watches power and phase of the channels in pieces of two seconds."""
+    """Watches power and phase of the channels in pieces of two seconds, or of a quarter."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._controls = control_rows(recording)
         rate, n = recording.sample_rate, recording.n_samples
         doublings = np.clip(np.rint(np.log2(LOOK) + np.log2(rate)), 3, 62)
-        self._size = min(1 << int(doublings), n) if n > 16 else 0
+        self._size = min(1 << int(doublings), n // FEWEST) if n > 16 else 0
         every = max(1, n // (MOST * max(self._size, 1)))
         whole = range(0, n - self._size + 1, every * self._size) if self._size else ()
         self._window = np.hanning(self._size)
@@ -112,7 +121,7 @@ class CrossChannel(AbstractHealthCheck):
             return []
         channels = self._recording.channels
         names = listed([channels[i].name for i in self._controls])
-        values = listed([f"{value:.4g}" for value in level])
+        values = listed([numeral(value, 4) for value in level])
         return [
             self._flag(
                 "controls differ",
@@ -182,9 +191,9 @@ class CrossChannel(AbstractHealthCheck):
         return self._flag(
             "gain",
             name,
-            f"Follows {reference} at the lowest frequencies with a gain of {gain:.3g}, where "
-            f"it must be near 1.{reason} Check sensitivity and unit; a sensor across the "
-            "drive needs no change.",
+            f"Follows {reference} at the lowest frequencies with a gain of {numeral(gain)}, "
+            f"where it must be near 1.{reason} Check sensitivity and unit; a sensor across "
+            "the drive needs no change.",
         )
 
     def _following(self, row: int) -> float | None:
@@ -204,14 +213,14 @@ class CrossChannel(AbstractHealthCheck):
     def _good(self, row: int) -> NDArray[np.intp] | None:
         """Return the bins in which a channel moves with the first control, if enough do."""
         reference = self._power[self._controls[0]]
-        if self._pieces < 4:
+        if self._pieces < FEWEST:
             return None
         product = reference * self._power[row]
         strong = reference > 1e-6 * reference.max()
         coherence = np.zeros_like(product)
         np.divide(np.abs(self._cross[row]) ** 2, product, out=coherence, where=product > 0)
         good = np.flatnonzero(strong & (coherence > COHERENT))
-        good = good[good > 1]
+        good = good[good >= PERIODS]
         if good.size < FEWEST_BINS or good[-1] < 2.0**OCTAVES * good[0]:
             return None
         return good

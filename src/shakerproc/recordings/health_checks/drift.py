@@ -5,6 +5,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag
 
 PARTS: Final = 32
@@ -58,8 +59,8 @@ class Drift(AbstractHealthCheck):
                     Flag(
                         "drift",
                         channel.name,
-                        f"The mean moves steadily by {slopes[row]:.4g} {channel.unit} from "
-                        f"beginning to end, {relative:.2g} of the standard "
+                        f"The mean moves steadily by {numeral(slopes[row], 4)} {channel.unit} "
+                        f"from beginning to end, {numeral(relative, 2)} of the standard "
                         "deviation. Let the sensor warm up, or remove the trend.",
                         0.0,
                         self._recording.duration,

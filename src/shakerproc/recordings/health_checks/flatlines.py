@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, resolution
 
 SHORTEST: Final = 16
@@ -234,8 +235,8 @@ class Flatlines(AbstractHealthCheck):
         if tail.length < TAIL_FACTOR * usual or tail.length <= 2 * zeros:
             return []
         message = (
-            f"The last {tail.length} samples ({tail.length / rate:.3g} s) are exactly 0: the "
-            "file was allocated but not filled. Crop before them, or copy the file again."
+            f"The last {tail.length} samples ({numeral(tail.length / rate)} s) are exactly 0: "
+            "the file was allocated but not filled. Crop before them, or copy the file again."
         )
         lost = tail.length / rate
         return [Flag("zero tail", name, message, tail.start / rate, n / rate, lost)]
@@ -279,8 +280,9 @@ class Flatlines(AbstractHealthCheck):
                 "dropout" if zero else "stuck",
                 name,
                 f"Stands exactly still at {longest.value:.6g} {times}, for {longest.length} "
-                f"samples ({longest.length / rate:.3g} s) at {longest.start / rate:.4g} s. "
-                "Check the cable, or keep the time out of the crop.",
+                f"samples ({numeral(longest.length / rate)} s) at "
+                f"{numeral(longest.start / rate, 4)} s. Check the cable, or keep the time out "
+                "of the crop.",
                 first / rate,
                 last / rate,
                 sum(run.length for run in runs) / rate,

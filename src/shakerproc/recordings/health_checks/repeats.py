@@ -8,6 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, rms
 
 WINDOW: Final = 32
@@ -162,8 +163,8 @@ class Repeats(AbstractHealthCheck):
                         "repeating",
                         channel.name,
                         f"From {start / rate:.6g} s on the samples are those of "
-                        f"{distance / rate:.4g} s earlier, to the last bit: the measuring "
-                        "program handed out a buffer twice. Measure again.",
+                        f"{numeral(distance / rate, 4)} s earlier, to the last bit: the "
+                        "measuring program handed out a buffer twice. Measure again.",
                         start / rate,
                         stop / rate,
                     )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, resolution
 
 FACTOR: Final = 15.0
@@ -85,8 +86,8 @@ class Spikes(AbstractHealthCheck):
                     Flag(
                         "spike",
                         channel.name,
-                        f"{more} of {height:.4g} {channel.unit} at {at / rate:.6g} s. Keep it "
-                        "out of the crop (minimum hold), or check the cable.",
+                        f"{more} of {numeral(height, 4)} {channel.unit} at {at / rate:.6g} s. "
+                        "Keep it out of the crop (minimum hold), or check the cable.",
                         min(distinct) / rate,
                         max(distinct) / rate,
                     )

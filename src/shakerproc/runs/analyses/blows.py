@@ -6,6 +6,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import Recording
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult
@@ -74,20 +75,21 @@ def _told(found: Blows, added: float) -> list[str]:
     """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
-        f"Trigger at {found.setup.strikes.level:.4g} N; blocks of {cut.length / rate:.4g} s, "
-        f"{cut.before / rate:.3g} s of them before the trigger, {rate / cut.length:.3g} Hz "
-        "from line to line."
+        f"Trigger at {numeral(found.setup.strikes.level, 4)} N; blocks of "
+        f"{numeral(cut.length / rate, 4)} s, {numeral(cut.before / rate)} s of them before the "
+        f"trigger, {numeral(rate / cut.length)} Hz from line to line."
     ]
     if cut.force_window is not None:
         told.append(
-            f"The force is set to 0 from {cut.force_window / rate:.3g} s after the trigger on."
+            f"The force is set to 0 from {numeral(cut.force_window / rate)} s after the "
+            "trigger on."
         )
     if cut.decay_rate:
         told.append(
-            f"The exponential window (time constant {1.0 / cut.decay_rate:.4g} s) lowers and "
-            f"widens the peaks that are drawn: it adds {added:.4g} % "
-            "times 1 Hz/f to a damping ratio at f. Natural frequency and damping in the table "
-            "of resonances are without it."
+            f"The exponential window (time constant {numeral(1.0 / cut.decay_rate, 4)} s) "
+            f"lowers and widens the peaks that are drawn: it adds {numeral(added, 4)} % times "
+            "1 Hz/f to a damping ratio at f. Natural frequency and damping in the table of "
+            "resonances are without it."
         )
     return told
 
@@ -99,7 +101,7 @@ def _reach(result: RunResult, found: Blows) -> Iterator[str]:
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:
         yield (
-            f"The force has fallen by 20 dB at {weak[0]:.4g} Hz: above, functions and "
+            f"The force has fallen by 20 dB at {numeral(weak[0], 4)} Hz: above, functions and "
             "coherence suffer from noise first; a harder tip reaches further."
         )
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from shakerproc.numerals import numeral
 from shakerproc.spectra.decays import DecayCurve, DecayLine, Reading, Trend
 
 DISPUTED: Final = 0.1
@@ -22,7 +23,7 @@ HIGHEST: Final = 5
 
 def remarks(curve: DecayCurve) -> Iterator[str]:
     """Yield what is odd about the curves of a mode."""
-    name = f"{curve.line.frequency:.4g} Hz"
+    name = f"{numeral(curve.line.frequency, 4)} Hz"
     if curve.problem:
         yield f"{name}: no curve: {curve.problem}"
         return
@@ -38,15 +39,15 @@ def remarks(curve: DecayCurve) -> Iterator[str]:
         )
     if curve.rises > BEATS:
         yield (
-            f"{name}: the amplitude comes back to {curve.rises:.3g} times what it was: another "
-            "mode lies close by, and the curves are those of both; a sensor at its node tells "
-            "them apart"
+            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was: "
+            "another mode lies close by, and the curves are those of both; a sensor at its "
+            "node tells them apart"
         )
     shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
     if max(shifts) > curve.reach:
         yield (
-            f"{name}: the frequency shifts by {max(shifts):.3g} Hz, and the filters pass "
-            f"{curve.reach:.3g} Hz to either side: amplitude and damping are too low there"
+            f"{name}: the frequency shifts by {numeral(max(shifts))} Hz, and the filters pass "
+            f"{numeral(curve.reach)} Hz to either side: amplitude and damping are too low there"
         )
 
 
@@ -70,10 +71,11 @@ def signature(trend: Trend, readings: Sequence[Reading]) -> str:
         else "no trend of frequency with amplitude"
     )
     damping = (
-        f"damping {100.0 * last.damping:.3g} % there and {100.0 * first.damping:.3g} %"
+        f"damping {numeral(100.0 * last.damping)} % there and "
+        f"{numeral(100.0 * first.damping)} %"
         if trend.shifts and trend.damps
-        else f"damping {100.0 * last.damping:.3g} % at the smallest amplitude, "
-        f"{100.0 * first.damping:.3g} % at the largest"
+        else f"damping {numeral(100.0 * last.damping)} % at the smallest amplitude, "
+        f"{numeral(100.0 * first.damping)} % at the largest"
         if trend.damps
         else "no trend of damping"
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
 from shakerproc.runs.analyses.decay_panels import Amplitude, decay_panels
 from shakerproc.runs.analyses.decay_words import harmonic_of, remarks, signature
@@ -109,7 +110,8 @@ def _modes(recording: Recording, result: RunResult) -> tuple[list[Mode], float]:
         )
     if crop.n_samples * len(channels) > LONGEST:
         raise SpectrumError(
-            f"{crop.n_samples / rate:.3g} s of {len(channels)} channels are too long to be "
+            f"{numeral(crop.n_samples / rate)} s of {len(channels)} channels are too long to "
+            "be "
             "read as a decay; crop: {from: ..., to: ...} to the part that rings"
         )
     samples = recording.samples(crop.start, crop.stop)
@@ -151,8 +153,8 @@ def _nothing(kind: str, why: str, result: RunResult) -> Analysis:
 def _no_mode(result: RunResult) -> str:
     low, high = result.band
     return (
-        f"no mode stands out of the noise within {low:.4g} to {high:.4g} Hz after the input; "
-        "correct from and to, or look whether anything rings"
+        f"no mode stands out of the noise within {numeral(low, 4)} to {numeral(high, 4)} Hz "
+        "after the input; correct from and to, or look whether anything rings"
     )
 
 
@@ -216,12 +218,12 @@ def _row(mode: Mode) -> dict[str, Cell]:
 def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[str]:
     """Yield where the free part begins, and what each mode says of the law behind it."""
     yield (
-        f"The free part begins at {start:.4g} s. Damping is that of the decay of the measured "
-        "quantity; intervals of the table are those of 95 %."
+        f"The free part begins at {numeral(start, 4)} s. Damping is that of the decay of the "
+        "measured quantity; intervals of the table are those of 95 %."
     )
     lines = [mode.curve.line for mode in modes]
     for mode in modes:
-        name = f"Mode {mode.number} ({mode.curve.line.frequency:.4g} Hz)"
+        name = f"Mode {mode.number} ({numeral(mode.curve.line.frequency, 4)} Hz)"
         trend = trend_of(mode.curve.fitted)
         if trend is not None:
             yield f"{name}: {signature(trend, mode.curve.fitted)}"
@@ -229,8 +231,8 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
         if lower is not None:
             times, frequency = lower
             yield (
-                f"{name} is {times} times {frequency:.4g} Hz: it may be a harmonic of that "
-                "mode, not a mode."
+                f"{name} is {times} times {numeral(frequency, 4)} Hz: it may be a harmonic of "
+                "that mode, not a mode."
             )
     if len(result.channels) - len(result.controls) == 1:
         yield (
@@ -244,7 +246,7 @@ def _panels(mode: Mode) -> list[Panel]:
     curves = [(name, style, readings) for style, (name, readings) in enumerate(mode.methods)]
     return decay_panels(
         f"decays_{mode.number}",
-        f"mode {mode.number}, {mode.curve.line.frequency:.4g} Hz",
+        f"mode {mode.number}, {numeral(mode.curve.line.frequency, 4)} Hz",
         "Two methods overlaid; grey: 95 % limits of each.",
         Amplitude(mode.channel, mode.unit, mode.factor),
         curves,

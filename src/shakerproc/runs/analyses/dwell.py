@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
@@ -79,8 +80,8 @@ class DwellAnalysis(AbstractAnalysis):
             summary=tuple(_row(result, k, found) for k in range(len(result.responses))),
             panels=tuple(_panels(result, found)),
             told=(
-                f"Read in stretches of {n_samples / result.sample_rate:.3g} s; drift is from "
-                "the first tenth of them to the last.",
+                f"Read in stretches of {numeral(n_samples / result.sample_rate)} s; drift is "
+                "from the first tenth of them to the last.",
                 *(
                     [f"In {lost} of {len(tones)} stretches the control is no sine."]
                     * bool(lost)
@@ -102,8 +103,8 @@ def _stretch(result: RunResult, frequency: float, every: float | None) -> int:
     stretch = int(np.ceil(wanted if every is None else every * rate))
     if n_samples < FEWEST * stretch:
         raise SpectrumError(
-            f"dwell: the run of {n_samples / rate:.4g} s does not hold {FEWEST} stretches of "
-            f"{stretch / rate:.4g} s; give a shorter every"
+            f"dwell: the run of {numeral(n_samples / rate, 4)} s does not hold {FEWEST} "
+            f"stretches of {numeral(stretch / rate, 4)} s; give a shorter every"
         )
     return stretch
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
@@ -41,7 +42,11 @@ class IntegrationAnalysis(AbstractAnalysis):
         for block in _integrals(recording.select(rows), result, corner):
             motion.add(block)
         names = [result.channels[i].name for i in rows]
-        how = "from rest, no high-pass" if corner is None else f"high-pass {corner:.4g} Hz"
+        how = (
+            "from rest, no high-pass"
+            if corner is None
+            else f"high-pass {numeral(corner, 4)} Hz"
+        )
         return Analysis(
             kind=self.kind,
             title=f"Velocity and displacement ({how}, baseline: {wanted.baseline_taken})",
@@ -65,9 +70,9 @@ def _corner(result: RunResult, wanted: float | str | None) -> float | None:
     seconds = result.crop.n_samples / result.sample_rate
     if not 2.0 / seconds <= corner <= 0.5 * result.sample_rate:
         raise SpectrumError(
-            f"integration: a high-pass at {corner:.4g} Hz does not lie between two periods in "
-            f"the run ({2.0 / seconds:.4g} Hz) and half the sample rate; give another "
-            "high_pass, or high_pass: none"
+            f"integration: a high-pass at {numeral(corner, 4)} Hz does not lie between two "
+            f"periods in the run ({numeral(2.0 / seconds, 4)} Hz) and half the sample rate; "
+            "give another high_pass, or high_pass: none"
         )
     return corner
 

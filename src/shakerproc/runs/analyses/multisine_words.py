@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.numerals import numeral
 from shakerproc.runs.multisines import Reading
 from shakerproc.spectra.multisines import Grid, Share
 from shakerproc.spectra.multisines.judging import Kind
@@ -42,7 +43,7 @@ def sentence(
     band : (float, float)
         First and last excited line [Hz].
     """
-    where = f"{name}, {band[0]:.4g} to {band[1]:.4g} Hz"
+    where = f"{name}, {numeral(band[0], 4)} to {numeral(band[1], 4)} Hz"
     if not shares:
         told = "is not known" if noise is None else f"{_percent(noise)} of the response"
         return f"{where}: noise {told}; distortion is not known."
@@ -57,7 +58,7 @@ def sentence(
     rest = [one for one in shares.values() if not one.bands]
     parts = [
         f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
-        f"{_bands(one)}, {_percent(one.largest)} at {one.at:.4g} Hz"
+        f"{_bands(one)}, {_percent(one.largest)} at {numeral(one.at, 4)} Hz"
         for one in found
     ]
     parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
@@ -72,11 +73,13 @@ def _first_upper(hints: list[str]) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{numeral(100.0 * share, 2)} %"
 
 
 def _bands(share: Share) -> str:
-    first = [f"from {low:.4g} to {high:.4g} Hz" for low, high in share.bands[:3]]
+    first = [
+        f"from {numeral(low, 4)} to {numeral(high, 4)} Hz" for low, high in share.bands[:3]
+    ]
     more = len(share.bands) - len(first)
     return " and ".join(first) + (f" and in {more} more bands" if more else "")
 
@@ -89,9 +92,9 @@ def about(reading: Reading) -> Iterator[str]:
     yield (
         f"{layout.realisations} realisation{'s' * (layout.realisations > 1)} of {used} "
         f"period{'s' * (used > 1)} of {1.0 / spacing:.6g} s; {int(grid.excited.sum())} of "
-        f"{grid.number.size} lines from {grid.frequency[0]:.4g} to {grid.frequency[-1]:.4g} Hz "
-        f"are excited, {spacing:.4g} Hz apart, {int(grid.even.sum())} even and "
-        f"{int(grid.odd.sum())} odd ones detect distortion."
+        f"{grid.number.size} lines from {numeral(grid.frequency[0], 4)} to "
+        f"{numeral(grid.frequency[-1], 4)} Hz are excited, {numeral(spacing, 4)} Hz apart, "
+        f"{int(grid.even.sum())} even and {int(grid.odd.sum())} odd ones detect distortion."
     )
     if not grid.common:
         yield _own_lines(grid)

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
@@ -203,9 +204,9 @@ def _tracked(
     highest, rate = max(wanted.track), result.sample_rate
     if highest * speed.max() >= 0.5 * rate:
         raise SpectrumError(
-            f"orders: order {highest:g} reaches {highest * speed.max():.4g} Hz at "
+            f"orders: order {highest:g} reaches {numeral(highest * speed.max(), 4)} Hz at "
             f"{60.0 * speed.max():.5g} rev/min, above half the sample rate of {rate:g} Hz; "
-            f"give orders below {0.5 * rate / speed.max():.4g}, or record faster"
+            f"give orders below {numeral(0.5 * rate / speed.max(), 4)}, or record faster"
         )
     orders, start = np.array(wanted.track), result.crop.start
     first = np.maximum(np.ceil(ends[0] * rate), 0.0).astype(int)

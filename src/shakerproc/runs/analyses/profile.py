@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
+from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Look, Panel, Scale
@@ -234,7 +235,7 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
     )
     return (
         f"the control does not keep the {row['line']} line of profile {profile.name}: "
-        f"{row['exceedance_db']:+.1f} dB beyond it at {row['at_hz']:.4g} Hz, "
+        f"{row['exceedance_db']:+.1f} dB beyond it at {numeral(row['at_hz'], 4)} Hz, "
         f"{beside(share, allowed, sign=False)} % of the band beyond it by more than chance, "
         f"where {allowed:g} % may be"
     )
@@ -265,8 +266,8 @@ def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, 
     demanded, seen = (float(rms[name] or 0.0) for name in ("demand_rms", "measured_rms"))
     off = f" ({20.0 * np.log10(seen / demanded):+.2f} dB)" if seen > 0.0 else ""
     return (
-        f"Demanded {demanded:.4g} {rms['unit']} rms from {band[0]:g} to {band[1]:g} Hz, "
-        f"measured {seen:.4g} {rms['unit']} rms{off}.",
+        f"Demanded {numeral(demanded, 4)} {rms['unit']} rms from {band[0]:g} to {band[1]:g} "
+        f"Hz, measured {numeral(seen, 4)} {rms['unit']} rms{off}.",
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.shock import HIGHEST, logarithmic_frequencies
 
@@ -47,7 +48,7 @@ def natural_frequencies(
         raise SpectrumError(
             f"{kind}: to is {high:g} Hz, above a tenth of the sample rate of "
             f"{result.sample_rate:g} Hz, where the samples do not show the peaks any more; "
-            f"give to: {0.999 * most:.4g} Hz or less, or record faster"
+            f"give to: {numeral(0.999 * most, 4)} Hz or less, or record faster"
         )
     if not low < high:
         raise SpectrumError(

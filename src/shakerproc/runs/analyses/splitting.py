@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies
 from shakerproc.runs.analyses.splitting_panels import PartSpectrum, panels_of
@@ -92,9 +93,9 @@ class _Run:
         length = max(LEAST_CELL, round(CELL * rate))
         if samples < max(length, wanted.shortest * rate):
             raise SpectrumError(
-                f"splitting: the run lasts {samples / rate:.4g} s, and a stationary part at "
-                f"least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less than the "
-                "run, or take splitting: out of processing"
+                f"splitting: the run lasts {numeral(samples / rate, 4)} s, and a stationary "
+                f"part at least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less "
+                "than the run, or take splitting: out of processing"
             )
         return cells_of(self.blocks(0, samples), rate, length)
 

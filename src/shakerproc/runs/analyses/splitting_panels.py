@@ -7,6 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.spectra.splitting.cells import Cells
 from shakerproc.spectra.splitting.parts import Part
@@ -92,7 +93,8 @@ def _over_time(
     return Panel(
         "splitting_time",
         "Shocks and changes of the level over time",
-        f"Rms in cells of {1e3 * cells.seconds:.3g} ms, the largest where many share a point.",
+        f"Rms in cells of {numeral(1e3 * cells.seconds)} ms, the largest where many share a "
+        "point.",
         Scale("time [s]", logarithmic=False),
         Scale("acceleration [g]", ends=ends),
         tuple(lines),

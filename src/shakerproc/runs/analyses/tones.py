@@ -6,6 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from shakerproc.data import Recording
+from shakerproc.numerals import numeral
 from shakerproc.runs import levels
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
@@ -100,7 +101,7 @@ def _told(rows: Sequence[dict[str, Cell]], unit: str) -> str:
     """Return every tone in a sentence, with its verdict where there is one."""
     words = {True: ", kept", False: ", NOT KEPT", None: ""}
     return "Tones of the control: " + "; ".join(
-        f"{row['amplitude']:.3g} {unit} at {row['frequency_hz']:.5g} Hz"
+        f"{numeral(row['amplitude'])} {unit} at {row['frequency_hz']:.5g} Hz"
         f"{words[None if row['kept'] is None else bool(row['kept'])]}"
         for row in rows
     ) + "."  # fmt: skip
@@ -112,13 +113,16 @@ def _missed(row: dict[str, Cell], unit: str) -> str:
         return ""
     said = f"the tone demanded at {row['demanded_hz']:g} Hz"
     if row["demanded_amplitude"] is None:
-        demand = f"(tolerance {row['tolerance_hz']:.3g} Hz)"
+        demand = f"(tolerance {numeral(row['tolerance_hz'])} Hz)"
     else:
         demand = (
-            f"where {row['demanded_amplitude']:.3g} {unit} is demanded (tolerance "
-            f"{row['tolerance_percent']:g} %, {row['tolerance_hz']:.3g} Hz)"
+            f"where {numeral(row['demanded_amplitude'])} {unit} is demanded (tolerance "
+            f"{row['tolerance_percent']:g} %, {numeral(row['tolerance_hz'])} Hz)"
         )
-    return f"{said} is {row['amplitude']:.3g} {unit} at {row['frequency_hz']:.5g} Hz, {demand}"
+    return (
+        f"{said} is {numeral(row['amplitude'])} {unit} at {row['frequency_hz']:.5g} Hz, "
+        f"{demand}"
+    )
 
 
 def _moved(tones: MixedTones, k: int, row: dict[str, Cell]) -> str:

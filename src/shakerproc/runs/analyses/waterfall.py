@@ -6,6 +6,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
 from shakerproc.runs.result import RunResult, shown_unit
@@ -51,9 +52,10 @@ class WaterfallAnalysis(AbstractAnalysis):
         if not inside.any():
             low, high = result.band
             raise SpectrumError(
-                f"the band from {low:.4g} to {high:.4g} Hz holds no line of the waterfall, "
-                f"whose lines are {found.frequency[1]:.4g} Hz apart. Set welch.segment to "
-                f"{int(np.ceil(result.sample_rate / (high - low)))} samples or more."
+                f"the band from {numeral(low, 4)} to {numeral(high, 4)} Hz holds no line of "
+                f"the waterfall, whose lines are {numeral(found.frequency[1], 4)} Hz apart. "
+                f"Set welch.segment to {int(np.ceil(result.sample_rate / (high - low)))} "
+                "samples or more."
             )
         amplitude = _amplitudes(found.density[:, inside], result.sample_rate, segment)
         frequency, speed = found.frequency[inside], _speeds(result, found.time)
@@ -137,7 +139,7 @@ def _panel(
     return Panel(
         f"waterfall_{i + 1}", f"Waterfall of {channel.name}",
         f"Amplitude spectra rise from their {label.split(' ', maxsplit=1)[0]}; the highest is "
-        f"{largest * factor:.3g} {unit}.",
+        f"{numeral(largest * factor)} {unit}.",
         Scale("frequency [Hz]", logarithmic=False), Scale(label, logarithmic=False),
         tuple(
             Line("", frequency[starts], at + shown[:, k])  # all solid, of one colour

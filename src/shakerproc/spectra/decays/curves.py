@@ -7,6 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.spectra.decays.crossings import LEAST_INDEPENDENT, chart_of, read_chart
 from shakerproc.spectra.decays.isolation import (
     Envelope,
@@ -131,12 +132,15 @@ def _stretches(envelope: Envelope, least: float) -> Iterator[tuple[float, float]
 def _why_none(needed: float, duration: float, line: DecayLine) -> str:
     """Return why a decay tells nothing."""
     isolated = (
-        f"to isolate {line.frequency:.4g} Hz from what lies {line.apart:.3g} Hz away and to "
-        "read it twice"
+        f"to isolate {numeral(line.frequency, 4)} Hz from what lies {numeral(line.apart)} Hz "
+        "away and to read it twice"
     )
     if duration < needed:
-        return f"the decay lasts {duration:.3g} s, and {needed:.3g} s are needed {isolated}"
+        return (
+            f"the decay lasts {numeral(duration)} s, and {numeral(needed)} s are needed "
+            f"{isolated}"
+        )
     return (
-        f"it ends, in noise or in another mode, within the {needed:.3g} s that are needed "
+        f"it ends, in noise or in another mode, within the {numeral(needed)} s that are needed "
         f"{isolated}"
     )

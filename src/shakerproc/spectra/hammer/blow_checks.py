@@ -6,6 +6,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Cut, Setup
 from shakerproc.spectra.hammer.strikes import LOUD, SAME_BLOW
 
@@ -67,10 +68,13 @@ def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
     """Return why the recording does not hold the block of a blow; empty where it does."""
     if sample < cut.before:
         there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate
-        return f"the recording begins {there:.3g} s before it, pretrigger is {wanted:.3g} s"
+        return (
+            f"the recording begins {numeral(there)} s before it, pretrigger is "
+            f"{numeral(wanted)} s"
+        )
     if n_samples - sample < cut.length - cut.before:
         lasts = (n_samples - sample) / cut.sample_rate
-        return f"the recording ends {lasts:.3g} s after it, within the block"
+        return f"the recording ends {numeral(lasts)} s after it, within the block"
     return ""
 
 
@@ -119,7 +123,7 @@ def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
 
 
 def _time(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+    return f"{numeral(1e3 * seconds)} ms" if seconds < 1.0 else f"{numeral(seconds)} s"
 
 
 def _overload(block: FloatArray, setup: Setup) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 
 LOUD: Final = 8.0
 """Standard deviations of the noise above which a force is no noise: in 10^9 samples of a
@@ -85,13 +86,15 @@ def find_strikes(
     largest = float(struck.max())
     if largest <= LOUD * noise:
         raise SpectrumError(
-            f"no blow found: the largest force, {largest:.4g} N, does not stand out of its "
-            f"noise of {noise:.3g} N rms; is the role force at the hammer, and its unit right?"
+            f"no blow found: the largest force, {numeral(largest, 4)} N, does not stand out of "
+            f"its noise of {numeral(noise)} N rms; is the role force at the hammer, and its "
+            "unit right?"
         )
     level = max(share * largest, LOUD * noise) if trigger is None else trigger
     if level < LOUD * noise:
         raise SpectrumError(
-            f"the trigger of {level:.4g} N lies within the noise of the force, {noise:.3g} N "
+            f"the trigger of {numeral(level, 4)} N lies within the noise of the force, "
+            f"{numeral(noise)} N "
             "rms, and would list noise as blows; give processing: {hammer: {trigger: "
             f"{rounded_up(LOUD * noise)} N}}}} or more, or leave it out for a tenth of the "
             "largest force"
@@ -99,9 +102,9 @@ def find_strikes(
     above = struck >= level
     if not above.any():
         raise SpectrumError(
-            f"no blow found: the force never reaches the trigger of {level:.4g} N, its largest "
-            f"value is {largest:.4g} N; lower processing: {{hammer: {{trigger: "
-            f"{0.1 * largest:.2g} N}}}}, or leave it out for a tenth of the largest"
+            f"no blow found: the force never reaches the trigger of {numeral(level, 4)} N, its "
+            f"largest value is {numeral(largest, 4)} N; lower processing: {{hammer: {{trigger: "
+            f"{numeral(0.1 * largest, 2)} N}}}}, or leave it out for a tenth of the largest"
         )
     rising = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
     kept: list[int] = []
@@ -114,7 +117,7 @@ def find_strikes(
 def rounded_up(value: float) -> str:
     """Return a number above 0 with two digits, not below it. `value` may be in any unit."""
     step = 10.0 ** (np.floor(np.log10(value)) - 1.0)
-    return f"{np.ceil(value / step - ROUNDING) * step:.3g}"
+    return numeral(np.ceil(value / step - ROUNDING) * step)
 
 
 def usual_length(strikes: Strikes, n_samples: int, before: int) -> int:

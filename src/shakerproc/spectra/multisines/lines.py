@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 
 REACH: Final = 10
 """Lines to each side among which an excited one is looked for [-]: of four odd lines one is
@@ -132,8 +133,8 @@ def grid_of(
     if found < FEWEST:
         whose = f" in realisation {fewest + 1}" if len(excited) > 1 else ""
         raise SpectrumError(
-            f"only {found} lines of the input are excited{whose} from {band[0]:.4g} to "
-            f"{band[1]:.4g} Hz; correct from, to, period or the role of the input"
+            f"only {found} lines of the input are excited{whose} from {numeral(band[0], 4)} to "
+            f"{numeral(band[1], 4)} Hz; correct from, to, period or the role of the input"
         )
     chosen = np.flatnonzero(excited.any(axis=0))
     part = slice(int(chosen[0]), int(chosen[-1]) + 1)

@@ -7,6 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.spectra.peaks.chance import modelled
 from shakerproc.spectra.peaks.half_power import READABLE, half_power_ratio
 from shakerproc.spectra.peaks.modes_of_peak import FittedModes, fitted_modes
@@ -236,7 +237,7 @@ def _judged(
 ) -> Damping:  # fmt: skip
     """Return the damping, withheld where it is not resolved."""
     step, peak = spectra.bin_width, float(spectra.frequency[where])
-    few = f"fewer than {LEAST_BINS} bins of {step:.3g} Hz are excited around this peak"
+    few = f"fewer than {LEAST_BINS} bins of {numeral(step)} Hz are excited around this peak"
     unlike = few if found is None else _no_mode(found, peak, step, lit)
     if found is None or unlike:
         return Damping(None, None, None, None, None, None, unlike, readable, step)
@@ -274,7 +275,7 @@ def _no_mode(found: FittedModes, peak: float, step: float, lit: float) -> str | 
     if not fit.converged or not 1e-5 < ratio < 0.5:
         return "the fit of the modes does not converge"
     if abs(frequency - peak) > max(2.0 * step, ratio * peak):
-        return f"the mode that fits best lies at {frequency:.4g} Hz, beside the peak"
+        return f"the mode that fits best lies at {numeral(frequency, 4)} Hz, beside the peak"
     if lit < FEW and 2.0 * ratio * frequency < WIDE * step:
         return (
             "the sweep passes the peak within a segment or two: take shorter segments, or "
@@ -289,5 +290,5 @@ def _uncertain(ratio: float, half: float, step: float) -> str | None:
     """Return why the ratio of a mode is withheld although its frequency is known, if it is."""
     if half <= RESOLVED:
         return None
-    about = f"zeta about {ratio:.2g} +- {half:.0%}, " if half < 0.5 else ""
-    return f"{about}not resolved by bins of {step:.3g} Hz and this length of run"
+    about = f"zeta about {numeral(ratio, 2)} +- {half:.0%}, " if half < 0.5 else ""
+    return f"{about}not resolved by bins of {numeral(step)} Hz and this length of run"

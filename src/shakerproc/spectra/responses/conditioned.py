@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from shakerproc.numerals import numeral
 from shakerproc.spectra.responses.estimators import scaled_inputs
 from shakerproc.spectra.welch.cross import CrossSpectra
 
@@ -41,8 +42,8 @@ def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
     averages = spectra.effective_averages - len(given)
     if not averages > 1.0:
         raise ValueError(
-            f"{spectra.effective_averages:.3g} averages do not tell {len(given) + 1} inputs "
-            "apart"
+            f"{numeral(spectra.effective_averages)} averages do not tell {len(given) + 1} "
+            "inputs apart"
         )
     s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
     gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)

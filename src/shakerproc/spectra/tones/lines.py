@@ -9,6 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.spectra.peaks.chance import smearing_of
 from shakerproc.spectra.peaks.finding import find_peaks
 from shakerproc.spectra.responses.masks import NOTCH_BINS
@@ -157,7 +158,7 @@ def told(lines: Sequence[Line]) -> str:
     """Return a sentence for people; empty where there is no tone."""
     if not lines:
         return ""
-    hz = ", ".join(f"{line.frequency:.4g}" for line in lines[:5])
+    hz = ", ".join(numeral(line.frequency, 4) for line in lines[:5])
     more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
     one = len(lines) == 1
     drive = (

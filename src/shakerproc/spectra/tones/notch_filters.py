@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 
 THESIS_PAD: Final = 6
 """Samples that MATLAB's filtfilt adds at both ends for a filter of second order."""
@@ -180,8 +181,8 @@ def notch(
     edge, n_samples = round(settling * sample_rate), samples.shape[1]
     if 2 * edge >= n_samples:
         raise SpectrumError(
-            f"trimming {settling:.3g} s at both ends leaves nothing of "
-            f"{n_samples / sample_rate:.3g} s: take a wider notch or give a shorter trim"
+            f"trimming {numeral(settling)} s at both ends leaves nothing of "
+            f"{numeral(n_samples / sample_rate)} s: take a wider notch or give a shorter trim"
         )
     filtered = samples
     for multiple in harmonics:

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.spectra.welch.periodograms import periodogram
 from shakerproc.spectra.welch.ridges import reader_of, ridge_of
 
@@ -121,7 +122,7 @@ def tone_response(
         places, power = periodogram((control - control.mean())[np.newaxis], sample_rate)
         raise SpectrumError(
             f"the control is no sine of {frequency:g} Hz: it has most power at "
-            f"{places[power[0].argmax()]:.4g} Hz"
+            f"{numeral(places[power[0].argmax()], 4)} Hz"
         )
     amplitude = weights[1::2].T - 1j * weights[2::2].T
     turn = np.exp(-1j * np.angle(amplitude[-1, 0]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
+from shakerproc.numerals import numeral
 from shakerproc.spectra.welch.ridges import CHUNK, Ridge, SampleReader, median_of_five
 
 LAW: Final = 0.03
@@ -199,7 +200,7 @@ def _pulled_in(read: SampleReader, track: Track) -> Track:
     turns = (track.phase[-1] - track.phase[0]) / (2.0 * np.pi)
     count = int((turns - PULL_IN) // (PULL_IN / 2.0)) + 1
     if count < 4:
-        raise SpectrumError(f"{turns:.3g} periods are too few to follow a sweep")
+        raise SpectrumError(f"{numeral(turns)} periods are too few to follow a sweep")
     centres = track.phase[0] + np.pi * PULL_IN
     centres += np.arange(count) * (turns - PULL_IN) / (count - 1) * 2.0 * np.pi
     amplitude, _ = demodulated(read, track, centres, np.full(count, PULL_IN), 1)

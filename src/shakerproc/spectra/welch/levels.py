@@ -7,6 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.numerals import numeral
 from shakerproc.spectra.welch.cross import CrossSpectra
 from shakerproc.spectra.welch.density import psd
 
@@ -188,5 +189,6 @@ def _warning(overall: float, worst: float, frequency: float) -> str | None:
         return None
     return (
         f"the controls differ by {overall:.0%} of their mean overall and by {worst:.0%} at "
-        f"{frequency:.4g} Hz: response functions against the mean control are doubtful there"
+        f"{numeral(frequency, 4)} Hz: response functions against the mean control are "
+        "doubtful there"
     )
