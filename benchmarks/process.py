@@ -37,7 +37,7 @@ def write_long_recording(path: Path) -> None:
 
 
 def write_rattling_recording(path: Path) -> None:
-    """Write the same base motion, louder, and three coupons with play on it: no linear modes."""
+    """Write such a motion, louder, and three coupons with play on it: no linear modes."""
     rng = np.random.default_rng(3)
     n = int(SECONDS * RATE)
     frequency = np.fft.rfftfreq(n, 1.0 / RATE)
