@@ -1,6 +1,6 @@
 import json
 import runpy
-import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,7 @@ def test_init_writes_into_no_folder_that_holds_something(tmp_path):
     reason="the program is installed, and no checkout",
 )
 def test_the_sample_data_are_found_beside_the_checkout():
-    assert sys.modules["shakerproc.cli.commands.demo"].sample_log() is not None
+    assert import_module("shakerproc.cli.commands.demo").sample_log() is not None
 
 
 def write_short_example(folder):
@@ -92,7 +92,7 @@ def write_short_example(folder):
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
     seek_few(monkeypatch, {"gap", "cubic_stiffness"})
     monkeypatch.setattr(example, "write_example", write_short_example)
-    module = sys.modules["shakerproc.cli.commands.demo"]  # the name is the function's too
+    module = import_module("shakerproc.cli.commands.demo")  # the name is the function's too
     monkeypatch.setattr(module, "sample_log", lambda: None)
     target = tmp_path / "demo.json"
     options = ["demo", str(tmp_path / "out"), "--no-figures", "--json", str(target)]
