@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from shakerproc.cli.grouped_help import MACHINES, READING, RESULTS, SPECTRA
+from shakerproc.late import without_parquet
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -352,7 +353,7 @@ def exports_of(text: str) -> tuple[str, ...]:
     Raises
     ------
     typer.BadParameter
-        If one is not known.
+        If one is not known, or needs what is not installed.
     """
     from shakerproc.campaign.exports import EXPORTS
 
@@ -365,6 +366,8 @@ def exports_of(text: str) -> tuple[str, ...]:
                 f"no format {name!r}; shakerproc writes {', '.join(EXPORTS)}",
                 param_hint="--export",
             )
+    if "parquet" in asked and (lacks := without_parquet()):
+        raise typer.BadParameter(lacks, param_hint="--export")
     return asked
 
 

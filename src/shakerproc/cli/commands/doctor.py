@@ -13,6 +13,8 @@ from shakerproc.cli import output
 
 EXTRAS = {
     "cluster": "batch, study and diagnose on several machines (--scheduler)",
+    "parquet": "recordings and tables in Parquet (.parquet)",
+    "xlsx": "a calibration sheet in XLSX",
     "docs": "building the manual",
     "dev": "the tests and the checks of the code",
 }
