@@ -32,8 +32,9 @@ class _InnerCompiler(Compiler):
     def define_pipelines(self) -> list[object]:
         """Return numba's own passes, for code that is optimised later."""
         codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
-        self.state.library = _OptimisedLater(codegen, name)
-        return cast("list[object]", super().define_pipelines())
+        self.state.library = _OptimisedLater(codegen, name)  # type: ignore[no-untyped-call]
+        passes = super().define_pipelines()  # type: ignore[no-untyped-call]
+        return cast("list[object]", passes)
 
 
 _INNER: Callable[..., Callable[..., object]] = partial(

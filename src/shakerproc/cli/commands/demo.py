@@ -54,11 +54,12 @@ def _everyday(root: Path, *, figures: bool, json: str | None) -> dict[str, Any] 
 
 
 def sample_log() -> Path | None:
-    """Return the log of the sample data beside a checkout of the program."""
+    """Return the log of the sample data: beside a checkout, or packed into the wheel."""
     import shakerproc
 
-    log = Path(shakerproc.__file__).resolve().parents[2] / "sample_data" / "testlog.yaml"
-    return log if log.is_file() else None
+    package = Path(shakerproc.__file__).resolve().parent
+    logs = (root / "sample_data" / "testlog.yaml" for root in (package.parents[1], package))
+    return next((log for log in logs if log.is_file()), None)
 
 
 def _processed(
