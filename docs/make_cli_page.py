@@ -41,6 +41,8 @@ def page() -> str:
         "else. Progress is drawn on a terminal only; `NO_COLOR` is obeyed. Tables fit the "
         "terminal: what has no room is wrapped, and a line names the columns that are left "
         "out. In a pipe or a file they are as wide as they need, or as `COLUMNS` says.",
+        "`shakerproc --install-completion` lets the Tab key complete commands and options in "
+        "bash, zsh, fish and PowerShell, from the next shell on.",
         STATUS.strip(),
         f"```text\n{help_of()}\n```",
     ]

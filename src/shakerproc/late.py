@@ -2,6 +2,7 @@
 
 import gc
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, Final
 
 LEFT_LYING: Final = 100_000
@@ -12,6 +13,13 @@ def loaded(place: str) -> Any:
     """Return what a place such as ``shakerproc.recordings.csv:read_csv`` holds."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
+
+
+def without_parquet() -> str:
+    """Return what to do so that Parquet can be read and written; empty where it can."""
+    if find_spec("pyarrow") is not None:
+        return ""
+    return "Parquet needs pyarrow: pip install 'shakerproc[parquet]', or use CSV"
 
 
 def seek_garbage_seldom() -> None:

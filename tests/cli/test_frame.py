@@ -68,6 +68,27 @@ def test_every_command_has_help_and_the_shared_options(name):
         assert "--out" in done.stdout
 
 
+def test_every_command_stands_in_one_group_of_the_help():
+    shown = CliRunner().invoke(build_app(), ["--help"], env={"COLUMNS": "96"}).stdout
+    listed = re.findall(r"^  ([a-z]+) {2,}[A-Z]", shown, re.MULTILINE)
+    assert sorted(listed) == sorted(COMMANDS)
+
+
+def test_options_stand_below_the_title_of_their_group():
+    shown = CliRunner().invoke(build_app(), ["process", "--help"], env={"COLUMNS": "96"}).stdout
+    title_of = {}
+    for line in shown.splitlines():
+        if line.endswith(":") and not line.startswith(" "):
+            title = line[:-1]
+        elif line.startswith("  --"):
+            title_of[line.split()[0]] = title
+    assert title_of["--excitation"] == "The test"
+    assert title_of["--no-crop"] == "The part that is used"
+    assert title_of["--time-unit"] == "Reading the recording"
+    assert title_of["--segment"] == "Spectra"
+    assert title_of["--json"] == "Results"
+
+
 def test_wrong_usage_is_status_2_with_a_guess():
     done = completed("bacth")
     assert done.returncode == 2

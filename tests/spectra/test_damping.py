@@ -6,7 +6,11 @@ from numpy.testing import assert_allclose
 from scipy import signal
 
 from shakerproc.spectra import cross_spectra, find_peaks, h1
-from shakerproc.spectra.peaks.damping import damping_of_density, damping_of_response
+from shakerproc.spectra.peaks.damping import (
+    damping_of_density,
+    damping_of_response,
+    longer_may_resolve,
+)
 from shakerproc.spectra.peaks.half_power import half_power_ratio
 from shakerproc.spectra.welch.windows import (
     COSINE_TERMS,
@@ -98,6 +102,26 @@ def test_too_short_a_run_is_withheld_with_its_reason():
     assert damping.quality_factor is None
     assert "not resolved by bins of 5.56 Hz" in damping.reason
     assert abs(damping.frequency - 366.3) < RATE / 1024
+
+
+def test_longer_segments_are_skipped_only_where_they_withhold_the_damping_too():
+    rng = np.random.default_rng(7)
+    skipped, helped = 0, 0
+    for seed, (ratio, noise) in enumerate([(0.01, 0.2), (0.15, 1.5), (0.3, 1.5)] * 5):
+        samples = random_run(8.0, rng.uniform(200.0, 600.0), ratio, noise=noise, seed=seed)
+        coarse, fine = (cross_spectra(samples, RATE, segment=n) for n in (512, 4096))
+        gain = np.abs(h1(coarse, [0], [1])[0])
+        (peak,) = find_peaks(coarse.frequency, gain, BAND, count=1)
+        first, second = (
+            damping_of_response(one, [0], 1, peak.frequency, BAND) for one in (coarse, fine)
+        )
+        if longer_may_resolve(coarse, first, fine.bin_width):
+            helped += second.ratio is not None
+        elif first.ratio is None:
+            skipped += 1
+            assert second.ratio is None
+    assert skipped >= 4
+    assert helped >= 4
 
 
 @pytest.mark.parametrize("ratio", [0.005, 0.02])

@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc import files
 from shakerproc.campaign import tables
 from shakerproc.campaign.trend import Trend
+from shakerproc.late import without_parquet
 from shakerproc.runs import RunSummary
 from shakerproc.runs.summary import Value
 from shakerproc.runs.tables import Columns
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 def write_tables(
     runs: Sequence[RunSummary], trends: Sequence[Trend], channel: str, root: Path
 ) -> list[Path]:
-    """Write runs, peaks, statistics, analyses and trends as CSV, the peaks as Parquet too."""
+    """Write runs, peaks, statistics, analyses and trends as CSV, the peaks as Parquet too.
+
+    Parquet only where pyarrow is installed, which the extra `parquet` brings.
+    """
     done = [run for run in runs if run.status == "done"]
     content = {
         "runs.csv": tables.run_columns(runs),
@@ -35,8 +39,11 @@ def write_tables(
     }
     for name, columns in content.items():
         files.write_csv(root / name, columns)
-    write_parquet(root / "peaks.parquet", content["peaks.csv"])
-    return [*(root / name for name in content), root / "peaks.parquet"]
+    written = [root / name for name in content]
+    if not without_parquet():
+        written.append(root / "peaks.parquet")
+        write_parquet(written[-1], content["peaks.csv"])
+    return written
 
 
 def write_parquet(path: Path, columns: Columns) -> None:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc.errors import TableError
+from shakerproc.late import without_parquet
 from shakerproc.recordings.trial import check_survived
 from shakerproc.runs.former_names import former_note, present_name
 
@@ -99,6 +100,8 @@ def _read_csv(path: Path) -> Table:
 
 
 def _read_parquet(path: Path) -> Table:
+    if lacks := without_parquet():
+        raise TableError(f"{path}: {lacks}")
     import pyarrow as pa
     import pyarrow.parquet as pq
 

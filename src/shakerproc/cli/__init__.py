@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from shakerproc import __version__, files
 from shakerproc.cli import output
 from shakerproc.cli.commands import COMMANDS
+from shakerproc.cli.grouped_help import GroupedCommand, GroupedCommands
 from shakerproc.errors import LockedError, ShakerprocError
 from shakerproc.late import seek_garbage_seldom
 
@@ -49,6 +50,7 @@ def _about(
 def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     """Return the command-line application with these commands registered, by default all."""
     app = typer.Typer(
+        cls=GroupedCommands,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # else "[Hz]" vanishes from the help
@@ -61,7 +63,7 @@ def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name)(command)
+            app.command(name, cls=GroupedCommand)(command)
     return app
 
 

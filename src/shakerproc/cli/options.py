@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from shakerproc.cli.grouped_help import MACHINES, READING, RESULTS, SPECTRA
+from shakerproc.late import without_parquet
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -166,21 +169,36 @@ MeasurementOption: TypeAlias = Annotated[
         metavar="NUMBER|all",
         help="Which of several that follow each other in the same channels, from 1.",
         show_default="error",
+        rich_help_panel=READING,
     ),
 ]
 SegmentOption: TypeAlias = Annotated[
     int | None,
     typer.Option(
-        help="Samples of a Welch segment.", min=8, max=LONGEST_SEGMENT, show_default="1024"
+        help="Samples of a Welch segment.",
+        min=8,
+        max=LONGEST_SEGMENT,
+        show_default="1024",
+        rich_help_panel=SPECTRA,
     ),
 ]
 OverlapOption: TypeAlias = Annotated[
     int | None,
-    typer.Option(help="Samples shared with the next segment.", min=0, show_default="half"),
+    typer.Option(
+        help="Samples shared with the next segment.",
+        min=0,
+        show_default="half",
+        rich_help_panel=SPECTRA,
+    ),
 ]
 WindowOption: TypeAlias = Annotated[
     str | None,
-    typer.Option(help="Window of the segments.", callback=window_of, show_default="hamming"),
+    typer.Option(
+        help="Window of the segments.",
+        callback=window_of,
+        show_default="hamming",
+        rich_help_panel=SPECTRA,
+    ),
 ]
 DetrendOption: TypeAlias = Annotated[
     str | None,
@@ -189,21 +207,27 @@ DetrendOption: TypeAlias = Annotated[
         help="Which mean is removed before the spectra.",
         callback=detrend_of,
         show_default="none",
+        rich_help_panel=SPECTRA,
     ),
 ]
-FiguresOption: TypeAlias = Annotated[bool, typer.Option(help="Draw figures as PNG files.")]
+FiguresOption: TypeAlias = Annotated[
+    bool, typer.Option(help="Draw figures as PNG files.", rich_help_panel=RESULTS)
+]
 UnitsOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         help="Units of the report: SI, or a list such as g,in/s,mil.",
         show_default="as the log says",
         metavar="UNITS",
+        rich_help_panel=RESULTS,
     ),
 ]
 PdfOption: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--pdf", help="Print the report to report.pdf too, by a browser that is installed."
+        "--pdf",
+        help="Print the report to report.pdf too, by a browser that is installed.",
+        rich_help_panel=RESULTS,
     ),
 ]
 SampleRateOption: TypeAlias = Annotated[
@@ -212,12 +236,15 @@ SampleRateOption: TypeAlias = Annotated[
         "--sample-rate-hz",
         help="Sample rate, where the recording does not state it [Hz].",
         callback=positive,
+        rich_help_panel=READING,
     ),
 ]
 OverrideRateOption: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--override-rate", help="Use --sample-rate-hz although the recording states another."
+        "--override-rate",
+        help="Use --sample-rate-hz although the recording states another.",
+        rich_help_panel=READING,
     ),
 ]
 TimeUnitOption: TypeAlias = Annotated[
@@ -227,6 +254,7 @@ TimeUnitOption: TypeAlias = Annotated[
         metavar="s|ms|us|ns|min|h|d",
         help="Unit of times in the recording that state none.",
         show_default="by plausibility",
+        rich_help_panel=READING,
     ),
 ]
 ResampleOption: TypeAlias = Annotated[
@@ -235,6 +263,7 @@ ResampleOption: TypeAlias = Annotated[
         "--resample-hz",
         help="Interpolate every channel to even times at this rate [Hz].",
         callback=positive,
+        rich_help_panel=READING,
     ),
 ]
 IgnoreStartsOption: TypeAlias = Annotated[
@@ -242,6 +271,13 @@ IgnoreStartsOption: TypeAlias = Annotated[
     typer.Option(
         "--ignore-starts",
         help="Let all channels start together, whatever starts the recording states.",
+        rich_help_panel=READING,
+    ),
+]
+GroupOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        help="Group of a file of several.", show_default="all data", rich_help_panel=READING
     ),
 ]
 BadRowsOption: TypeAlias = Annotated[
@@ -251,11 +287,16 @@ BadRowsOption: TypeAlias = Annotated[
         metavar="refuse|skip",
         help="What to do with lines of a text file that are no rows of numbers.",
         show_default="refuse",
+        rich_help_panel=READING,
     ),
 ]
 StitchOption: TypeAlias = Annotated[
     bool,
-    typer.Option("--stitch", help="Join the sweeps of one direction to one response."),
+    typer.Option(
+        "--stitch",
+        help="Join the sweeps of one direction to one response.",
+        rich_help_panel=SPECTRA,
+    ),
 ]
 ThesisOption: TypeAlias = Annotated[
     bool,
@@ -263,6 +304,7 @@ ThesisOption: TypeAlias = Annotated[
         "--thesis",
         help="Write the tables of the thesis too, as defined there; trends carry the numbers "
         "of its figures.",
+        rich_help_panel=RESULTS,
     ),
 ]
 SchedulerOption: TypeAlias = Annotated[
@@ -272,6 +314,7 @@ SchedulerOption: TypeAlias = Annotated[
         help="Work on the dask.distributed cluster of this scheduler, such as "
         "tcp://10.0.0.1:8786 (extra: cluster).",
         show_default="this machine",
+        rich_help_panel=MACHINES,
     ),
 ]
 RecordingsOption: TypeAlias = Annotated[
@@ -282,12 +325,16 @@ RecordingsOption: TypeAlias = Annotated[
         help="Where the workers find the log's recordings: a shared folder, or a URL that "
         "fsspec knows, such as s3://bucket/campaign.",
         show_default="the log's folder",
+        rich_help_panel=MACHINES,
     ),
 ]
 ExportOption: TypeAlias = Annotated[
     str,
     typer.Option(
-        "--export", metavar="mat,uff,parquet", help="Write the spectra in these formats too."
+        "--export",
+        metavar="mat,uff,parquet",
+        help="Write the spectra in these formats too.",
+        rich_help_panel=RESULTS,
     ),
 ]
 
@@ -306,7 +353,7 @@ def exports_of(text: str) -> tuple[str, ...]:
     Raises
     ------
     typer.BadParameter
-        If one is not known.
+        If one is not known, or needs what is not installed.
     """
     from shakerproc.campaign.exports import EXPORTS
 
@@ -319,6 +366,8 @@ def exports_of(text: str) -> tuple[str, ...]:
                 f"no format {name!r}; shakerproc writes {', '.join(EXPORTS)}",
                 param_hint="--export",
             )
+    if "parquet" in asked and (lacks := without_parquet()):
+        raise typer.BadParameter(lacks, param_hint="--export")
     return asked
 
 

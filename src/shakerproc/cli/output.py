@@ -14,6 +14,7 @@ import typer
 
 from shakerproc import files
 from shakerproc.cli import tables
+from shakerproc.cli.grouped_help import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
 from shakerproc.workflows.folders import checked_folder, own_folder
@@ -98,6 +99,7 @@ JsonOption: TypeAlias = Annotated[
         metavar="FILE",
         help="Write the result as JSON to FILE, or to stdout with -.",
         callback=checked_json,
+        rich_help_panel=RESULTS,
     ),
 ]
 OutOption: TypeAlias = Annotated[
@@ -108,6 +110,7 @@ OutOption: TypeAlias = Annotated[
         file_okay=False,
         help="Folder for tables and figures.",
         callback=checked_folder,
+        rich_help_panel=RESULTS,
     ),
 ]
 

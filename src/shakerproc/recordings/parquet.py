@@ -12,6 +12,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
+from shakerproc.late import without_parquet
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
@@ -44,8 +45,10 @@ def read_parquet(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read.
+        If it cannot be read, or pyarrow is not installed.
     """
+    if lacks := without_parquet():
+        raise RecordingError(f"{run}: {lacks}")
     check_survived(path, run, "shakerproc.recordings.parquet:try_parquet")
     return _opened(path, run)
 

@@ -1,9 +1,9 @@
 """The spectra of a run, averaged as the log wants it, and the band they are good for."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final
+from typing import Final, final
 
 from shakerproc import spectra
 from shakerproc.data import Channel, FloatArray, Recording
@@ -124,26 +124,42 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
     return low, high
 
 
-def finer_spectra(
-    recording: Recording, crop: Crop, test: Test
-) -> Callable[[], CrossSpectra | None]:
-    """Return what makes spectra of longer segments, once, for steady excitation only."""
+@final
+@dataclass(frozen=True, slots=True)
+class FinerSpectra:
+    """Spectra of longer segments, for a damping that the bins of a run do not resolve.
+
+    Attributes
+    ----------
+    bin_width : float
+        Distance of their frequencies [Hz].
+    make : function
+        Returns them, computed at the first call.
+    """
+
+    bin_width: float
+    make: Callable[[], CrossSpectra]
+
+
+def finer_spectra(recording: Recording, crop: Crop, test: Test) -> FinerSpectra | None:
+    """Return spectra of longer segments; None where the excitation is not steady."""
+    averaging = test.processing.welch
+    times = 1
+    while times < FINER and 2 * times * averaging.segment * SEGMENTS <= crop.n_samples:
+        times *= 2
+    if times == 1 or averaging.n_fft is not None or test.excitation not in STEADY:
+        return None
+    segment = times * averaging.segment
 
     @cache
-    def make() -> CrossSpectra | None:
-        averaging = test.processing.welch
-        times = 1
-        while times < FINER and 2 * times * averaging.segment * SEGMENTS <= crop.n_samples:
-            times *= 2
-        if times == 1 or averaging.n_fft is not None or test.excitation not in STEADY:
-            return None
+    def make() -> CrossSpectra:
         return spectra.cross_spectra(
             recording.blocks(crop.start, crop.stop),
             recording.sample_rate,
-            segment=times * averaging.segment,
+            segment=segment,
             window=averaging.window,
             detrend=test.processing.detrend,
             inputs=inputs_of(recording.channels, test),
         )
 
-    return make
+    return FinerSpectra(recording.sample_rate / segment, make)

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray
+from shakerproc.runs.averaging import FinerSpectra
 from shakerproc.runs.result import (
     BoolArray,
     ResonancePeak,
@@ -29,7 +30,7 @@ class Search:
     spectra: CrossSpectra
     test: Test
     band: tuple[float, float]
-    finer: Callable[[], CrossSpectra | None]
+    finer: FinerSpectra | None
     lines: tuple[Line, ...]  # tones of the control, which are no resonances
 
     @property
@@ -165,14 +166,15 @@ def _reader_of_response(search: Search, controls: Sequence[int], channel: int) -
 
 
 def _resolved(search: Search, read: Callable[[CrossSpectra, float], Damping]) -> Reader:
-    """Return a reader of damping that looks again with longer segments where it is withheld."""
+    """Return a reader of damping that looks again with longer segments where they may help."""
 
     def reader(frequency: float) -> Damping:
-        first = read(search.spectra, frequency)
-        if first.ratio is not None:
+        first, finer = read(search.spectra, frequency), search.finer
+        if finer is None or not spectra.longer_may_resolve(
+            search.spectra, first, finer.bin_width
+        ):
             return first
-        finer = search.finer()
-        second = first if finer is None else read(finer, frequency)
+        second = read(finer.make(), frequency)
         return first if second.ratio is None else second
 
     return reader

@@ -7,7 +7,12 @@ from shakerproc.spectra.crop import (
     crop_by_time,
     sample_at,
 )
-from shakerproc.spectra.peaks.damping import Damping, damping_of_density, damping_of_response
+from shakerproc.spectra.peaks.damping import (
+    Damping,
+    damping_of_density,
+    damping_of_response,
+    longer_may_resolve,
+)
 from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
 from shakerproc.spectra.peaks.half_power import half_power_ratio, is_resolved
 from shakerproc.spectra.responses.bounds import (
@@ -97,6 +102,7 @@ __all__ = [
     "half_power_ratio",
     "hv",
     "is_resolved",
+    "longer_may_resolve",
     "masked",
     "multiple_coherence",
     "notch",

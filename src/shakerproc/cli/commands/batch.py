@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shakerproc.cli import next_step, options, output
+from shakerproc.cli.grouped_help import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import Campaign
@@ -26,7 +27,13 @@ def batch(
     testlog: options.LogArgument,
     out: output.OutOption = None,
     workers: Annotated[
-        int | None, typer.Option(help="Processes at a time.", min=1, show_default="processors")
+        int | None,
+        typer.Option(
+            help="Processes at a time.",
+            min=1,
+            show_default="processors",
+            rich_help_panel=MACHINES,
+        ),
     ] = None,
     time_limit_s: Annotated[
         float,
@@ -36,6 +43,7 @@ def batch(
             min=0.1,
             max=LONGEST_S,
             callback=options.positive,
+            rich_help_panel=MACHINES,
         ),
     ] = 600.0,
     memory_limit_mb: Annotated[
@@ -46,6 +54,7 @@ def batch(
             min=100.0,
             max=LARGEST_MB,
             callback=options.positive,
+            rich_help_panel=MACHINES,
         ),
     ] = 4000.0,
     scheduler: options.SchedulerOption = None,
@@ -53,18 +62,26 @@ def batch(
     trend: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="COLUMN", help="A further trend of the peak frequency against this column."
+            metavar="COLUMN",
+            help="A further trend of the peak frequency against this column.",
+            rich_help_panel=TRENDS,
         ),
     ] = None,
     by: Annotated[
         str,
         typer.Option(
-            metavar="COLUMNS", help="Columns whose values make its series, separated by commas."
+            metavar="COLUMNS",
+            help="Columns whose values make its series, separated by commas.",
+            rich_help_panel=TRENDS,
         ),
     ] = "",
     channel: Annotated[
         str | None,
-        typer.Option(help="Channel of the trends.", show_default="the largest response"),
+        typer.Option(
+            help="Channel of the trends.",
+            show_default="the largest response",
+            rich_help_panel=TRENDS,
+        ),
     ] = None,
     segment: options.SegmentOption = None,
     overlap: options.OverlapOption = None,
@@ -82,6 +99,7 @@ def batch(
             help="Results of an earlier batch: the report sets both campaigns side by side.",
             exists=True,
             file_okay=False,
+            rich_help_panel=EVIDENCE,
         ),
     ] = None,
     model: Annotated[
@@ -91,12 +109,15 @@ def batch(
             metavar="MODEL",
             exists=True,
             dir_okay=False,
+            rich_help_panel=EVIDENCE,
         ),
     ] = None,
     modal: Annotated[
         bool,
         typer.Option(
-            "--modal", help="Find the modes of the tests too; results in the folder modal."
+            "--modal",
+            help="Find the modes of the tests too; results in the folder modal.",
+            rich_help_panel=EVIDENCE,
         ),
     ] = False,
     pdf: options.PdfOption = False,

@@ -16,9 +16,7 @@ def convert(
             metavar="OUT", help="New file: .tdms, .csv, .mat, .uff or .parquet.", dir_okay=False
         ),
     ],
-    group: Annotated[
-        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
-    ] = None,
+    group: options.GroupOption = None,
     measurement: options.MeasurementOption = None,
     sample_rate_hz: options.SampleRateOption = None,
     override_rate: options.OverrideRateOption = False,

@@ -21,23 +21,14 @@ def demo(
     json: output.JsonOption = None,
 ) -> None:
     """Process the sample recordings, then find a gap that was hidden in a simulation."""
-    from shakerproc.cli.compiling import announce
-    from shakerproc.testlog import read_testlog
+    from shakerproc.cli.compiling import announce, compiled_ahead
 
     announce()
-    sample = sample_log()
-    everyday: dict[str, Any] | None = None
-    if sample is not None:
-        output.data(
-            "1. The everyday job: from recordings and a log to trends", json_target=json
-        )
-        _say("batch", sample, "--out", folder / "everyday", json=json)
-        log = read_testlog(sample)
-        everyday = _processed(log, folder / "everyday", figures=figures, json=json)
-    else:
-        output.message("no sample_data beside the program: going on to the simulated campaign")
-    output.data("\n2. The loop: a gap hidden in a simulated campaign", json_target=json)
-    loop = _loop(folder / "hidden_gap", figures=figures, json=json)
+    with compiled_ahead() as wait_for_compiler:
+        everyday = _everyday(folder / "everyday", figures=figures, json=json)
+        output.data("\n2. The loop: a gap hidden in a simulated campaign", json_target=json)
+        wait_for_compiler()
+        loop = _loop(folder / "hidden_gap", figures=figures, json=json)
     output.write_json(
         {
             "schema": "shakerproc-demo/1",
@@ -48,12 +39,26 @@ def demo(
     )
 
 
+def _everyday(root: Path, *, figures: bool, json: str | None) -> dict[str, Any] | None:
+    """Process the sample recordings, if they are there."""
+    from shakerproc.testlog import read_testlog
+
+    sample = sample_log()
+    if sample is None:
+        output.message("no sample_data beside the program: going on to the simulated campaign")
+        return None
+    output.data("1. The everyday job: from recordings and a log to trends", json_target=json)
+    _say("batch", sample, "--out", root, json=json)
+    return _processed(read_testlog(sample), root, figures=figures, json=json)
+
+
 def sample_log() -> Path | None:
-    """Return the log of the sample data beside a checkout of the program."""
+    """Return the log of the sample data: beside a checkout, or packed into the wheel."""
     import shakerproc
 
-    log = Path(shakerproc.__file__).resolve().parents[2] / "sample_data" / "testlog.yaml"
-    return log if log.is_file() else None
+    package = Path(shakerproc.__file__).resolve().parent
+    logs = (root / "sample_data" / "testlog.yaml" for root in (package.parents[1], package))
+    return next((log for log in logs if log.is_file()), None)
 
 
 def _processed(
@@ -104,8 +109,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.workflows import example
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
 
-    with output.progress("simulating", len(example.TESTS)) as advance:
-        log_path, model_path = example.write_example(folder, advance=advance)
+    log_path, model_path = example.write_example(folder)
     log, model = read_testlog(log_path), read_model(model_path)
     _say("compare", model_path, log_path, json=json)
     with output.progress("compare", len(log.tests)) as advance:

@@ -14,6 +14,8 @@ from shakerproc.numerals import numeral
 
 EXTRAS = {
     "cluster": "batch, study and diagnose on several machines (--scheduler)",
+    "parquet": "recordings and tables in Parquet (.parquet)",
+    "xlsx": "a calibration sheet in XLSX",
     "docs": "building the manual",
     "dev": "the tests and the checks of the code",
 }
@@ -139,18 +141,14 @@ def _simulation() -> float:
     """Return how long 30 s of a joint with play take, once it is compiled [s]."""
     import numpy as np
 
-    from shakerproc.models import Element, Excitation, Model
-    from shakerproc.models.effects import Damper, Gap
-    from shakerproc.simulation import Runs, free_runs, prepare, simulate
+    from shakerproc.simulation import first_calls, simulate
 
-    between = ("base", "coupon")
-    joint = (Element(Damper(damping=0.6), between), Element(Gap(1000.0, 5e-3), between))
-    model = Model("joint", {"coupon": 1.0}, joint, Excitation("base acceleration"), {})
+    first_calls.call_simulate()
+    first_calls.call_free_runs()
+    model = first_calls.joint_with_play()
     shaking = np.random.default_rng(1).standard_normal(15_001)
-    simulate(model, shaking[:100], 500.0, growth=False)
-    free_runs(model, Runs((prepare(shaking[:100], 500.0),), np.array([[0, 0, 100]])))
     start = time.perf_counter()
-    simulate(model, shaking, 500.0, growth=False)
+    simulate(model, shaking, first_calls.RATE, growth=False)
     return time.perf_counter() - start
 
 

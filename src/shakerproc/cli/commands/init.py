@@ -59,17 +59,14 @@ def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
 
 
 def _simulated(folder: Path) -> None:
-    from shakerproc.cli.compiling import announce
     from shakerproc.errors import LogError
     from shakerproc.workflows import example
 
-    announce()
     if folder.is_dir() and any(folder.iterdir()):
         raise LogError(
             f"{folder}: the folder is not empty. Name a new one; nothing was written."
         )
-    with output.progress("simulating", len(example.TESTS)) as advance:
-        log, model = example.write_example(folder, advance=advance)
+    log, model = example.write_example(folder)
     output.message("simulated recordings of a coupon whose joint has play, and a model without")
     for line in (
         f"shakerproc batch {log}",

@@ -28,9 +28,7 @@ class Level:
 
 def inspect(
     recording: options.RecordingArgument,
-    group: Annotated[
-        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
-    ] = None,
+    group: options.GroupOption = None,
     measurement: options.MeasurementOption = None,
     sample_rate_hz: options.SampleRateOption = None,
     override_rate: options.OverrideRateOption = False,

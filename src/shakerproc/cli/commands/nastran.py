@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from shakerproc.cli import faults, output
+from shakerproc.cli.grouped_help import GroupedCommand
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray
@@ -35,7 +36,7 @@ class Variation:
     values: tuple[float, ...]
 
 
-@nastran.command("write")
+@nastran.command("write", cls=GroupedCommand)
 def write(
     source: Annotated[
         Path,
@@ -120,7 +121,7 @@ def write(
     output.message(f"{len(written)} deck{'s' * (len(written) != 1)} in {out}")
 
 
-@nastran.command("read")
+@nastran.command("read", cls=GroupedCommand)
 def read(
     punch: Annotated[
         Path,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
+from shakerproc.cli.grouped_help import CROP, TEST
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
@@ -18,52 +19,76 @@ if TYPE_CHECKING:
 def process(
     recording: options.RecordingArgument,
     log: Annotated[
-        Path | None, typer.Option(metavar="TESTLOG", help="Test log that lists the recording.")
+        Path | None,
+        typer.Option(
+            metavar="TESTLOG", help="Test log that lists the recording.", rich_help_panel=TEST
+        ),
     ] = None,
     test: Annotated[
-        str | None, typer.Option(metavar="ID", help="Test of the log.", show_default="by file")
+        str | None,
+        typer.Option(
+            metavar="ID", help="Test of the log.", show_default="by file", rich_help_panel=TEST
+        ),
     ] = None,
     excitation: Annotated[
         str | None,
         typer.Option(
             metavar="KIND",
             help="sine sweep, random, sine, shock, hammer, free decay or measured.",
+            rich_help_panel=TEST,
         ),
     ] = None,
     level: Annotated[
         str | None,
-        typer.Option(metavar="LEVEL", help='Demanded level, such as "0.5 g", "1e-3 g^2/Hz".'),
+        typer.Option(
+            metavar="LEVEL",
+            help='Demanded level, such as "0.5 g", "1e-3 g^2/Hz".',
+            rich_help_panel=TEST,
+        ),
     ] = None,
     from_hz: Annotated[
         float | None,
         typer.Option(
             help="Excited band, low end, or the frequency of a sine [Hz].",
             callback=options.positive,
+            rich_help_panel=TEST,
         ),
     ] = None,
     to_hz: Annotated[
         float | None,
-        typer.Option(help="Excited band, high end [Hz].", callback=options.positive),
+        typer.Option(
+            help="Excited band, high end [Hz].", callback=options.positive, rich_help_panel=TEST
+        ),
     ] = None,
     notch_hz: Annotated[
         float | None,
         typer.Option(
             help="Remove this tone and compare with the original [Hz].",
             callback=options.positive,
+            rich_help_panel=TEST,
         ),
     ] = None,
     crop_channel: Annotated[
-        str | None, typer.Option(help="Control channel to crop by.", show_default="control 2")
+        str | None,
+        typer.Option(
+            help="Control channel to crop by.", show_default="control 2", rich_help_panel=CROP
+        ),
     ] = None,
     crop_threshold: Annotated[
         str | None,
         typer.Option(
             help="The run lies between the first and the last sample at this level.",
             show_default="0.45 g",
+            rich_help_panel=CROP,
         ),
     ] = None,
     crop_absolute: Annotated[
-        bool, typer.Option("--crop-absolute", help="Compare magnitudes with the threshold.")
+        bool,
+        typer.Option(
+            "--crop-absolute",
+            help="Compare magnitudes with the threshold.",
+            rich_help_panel=CROP,
+        ),
     ] = False,
     crop_hold_s: Annotated[
         float | None,
@@ -71,6 +96,7 @@ def process(
             help="How long the threshold must hold [s].",
             callback=options.not_negative,
             show_default="0",
+            rich_help_panel=CROP,
         ),
     ] = None,
     skip_s: Annotated[
@@ -79,6 +105,7 @@ def process(
             help="Ignore this time at the start, to the nearest sample [s].",
             callback=options.not_negative,
             show_default="0",
+            rich_help_panel=CROP,
         ),
     ] = None,
     control: Annotated[
@@ -88,18 +115,27 @@ def process(
             help="Control channel, name or number, or none; all others are responses. May be "
             "repeated.",
             show_default="by name, or the first two",
+            rich_help_panel=TEST,
         ),
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option(help="Unit of channels that have none, such as g.", show_default="error"),
+        typer.Option(
+            help="Unit of channels that have none, such as g.",
+            show_default="error",
+            rich_help_panel=TEST,
+        ),
     ] = None,
     override_unit: Annotated[
         bool,
-        typer.Option("--override-unit", help="Use --unit although the file states another."),
+        typer.Option(
+            "--override-unit",
+            help="Use --unit although the file states another.",
+            rich_help_panel=TEST,
+        ),
     ] = False,
     no_crop: Annotated[
-        bool, typer.Option("--no-crop", help="Use the whole recording.")
+        bool, typer.Option("--no-crop", help="Use the whole recording.", rich_help_panel=CROP)
     ] = False,
     sample_rate_hz: options.SampleRateOption = None,
     override_rate: options.OverrideRateOption = False,
@@ -107,9 +143,7 @@ def process(
     resample_hz: options.ResampleOption = None,
     ignore_starts: options.IgnoreStartsOption = False,
     bad_rows: options.BadRowsOption = None,
-    group: Annotated[
-        str | None, typer.Option(help="Group of a file of several.", show_default="all data")
-    ] = None,
+    group: options.GroupOption = None,
     measurement: options.MeasurementOption = None,
     segment: options.SegmentOption = None,
     overlap: options.OverlapOption = None,

@@ -72,6 +72,9 @@ class Damping:
     height : float or None
         Height of the peak by the fit, the window's leakage taken away [unit of the values];
         None where the ratio is withheld.
+    width : float or None
+        Half-power width of the mode that was fitted [Hz], also where the ratio is withheld;
+        None where no mode fits the peak.
     """
 
     frequency: float | None
@@ -84,6 +87,7 @@ class Damping:
     half_power: float | None
     bin_width: float
     height: float | None = None
+    width: float | None = None
 
     @property
     def quality_factor(self) -> float | None:
@@ -183,6 +187,27 @@ def damping_of_density(
     )
 
 
+def longer_may_resolve(spectra: CrossSpectra, read: Damping, finer: float) -> bool:
+    """Return whether spectra of longer segments may give a ratio that these withhold.
+
+    They cannot where the bins resolve the mode already, for they average the same samples;
+    nor where the bins that are fitted at most end inside its half-power points, beyond which
+    its width shows.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What the damping was read from.
+    read : Damping
+        What was read.
+    finer : float
+        Bin width of the spectra of longer segments [Hz].
+    """
+    if read.ratio is not None or read.width is None:
+        return read.ratio is None
+    return read.width < min(READABLE * spectra.resolution, 2.0 * FURTHEST * finer)
+
+
 def psd_ratio_of_mean(
     spectra: CrossSpectra, controls: Sequence[int], response: int
 ) -> FloatArray:
@@ -256,6 +281,7 @@ def _judged(
         half_power=readable,
         bin_width=step,
         height=None if coarse else _height(spectra, found),
+        width=2.0 * ratio * frequency,
     )
 
 
