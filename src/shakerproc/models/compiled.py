@@ -8,34 +8,8 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from numba import njit
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 
 Function = TypeVar("Function", bound=Callable[..., object])
-
-
-class _OptimisedLater(JITCodeLibrary):
-    """Code that is optimised where it is linked into, not here."""
-
-    def _optimize_final_module(self) -> None:
-        """Leave it as it is."""
-
-
-class _InnerCompiler(Compiler):
-    """The compiler of a function that only other compiled ones call.
-
-    Numba optimises each function with all that it calls linked in, so that the innermost of
-    six levels would be optimised six times. Left to the outermost, which sees all of it, the
-    steppers compile in two thirds of the time, to the same numbers.
-    """
-
-    def define_pipelines(self) -> list[object]:
-        """Return numba's own passes, for code that is optimised later."""
-        codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
-        self.state.library = _OptimisedLater(codegen, name)  # type: ignore[no-untyped-call]
-        passes = super().define_pipelines()  # type: ignore[no-untyped-call]
-        return cast("list[object]", passes)
-
 
 _INNER: Callable[..., Callable[..., object]] = partial(
     njit,
@@ -44,7 +18,6 @@ _INNER: Callable[..., Callable[..., object]] = partial(
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,
     _nrt=False,
-    pipeline_class=_InnerCompiler,
 )
 _PACKAGE = Path(__file__).parent.parent
 _KERNEL = re.compile(r"shakerproc\.(\w+)\.kernels(?:\.| import )(\w+)")
