@@ -104,7 +104,9 @@ def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch
     assert effect["parameters"]["clearance"]["value"] == pytest.approx(PLAY, rel=0.03)
     assert loop["held_out_after"] < 0.1 * loop["held_out_before"]
     last = done.stdout.strip().splitlines()
-    assert last[-1].startswith("The model left out a gap between base and coupon: clearance +-")
+    assert last[-1].startswith(
+        "The model left out a gap between base and coupon: clearance 0.0"
+    )
     assert "mm in total; the log says 0.10 mm)" in last[-1]
     report = tmp_path / "out" / "hidden_gap" / "results" / "report.html"
     assert last[-2] == f"report: {report}"

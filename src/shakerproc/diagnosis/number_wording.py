@@ -9,7 +9,7 @@ from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.numerals import numeral
 
 LEAST_SHARE: Final = 1e-4
-"""Share of a number below which what calibration leaves open of it is not printed: stiffness
+"""Share of a number below which what calibration leaves open of it has no figure: stiffness
 does not move with the scale of base and response [-]."""
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.number_wording import LEAST_SHARE
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.numerals import numeral
 from shakerproc.report.sections import Table
@@ -59,7 +60,7 @@ def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
         Table("Known of numbers that no test tells one by one", ("", "of", *columns[3:]),
               together),
         Table("Candidates that were fitted, with 95 % intervals of those that stand",
-              columns[:-1], [row[:-1] for row in tried]),
+              columns, tried),
     ]  # fmt: skip
     return [table for table in tables if table.rows]
 
@@ -83,11 +84,19 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
 def _apart(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
     """Return value, low, high, what tests and what calibration leave open, and unit."""
     value, low, high, _, unit = interval(estimate)
-    parts = (estimate.by_tests, estimate.by_calibration)
-    tests, calibration = (
-        "" if one is None else f"{numeral(100.0 * one, 2)} %" for one in parts
-    )
+    tests, calibration = map(_per_cent, (estimate.by_tests, estimate.by_calibration))
     return value, low, high, tests, calibration, unit
+
+
+def _per_cent(share: float | None) -> str:
+    """Return a share [-] in per cent; below LEAST_SHARE only that it is."""
+    if share is None:
+        return ""
+    return (
+        f"< {100.0 * LEAST_SHARE:g} %"
+        if share < LEAST_SHARE
+        else f"{numeral(100.0 * share, 2)} %"
+    )
 
 
 def shown_value(estimate: Estimate) -> str:

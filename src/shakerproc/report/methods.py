@@ -183,7 +183,7 @@ _DIAGNOSED = (
     "tests, together with the model's own numbers and the chain of measurement, by least "
     "squares to free-run simulations (Moré), and ranks them by how well they predict what took "
     "no part in any fit. Intervals are 95 %, from the scatter between parts of the tests "
-    "(Cameron and Miller)."
+    "(Cameron and Miller) and the calibration of the channels."
 )
 _LEAST_SQUARES = (
     "J. J. Moré, The Levenberg-Marquardt algorithm: implementation and theory, Lecture Notes "
