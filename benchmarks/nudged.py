@@ -4,9 +4,8 @@ python -m benchmarks.nudged gap*520000 friction_damper FOLDER ...
 
 A campaign of `blind` is named by class and seed, a real set as `benchmarks.real` names it; a
 folder holds model.yaml and testlog.yaml.
-Printed are, for each rate over the angular frequency of the joint's motion, the held-out error
-of the best law and its noise floor, that of the model without an effect, and the best laws with
-their error and how many standard errors they are behind.
+Printed are the laws that kept up to the last rate and those that left, each with the level that
+it leaves there and its numbers, and the seconds of processor time.
 """
 
 import sys
@@ -23,14 +22,12 @@ from blind import folder
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
-from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.nudged.race import Rung, race
-from shakerproc.diagnosis.selection.errors import error_of
-from shakerproc.diagnosis.selection.scores import Score, gain
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.nudged.ladder import ladder_of
+from shakerproc.diagnosis.nudged.race import at_first, race
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
-
-SHOWN = 5
 
 
 def run(place: Path) -> None:
@@ -42,33 +39,25 @@ def run(place: Path) -> None:
     tests = prepared([arrays(one) for one in measured], imposed=model.excitation.imposed)
     begin = time.process_time()
     campaign = campaign_of(replace(model, sensors=sensors), tests)
-    rungs = race(campaign, lambda _text: None)
-    for rung in rungs:
-        print(told(campaign.data, rung), flush=True)
-    if rungs:
-        best = rungs[-1].best.fit
-        for one, part in zip(
-            best.hypothesis.added, best.hypothesis.parts(best.x)[1:], strict=True
-        ):
-            print(f"  {one.kind}: {one.parameters(part)}")
+    ladder = ladder_of(campaign.data)
+    none = hypothesis_of(campaign.data.model)
+    base = at_first(campaign.data, none, np.zeros(none.size), ladder)
+    if base is None:
+        print("  its motion runs away")
+        return
+    raced = race(base, campaign.known, ladder, lambda _text: None)
+    print(f"  none {raced.base.level:.4g}, rates {[round(r.rate or 0.0, 3) for r in ladder]}")
+    for one in raced.fits:
+        print(f"  {told(one)}")
+    for one in sorted(raced.left, key=lambda one: one.level)[:8]:
+        print(f"    left: {one.hypothesis.kinds[-1]} {one.level:.4g}")
     print(f"  {time.process_time() - begin:.1f} s of processor time", flush=True)
 
 
-def told(data: DataSet, rung: Rung) -> str:
-    """Return what a race was at one rate."""
-    share = rung.rate / (2.0 * np.pi * data.frequency)
-    base = error_of(data, rung.base.fit, rung.form.held_out)
-    laws = ", ".join(_law(data, rung, score) for score in rung.scores[:SHOWN])
-    return (
-        f"  {share:6.3f}  best {rung.error:.4g}  floor {rung.floor:.4g}  none {base:.4g}"
-        f" ({gain(rung.best, rung.base).t:.0f});  {laws}"
-    )
-
-
-def _law(data: DataSet, rung: Rung, score: Score) -> str:
-    one = score.fit.hypothesis.added[0]
-    left = error_of(data, score.fit, rung.form.held_out)
-    return f"{one.kind}@{one.between[1]} {left:.4g} ({gain(rung.best, score).t:.0f})"
+def told(one: Fit) -> str:
+    """Return an effect with its numbers and the level that it leaves."""
+    last, part = one.hypothesis.added[-1], one.hypothesis.parts(one.x)[-1]
+    return f"{last.kind} {last.between} {one.level:.4g}: {last.parameters(part)}"
 
 
 def main(words: list[str]) -> None:

@@ -19,7 +19,7 @@ def off_sentences(off: Mapping[str, tuple[float, Estimate]]) -> list[str]:
         return []
     numbers = "; ".join(
         f"{name} {shown(replace(new, value=was), within=False)} in the file, "
-        f"{shown(new)} fitted"
+        f"fitted {shown(new)}"
         for name, (was, new) in off.items()
     )
     return [f"Numbers of the model were off: {numbers}."]

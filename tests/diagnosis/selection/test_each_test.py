@@ -79,7 +79,7 @@ def test_old_and_new_of_what_was_off_are_told():
     stiffness = Estimate(6.89e5, 6.8e5, 7.0e5, "N/m", 0.01, 0.0)
     assert number_wording.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [
         "Numbers of the model were off: stiffness base-top 596000 N/m in the file, "
-        "689000 N/m +- 1 % by these tests fitted."
+        "fitted 689000 N/m +- 1 % by these tests."
     ]
     assert number_wording.off_sentences({}) == []
 

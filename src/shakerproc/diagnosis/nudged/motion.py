@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.resting_places import resting_places
 from shakerproc.models import Model
 from shakerproc.simulation import Held, largest_states
 from shakerproc.simulation.assembly import System, assemble
@@ -71,6 +72,8 @@ def begun(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:
         here = np.flatnonzero((table[:, 0] == i) & (table[:, 1] > 0))
         starts[here, :masses] = own[:masses, table[here, 1]].T
         starts[here, n : n + masses] = own[masses:, table[here, 1]].T
+    places = [own[0] for own in resting_places(data, model, table)]
+    starts[:, :masses] += np.reshape(places, (-1, masses))
     return _with_modes(system, starts, masses)
 
 

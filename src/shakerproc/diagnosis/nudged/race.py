@@ -1,265 +1,252 @@
 """The race: every law is fitted while it is held, and goes on as long as it keeps up."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
-from shakerproc.diagnosis.estimation.residual_slopes import (
-    FARTHEST_STEP,
-)
-from shakerproc.diagnosis.hypotheses.hypothesis import (
-    Hypothesis,
-    addition,
-    hypothesis_of,
-)
-from shakerproc.diagnosis.hypotheses.joints import Joint, has_limit
-from shakerproc.diagnosis.hypotheses.joints import Known as Laws
-from shakerproc.diagnosis.nudged.known import Known
-from shakerproc.diagnosis.nudged.pieces import pieces
-from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import Score, as_fitted, best_of, gain, scored
-from shakerproc.models.identification import Contained, Values
-
-LADDER: Final = ((1.0, 0.03), (0.3, 0.05), (0.1, 0.08), (0.03, 0.1), (0.01, 0.15), (0.0, 1.0))
-"""Nudging rates over the angular frequency of the joint's motion, each a third of the last, and
-the share of the tests that is fitted to at each [-]. At last runs are free."""
-
-SCORED: Final = 4.0
-"""Share of what is held out that is scored over the share of the rest that is fitted to [-]."""
+from shakerproc.diagnosis.estimation.point import Channels
+from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
+from shakerproc.diagnosis.estimation.sampling import as_recorded
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.nudged.base import Base, Moved
+from shakerproc.diagnosis.nudged.ladder import Rung
+from shakerproc.diagnosis.nudged.starts import Given, Group, beyond, own_starts
+from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.selection.scores import FAR, as_fitted
+from shakerproc.diagnosis.selection.standing import worth_a_fit
 
 LOOKED_AT: Final = 4
 """Pieces in which starts are compared [-]."""
 
+ENTERED: Final = 8
+"""Pieces in which each law is first fitted [-]."""
+
+STARTED: Final = 6
+"""Starts of a law that are fitted by one step, of those that leave least [-]."""
+
 FEW: Final = 2
-"""Starts of a law that are fitted, of those that leave least [-]."""
+"""Of these so many that go on: steps tell more of a curved law than where it starts [-]."""
+
+APART: Final = 0.2
+"""Change of a coordinate from which on a start is another one [-]."""
 
 FIRST: Final = 2
 """Steps of the first fit of each law: what it is worth shows by then [-]."""
 
-ROUNDS: Final = 3
-"""Steps of a fit at each rate: the next one goes on [-]."""
+LONGER: Final = 1.1
+"""Error over the least of shorter horizons up to which a longer one is taken: errors of the
+numbers add up over it by as much, what cannot be predicted or is in no law by far more [-]."""
 
-BEHIND: Final = 6.0
-"""Standard errors by which a law may be behind the best and still goes on: once in 10^9 by
-chance [-]."""
-
-KEPT: Final = 2
-"""Laws that go on however far behind [-]."""
-
-Key = tuple[str, Joint, tuple[str, ...]]
-"""Kind of an effect, its joint, and the words of its variant."""
+NO_STARTS: Final[Given] = MappingProxyType({})
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Rung:
-    """What a race was at one rate.
+@dataclass(frozen=True, slots=True, eq=False)
+class Raced:
+    """What is left of a race.
 
     Attributes
     ----------
     data : DataSet
-        The tests.
-    rate : float
-        Nudging rate; 0 where the runs are free [1/s].
-    form : Form
-        What was fitted to and what was held out.
-    base : Score
-        What is left of the model without an effect.
-    scores : tuple of Score
-        The same of each law, the best first.
+        The tests, with accelerations compared as the recorder took them.
+    base : Fit
+        The hypothesis that effects were added to, at the last rate.
+    fits : tuple of Fit
+        Those that kept up until then, the best first.
+    left : tuple of Fit
+        The best fit of each effect in each joint, at the rate at which it left the race.
+    failed : mapping of str to str
+        Effects that could not be simulated, with the reason.
     """
 
     data: DataSet
-    rate: float
-    form: Form
-    base: Score
-    scores: tuple[Score, ...]
-
-    @property
-    def best(self) -> Score:
-        """The law, or the model without one, that leaves least."""
-        return best_of((self.base, *self.scores))
-
-    @cached_property
-    def error(self) -> float:
-        """Error of the best in what was held out [-]."""
-        return error_of(self.data, self.best.fit, self.form.held_out)
-
-    @cached_property
-    def floor(self) -> float:
-        """What noise alone makes of it [-]."""
-        return pooled_floor(floors_of(self.data, self.best.fit, self.form.held_out))
+    base: Fit
+    fits: tuple[Fit, ...]
+    left: tuple[Fit, ...]
+    failed: Mapping[str, str] = field(default_factory=dict)
 
 
-def race(campaign: Campaign, say: Callable[[str], None]) -> list[Rung]:
-    """Return what is left of laws at each rate, until they run freely or all run away."""
-    data = campaign.data
-    none = hypothesis_of(data.model)
-    rungs: list[Rung] = []
-    live: list[Fit | None]
-    for share, part in LADDER:
-        rate = share * 2.0 * np.pi * data.frequency
-        say(f"held at {rate:.3g} per s" if rate else "free runs")
-        form = _form(data, rate, part)
-        if rungs:
-            rounds = ROUNDS if rate else 0
-            base = _again(rungs[-1].base.fit, form, rounds)
-            live = [_again(score.fit, form, rounds) for score in _survivors(rungs[-1])]
-        else:
-            base = fit(data, none, np.zeros(none.size), form.fitted, rounds=2 * ROUNDS)
-            live = [] if base is None else [*_laws(campaign, base, form.fitted, say)]
-        rung = None if base is None else _rung(data, rate, form, base, live)
-        if rung is None:
+def at_first(
+    data: DataSet,
+    hypothesis: Hypothesis,
+    x: FloatArray,
+    ladder: Sequence[Rung],
+    channels: Channels | None = None,
+) -> Fit | None:
+    """Return a hypothesis without more effects at the first rate; None if it runs away."""
+    first = ladder[0]
+    rounds = 2 * first.rounds
+    return fit(data, hypothesis, x, first.windows, rounds=rounds, channels=channels)
+
+
+def race(
+    on: Fit,
+    known: Known,
+    ladder: Sequence[Rung],
+    say: Callable[[str], None],
+    *,
+    given: Given = NO_STARTS,
+    wanted: str = "",
+    most: int | None = None,
+) -> Raced:
+    """Return what is left of effects on top of a fit as the nudging rate falls.
+
+    Parameters
+    ----------
+    on : Fit
+        The hypothesis, at the first rate.
+    known : mapping of joint to mapping of str to Identification
+        The effects that take part in each joint.
+    ladder : sequence of Rung
+        The rates.
+    say : callable
+        Called with what is being tried.
+    given : mapping of (kind, joint) to sequence of starts
+        Starts that replace an effect's own.
+    wanted : str
+        Kind that goes on however far behind; none if empty.
+    most : int, optional
+        Effects that are fitted, those that leave least where they start; by default all.
+    """
+    first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
+    entered, failed = _entered(first, known, given, say, most)
+    base, fits = _as_recorded(first, list(entered.values()))
+    left = {_group(one): one for one in fits}
+    least = np.inf
+    for rung in ladder:
+        say(f"held at {rung.rate:.3g} per s" if rung.rate else "on")
+        going = _going_on(base, fits, known, wanted)
+        beside, there = _again(base, rung), [_again(one, rung) for one in going]
+        now = [one for one in there if one is not None]
+        if beside is None or _lost([base, *fits], [beside, *now]):
             break
-        rungs.append(rung)
-    return rungs
+        if rung.judged:
+            best = min((beside, *now), key=lambda one: one.level)
+            error = error_of(best.data, best, rung.windows)
+            if error > LONGER * least and not best.follows_most:
+                break
+            least = min(least, error)
+        base, fits = beside, now
+        left |= {_group(one): one for one in fits}
+    fits = sorted(_going_on(base, fits, known, wanted), key=lambda one: one.level)
+    return Raced(base.data, base, tuple(fits), _best_of_each(list(left.values())), failed)
 
 
-def _form(data: DataSet, rate: float, share: float) -> Form:
-    own = pieces(data, rate, share, held_out=False)
-    scored_share = min(1.0, SCORED * share)
-    held_out = pieces(data, rate, scored_share, held_out=True)
-    return Form(1.0 / rate if rate else None, own, own, held_out)
+def _lost(before: Sequence[Fit], now: Sequence[Fit]) -> bool:
+    """Return whether the motion cannot be predicted as far ahead: none follows it any more."""
+    followed = any(one.follows_most for one in before)
+    return followed and not any(one.follows_most for one in now)
 
 
-def _again(found: Fit, form: Form, rounds: int) -> Fit | None:
+def _as_recorded(base: Fit, fits: list[Fit]) -> tuple[Fit, list[Fit]]:
+    """Return fits with accelerations compared as the recorder took them.
+
+    The best of them tells, if it explains anything (see `sampling.as_recorded`).
+    """
+    best = min(fits, key=lambda one: one.level, default=base)
+    data = as_recorded(base.data, best) if best.level < base.level else base.data
+    if data is base.data:
+        return base, fits
+
+    def again(one: Fit) -> Fit:
+        found = fit(
+            data, one.hypothesis, one.x, one.windows, rounds=FIRST, channels=one.channels,
+            step=FARTHEST_STEP,
+        )  # fmt: skip
+        return one if found is None else found
+
+    return again(base), [again(one) for one in fits]
+
+
+def _group(one: Fit) -> Group:
+    added = one.hypothesis.added[-1]
+    words = tuple(v for v in added.fixed.values() if isinstance(v, str))
+    return added.kind, added.between, words
+
+
+def _best_of_each(fits: Sequence[Fit]) -> tuple[Fit, ...]:
+    best: dict[tuple[str, Joint], Fit] = {}
+    for one in fits:
+        key = _group(one)[:2]
+        if key not in best or one.level < best[key].level:
+            best[key] = one
+    return tuple(best.values())
+
+
+def _again(found: Fit, rung: Rung) -> Fit | None:
     return fit(
-        found.data, found.hypothesis, found.x, form.fitted, rounds=rounds,
+        found.data, found.hypothesis, found.x, rung.windows, rounds=rung.rounds,
         channels=found.channels, step=found.steps,
     )  # fmt: skip
 
 
-def _rung(
-    data: DataSet, rate: float, form: Form, base: Fit, fits: Sequence[Fit | None]
-) -> Rung | None:
-    live = [one for one in fits if one is not None]
-    best = min((base, *live), key=lambda one: one.level)
-    held_out = with_passed_noise(data, best, form.held_out)
-    own = scored(data, base, held_out)
-    scores = [s for s in (scored(data, one, held_out) for one in live) if s is not None]
-    if own is None:
-        return None
-    ordered = tuple(sorted(scores, key=lambda s: s.mean))
-    return Rung(data, rate, replace(form, held_out=held_out), own, ordered)
-
-
-def _survivors(rung: Rung) -> list[Score]:
-    best = rung.best
-    out: list[Score] = []
-    for score in rung.scores:
-        if len(out) < KEPT or gain(best, score).t < BEHIND:
-            out.append(score)
-    return out
-
-
-def _laws(
-    campaign: Campaign, base: Fit, windows: Windows, say: Callable[[str], None]
-) -> list[Fit]:
-    """Return the best fit of every law in every joint, the simple ones first."""
-    found: dict[Key, Fit] = {}
-    known = Known(base, windows.some(LOOKED_AT))
-    groups: dict[Key, list[tuple[Hypothesis, FloatArray]]] = {}
-    for joint, laws in campaign.known.items():
-        for kind, one in laws.items():
-            for start in one.starts:
-                words = tuple(v for v in start.values() if isinstance(v, str))
-                groups.setdefault((kind, joint, words), []).append(
-                    _begun(campaign, base, kind, joint, start)
-                )
-    size = {key: own[0][0].size for key, own in groups.items()}
-    for key in sorted(groups, key=lambda key: size[key]):
-        kind, joint, _ = key
-        say(f"{kind} between {' and '.join(joint)}")
-        starts = groups[key]
-        for contained in campaign.known[joint][kind].contains:
-            starts += _from_simpler(campaign, key, contained, found)
-        best = _best(known, starts, windows)
-        if best is not None:
-            found[key] = best
-    ahead = _ahead(list(found.values()), campaign.known)
-    return [more for more in map(_more, ahead) if more is not None]
-
-
-def _ahead(fits: Sequence[Fit], laws: Laws) -> list[Fit]:
-    """Return the fits that are not far behind the best, and laws that are limits of those.
-
-    A richer law begins where the simpler one ended, and is some steps ahead of it.
-    """
+def _going_on(base: Fit, fits: Sequence[Fit], known: Known, wanted: str) -> list[Fit]:
+    """Return the fits that may be the best where runs are held less."""
     scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
-    scores.sort(key=lambda s: s.mean)
-    ahead = [s.fit for i, s in enumerate(scores) if i < KEPT or gain(scores[0], s).t < BEHIND]
-    leading = [_name(one) for one in ahead]
-    limits = (
-        s.fit
-        for s in scores[len(ahead) :]
-        if any(has_limit(laws, name, _name(s.fit)) for name in leading)
-    )
-    return [*ahead, *limits]
+    own = as_fitted(base.data, base)
+    worth = worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
+    return [one for one in fits if one in worth or _group(one)[0] == wanted]
 
 
-def _name(one: Fit) -> tuple[str, Joint]:
-    added = one.hypothesis.added[-1]
-    return added.kind, added.between
+def _entered(
+    on: Fit, known: Known, given: Given, say: Callable[[str], None], most: int | None
+) -> tuple[dict[Group, Fit], dict[str, str]]:
+    """Return the best fit of every effect at the first rate, and why others failed.
+
+    Those of few numbers first: richer ones begin where they ended, too.
+    """
+    base = Base(on, on.windows.some(LOOKED_AT))
+    moved = {group: base.best(starts) for group, starts in own_starts(on, known, given).items()}
+    chosen = sorted(moved, key=lambda group: moved[group][0][0] if moved[group] else np.inf)
+    found: dict[Group, Fit] = {}
+    failed: dict[str, str] = {}
+    for group in (group for group in moved if group in chosen[:most]):
+        kind, joint, words = group
+        say(f"{kind} between {' and '.join(joint)}")
+        starts = sorted(
+            [*moved[group], *base.best(beyond(group, known, found))], key=lambda one: one[0]
+        )
+        best = _best(base.fit, _apart(starts)[:STARTED])
+        if best is None:
+            failed[" ".join((kind, *words))] = "its motion runs away"
+        else:
+            found[group] = best
+    return found, failed
 
 
-def _more(one: Fit) -> Fit | None:
-    """Return a fit that goes on where it is."""
-    return fit(
-        one.data, one.hypothesis, one.x, one.windows, rounds=ROUNDS, channels=one.channels,
-        step=one.steps,
-    )  # fmt: skip
+def _apart(starts: Sequence[Moved]) -> list[Moved]:
+    """Return starts in their order without those that are next to one before."""
+    found: list[Moved] = []
+    for one in starts:
+        alike = (other for other in found if other[1].own == one[1].own)
+        if all(float(np.max(np.abs(one[2] - other[2]))) > APART for other in alike):
+            found.append(one)
+    return found
 
 
-def _begun(
-    campaign: Campaign, base: Fit, kind: str, joint: Joint, start: Values
-) -> tuple[Hypothesis, FloatArray]:
-    extra = addition(kind, joint, campaign.known[joint][kind], start)
-    hypothesis = base.hypothesis.with_added(extra)
-    return hypothesis, np.concatenate([base.x, extra.transformed(start)])
-
-
-def _from_simpler(
-    campaign: Campaign, key: Key, contained: Contained, found: dict[Key, Fit]
-) -> list[tuple[Hypothesis, FloatArray]]:
-    kind, joint, words = key
-    out = []
-    for (other, there, _), one in found.items():
-        if other != contained.kind or there != joint:
-            continue
-        extra = one.hypothesis.added[-1]
-        part = one.hypothesis.parts(one.x)[-1]
-        for start in contained.extend({**extra.fixed, **extra.values(part)}):
-            if tuple(v for v in start.values() if isinstance(v, str)) != words:
-                continue
-            own = replace(one, x=one.x[: one.x.size - part.size])
-            plain = replace(one.hypothesis, added=one.hypothesis.added[:-1])
-            out.append(_begun(campaign, replace(own, hypothesis=plain), kind, joint, start))
-    return out
-
-
-def _best(
-    base: Known, starts: Sequence[tuple[Hypothesis, FloatArray]], windows: Windows
-) -> Fit | None:
-    """Return the best of fits from the starts that leave least."""
-    moved = [base.moved(*start) for start in starts]
-    order = sorted(range(len(starts)), key=lambda i: moved[i][0])[:FEW]
+def _best(on: Fit, starts: Sequence[Moved]) -> Fit | None:
+    """Return the best of fits from starts."""
+    first = [
+        fit(
+            on.data, hypothesis, x, on.windows, rounds=1, channels=on.channels,
+            step=FARTHEST_STEP,
+        )
+        for _, hypothesis, x in starts
+    ]  # fmt: skip
+    near = sorted((one for one in first if one is not None), key=lambda one: one.level)[:FEW]
     fits = [
         fit(
-            base.fit.data, starts[i][0], moved[i][1], windows, rounds=FIRST,
-            channels=base.fit.channels, step=FARTHEST_STEP,
+            on.data, one.hypothesis, one.x, on.windows, rounds=FIRST, channels=one.channels,
+            step=one.steps,
         )
-        for i in order
-        if np.isfinite(moved[i][0])
+        for one in near
     ]  # fmt: skip
-    good = [one for one in fits if one is not None]
-    return min(good, key=lambda one: one.level) if good else None
+    good = [*near, *(one for one in fits if one is not None)]
+    return min(good, key=lambda one: one.level, default=None)

@@ -64,7 +64,7 @@ def judged(
     fit, data = chosen.fit, found.data
     before, effects = _as_it_was(found, data), _effects(fit)
     errors, apart = _errors(found, chosen, before), unexplained_tests(found, chosen)
-    complete = found.is_explained_by(chosen) and not apart
+    complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _left(found, chosen)
     alike, faults = _indistinguishable(standing), faults_of(found, fit)
     locked, unclosed = _locked(found, fit, effects), None

@@ -1,0 +1,60 @@
+"""The ladder of a race: nudging rates, and the pieces of tests fitted to at each."""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.nudged.pieces import pieces
+
+RATES: Final = ((1.0, 0.03), (0.3, 0.04), (0.1, 0.06), (0.03, 0.1), (0.01, 0.15), (0.003, 0.2))
+"""Nudging rates over the angular frequency of the joint's motion, each a third of the last, and
+the share of the tests that is fitted to at each [-]. Then runs are free."""
+
+JUDGED: Final = 0.03
+"""Rate over that angular frequency from which on a larger error ends a race: over less than
+five periods everything looks linear [-]."""
+
+FEWEST: Final = 4
+"""Pieces at least that are fitted to at a rate [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Rung:
+    """What is fitted to at one rate.
+
+    Attributes
+    ----------
+    rate : float or None
+        Nudging rate; None where nothing is held, as in component tests [1/s].
+    windows : Windows
+        Pieces of tests.
+    rounds : int
+        Steps of a fit.
+    judged : bool
+        Whether a larger error than before ends the race.
+    """
+
+    rate: float | None
+    windows: Windows
+    rounds: int
+    judged: bool = False
+
+
+ROUNDS: Final = 3
+"""Steps of a fit at each rate: the next one goes on [-]."""
+
+
+def ladder_of(data: DataSet) -> tuple[Rung, ...]:
+    """Return the rungs of a data set, as far down as its tests are long enough."""
+    rungs: list[Rung] = []
+    for share, part in RATES:
+        rate = share * 2.0 * np.pi * data.frequency
+        windows = pieces(data, rate, part, held_out=False)
+        if rungs and len(windows) < min(FEWEST, len(rungs[0].windows)):
+            break
+        rungs.append(Rung(rate, windows, ROUNDS, share <= JUDGED))
+    return tuple(rungs)
