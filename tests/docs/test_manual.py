@@ -96,7 +96,7 @@ def test_the_comparison_of_outputs_finds_what_differs():
 def test_the_interval_in_the_text_is_the_one_that_is_printed():
     """README.md and the tutorial tell the clearance in words, with the digits of the table."""
     page = TUTORIAL.read_text(encoding="utf-8")
-    row = re.search(r"^gap .* clearance +\S+ +(\S+) +(\S+) +m$", page, re.MULTILINE)
+    row = re.search(r"^gap .* clearance +\S+ +(\S+) +(\S+) +m ", page, re.MULTILINE)
     low, high = (1e3 * float(text) for text in row.groups())
     for path, wanted in (
         (ROOT / "README.md", r"\(([\d.]+) to ([\d.]+) mm\)\. Added to the model"),

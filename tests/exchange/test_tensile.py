@@ -101,7 +101,7 @@ def test_a_wrong_export_is_refused_in_one_line(tmp_path, text, message):
     [
         ({"last": 4}, "3 runs of one, the last 4 were wanted"),
         ({"sample": 400}, "run: 300 samples, a secant was wanted at 400"),
-        ({"force": 1e6}, "run: the force reaches 400 N, the secant asks for 1e"),
+        ({"force": 1e6}, "run: the force reaches 400 N, the secant asks for 1000000 N"),
         ({"low_share": 0.79999, "high_share": 0.8}, "run: . samples between 80% and 80%"),
     ],
 )
