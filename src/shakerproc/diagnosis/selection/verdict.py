@@ -131,7 +131,8 @@ def _beside_effects(
         said.append(number_wording.shown_by_one_sentence(alone))
     if not found.is_explained_by(chosen):
         said.append(wording.more_sentence(errors, left, found.data.model.motion))
-    return said + ([number_wording.unexplained_sentence(apart[0])] if apart else [])
+    one_alone = apart and not leaves_more(found, chosen)
+    return said + ([number_wording.unexplained_sentence(apart[0])] if one_alone else [])
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
