@@ -46,7 +46,7 @@ def run(place: Path) -> None:
         print("  its motion runs away")
         return
     raced = race(base, campaign.known, ladder, lambda _text: None)
-    print(f"  none {raced.base.level:.4g}, rates {[round(r.rate or 0.0, 3) for r in ladder]}")
+    print(f"  none {raced.base.level:.4g}, rates {[round(r.rate, 3) for r in ladder]}")
     for one in raced.fits:
         print(f"  {told(one)}")
     for one in sorted(raced.left, key=lambda one: one.level)[:8]:

@@ -23,7 +23,7 @@ def turned():
     tests = campaign(with_effect(chain(1), CubicStiffness(2e10), JOINT))
     known = identifications(model, tests, KINDS)
     data, none = DataSet(model, tests), hypothesis_of(model)
-    starts = own_starts(at_first(data, none, np.zeros(none.size), ladder_of(data)), known, {})
+    starts = own_starts(at_first(data, none, np.zeros(none.size), ladder_of(data)), known)
     return [
         (hypothesis, x)
         for tried in starts.values()

@@ -1,7 +1,7 @@
 """Where the fit of an effect begins: as screened, or where one that it contains ended."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -15,6 +15,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.nudged.starts import Group, as_in_file, extended
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import LEAST
 from shakerproc.models.identification import Contained
@@ -25,9 +26,6 @@ STARTS: Final = 64
 BEST_STARTS: Final = 8
 """Of these so many, the best of the screening, are tried with all numbers that may go with
 them, and in whole tests, too [-]."""
-
-Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
-"""Kind, joint, and the words of the variant."""
 
 Tried: TypeAlias = tuple[Hypothesis, FloatArray, Channels | None]
 """A hypothesis, its coordinates, and what the sensors do to its motion; None if nothing."""
@@ -128,16 +126,9 @@ class Beginnings:
     ) -> list[Tried]:
         """Return where a richer effect may begin from where one that it contains ended."""
         kind, joint = group
-        *others, last = fitted.hypothesis.added
-        *before, own = fitted.hypothesis.parts(fitted.x)
-        out: list[Tried] = []
-        for values in contained.extend({**last.fixed, **last.values(own)}):
-            own_words = tuple(v for v in values.values() if isinstance(v, str))
-            if words is None or own_words == words:
-                one = addition(kind, joint, self.known[joint][kind], values)
-                x = np.concatenate([*before, one.transformed(values)])
-                beside = replace(fitted.hypothesis, added=tuple(others))
-                out.append((beside.with_added(one), x, fitted.channels))
+        law = self.known[joint][kind]
+        tried = extended(kind, law, contained, fitted, words)
+        out: list[Tried] = [(hypothesis, x, fitted.channels) for hypothesis, x in tried]
         return out[:STARTS]
 
 
@@ -160,5 +151,4 @@ def least_left(data: DataSet, tried: Sequence[Tried], windows: Windows) -> list[
 def as_told(tried: Tried) -> Tried:
     """Return where a fit begins with the model's own numbers as its file tells them."""
     hypothesis, x, channels = tried
-    own = len(hypothesis.own)
-    return hypothesis, np.concatenate([np.zeros(own), x[own:]]), channels
+    return hypothesis, as_in_file(hypothesis, x), channels

@@ -9,7 +9,6 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.beginnings import (
     BEST_STARTS,
     Beginnings,
-    Group,
     Tried,
     grouped,
     least_left,
@@ -24,6 +23,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.run_in import found_again
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.nudged.starts import Group
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain, is_better
 from shakerproc.diagnosis.selection.standing import worth_a_fit

@@ -28,8 +28,8 @@ class Rung:
 
     Attributes
     ----------
-    rate : float or None
-        Nudging rate; None where nothing is held, as in component tests [1/s].
+    rate : float
+        Nudging rate [1/s].
     windows : Windows
         Pieces of tests.
     rounds : int
@@ -38,7 +38,7 @@ class Rung:
         Whether a larger error than before ends the race.
     """
 
-    rate: float | None
+    rate: float
     windows: Windows
     rounds: int
     judged: bool = False

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
@@ -10,17 +9,18 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.sampling import as_recorded
+from shakerproc.diagnosis.horizon import LONGER
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.ladder import Rung
-from shakerproc.diagnosis.nudged.starts import Given, Group, beyond, own_starts
+from shakerproc.diagnosis.nudged.starts import Group, beyond, own_starts
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.scores import FAR, as_fitted
 from shakerproc.diagnosis.selection.standing import worth_a_fit
+from shakerproc.numerals import numeral
 
 LOOKED_AT: Final = 4
 """Pieces in which starts are compared [-]."""
@@ -40,12 +40,6 @@ APART: Final = 0.2
 FIRST: Final = 2
 """Steps of the first fit of each law: what it is worth shows by then [-]."""
 
-LONGER: Final = 1.1
-"""Error over the least of shorter horizons up to which a longer one is taken: errors of the
-numbers add up over it by as much, what cannot be predicted or is in no law by far more [-]."""
-
-NO_STARTS: Final[Given] = MappingProxyType({})
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,10 +48,9 @@ class Raced:
 
     Attributes
     ----------
-    data : DataSet
-        The tests, with accelerations compared as the recorder took them.
     base : Fit
-        The hypothesis that effects were added to, at the last rate.
+        The hypothesis that effects were added to, at the last rate; its tests have
+        accelerations compared as the recorder took them.
     fits : tuple of Fit
         Those that kept up until then, the best first.
     left : tuple of Fit
@@ -66,7 +59,6 @@ class Raced:
         Effects that could not be simulated, with the reason.
     """
 
-    data: DataSet
     base: Fit
     fits: tuple[Fit, ...]
     left: tuple[Fit, ...]
@@ -78,12 +70,10 @@ def at_first(
     hypothesis: Hypothesis,
     x: FloatArray,
     ladder: Sequence[Rung],
-    channels: Channels | None = None,
 ) -> Fit | None:
     """Return a hypothesis without more effects at the first rate; None if it runs away."""
     first = ladder[0]
-    rounds = 2 * first.rounds
-    return fit(data, hypothesis, x, first.windows, rounds=rounds, channels=channels)
+    return fit(data, hypothesis, x, first.windows, rounds=2 * first.rounds)
 
 
 def race(
@@ -91,10 +81,6 @@ def race(
     known: Known,
     ladder: Sequence[Rung],
     say: Callable[[str], None],
-    *,
-    given: Given = NO_STARTS,
-    wanted: str = "",
-    most: int | None = None,
 ) -> Raced:
     """Return what is left of effects on top of a fit as the nudging rate falls.
 
@@ -108,21 +94,15 @@ def race(
         The rates.
     say : callable
         Called with what is being tried.
-    given : mapping of (kind, joint) to sequence of starts
-        Starts that replace an effect's own.
-    wanted : str
-        Kind that goes on however far behind; none if empty.
-    most : int, optional
-        Effects that are fitted, those that leave least where they start; by default all.
     """
     first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
-    entered, failed = _entered(first, known, given, say, most)
+    entered, failed = _entered(first, known, say)
     base, fits = _as_recorded(first, list(entered.values()))
     left = {_group(one): one for one in fits}
     least = np.inf
     for rung in ladder:
-        say(f"held at {rung.rate:.3g} per s" if rung.rate else "on")
-        going = _going_on(base, fits, known, wanted)
+        say(f"held at {numeral(rung.rate)} per s")
+        going = _going_on(base, fits, known)
         beside, there = _again(base, rung), [_again(one, rung) for one in going]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
@@ -135,8 +115,8 @@ def race(
             least = min(least, error)
         base, fits = beside, now
         left |= {_group(one): one for one in fits}
-    fits = sorted(_going_on(base, fits, known, wanted), key=lambda one: one.level)
-    return Raced(base.data, base, tuple(fits), _best_of_each(list(left.values())), failed)
+    fits = sorted(_going_on(base, fits, known), key=lambda one: one.level)
+    return Raced(base, tuple(fits), _best_of_each(list(left.values())), failed)
 
 
 def _lost(before: Sequence[Fit], now: Sequence[Fit]) -> bool:
@@ -187,32 +167,27 @@ def _again(found: Fit, rung: Rung) -> Fit | None:
     )  # fmt: skip
 
 
-def _going_on(base: Fit, fits: Sequence[Fit], known: Known, wanted: str) -> list[Fit]:
+def _going_on(base: Fit, fits: Sequence[Fit], known: Known) -> list[Fit]:
     """Return the fits that may be the best where runs are held less."""
     scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
     own = as_fitted(base.data, base)
-    worth = worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
-    return [one for one in fits if one in worth or _group(one)[0] == wanted]
+    return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
 
 
 def _entered(
-    on: Fit, known: Known, given: Given, say: Callable[[str], None], most: int | None
+    on: Fit, known: Known, say: Callable[[str], None]
 ) -> tuple[dict[Group, Fit], dict[str, str]]:
     """Return the best fit of every effect at the first rate, and why others failed.
 
     Those of few numbers first: richer ones begin where they ended, too.
     """
     base = Base(on, on.windows.some(LOOKED_AT))
-    moved = {group: base.best(starts) for group, starts in own_starts(on, known, given).items()}
-    chosen = sorted(moved, key=lambda group: moved[group][0][0] if moved[group] else np.inf)
     found: dict[Group, Fit] = {}
     failed: dict[str, str] = {}
-    for group in (group for group in moved if group in chosen[:most]):
+    for group, own in own_starts(on, known).items():
         kind, joint, words = group
         say(f"{kind} between {' and '.join(joint)}")
-        starts = sorted(
-            [*moved[group], *base.best(beyond(group, known, found))], key=lambda one: one[0]
-        )
+        starts = base.best([*own, *beyond(group, known, found)])
         best = _best(base.fit, _apart(starts)[:STARTED])
         if best is None:
             failed[" ".join((kind, *words))] = "its motion runs away"

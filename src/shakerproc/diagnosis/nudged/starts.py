@@ -1,8 +1,8 @@
 """Where fits of one more effect begin: its own starts, wells, where simpler laws end."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
-from shakerproc.models.effects.base import AbstractMemorylessEffect
-from shakerproc.models.identification import Values
+from shakerproc.diagnosis.hypotheses.wells import wells_of
+from shakerproc.models.identification import Contained, Identification, Values
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 """Kind, joint, and the words of the variant."""
@@ -19,19 +19,13 @@ Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]
 Tried: TypeAlias = tuple[Hypothesis, FloatArray]
 """A hypothesis and its coordinates."""
 
-Given: TypeAlias = Mapping[tuple[str, Joint], Sequence[Values]]
-"""Starts of an effect in a joint that are tried instead of its own."""
 
-WELLS: Final = np.geomspace(0.2, 1.5, 8)
-"""Places to rest that are tried, over the largest displacement that was measured [-]."""
-
-
-def own_starts(on: Fit, known: Known, given: Given) -> dict[Group, list[Tried]]:
+def own_starts(on: Fit, known: Known) -> dict[Group, list[Tried]]:
     """Return where each effect, joint and variant begins on top of a fit, the simple first."""
     groups: dict[Group, list[Tried]] = {}
     for joint, laws in known.items():
         for kind, law in laws.items():
-            for values in given.get((kind, joint), law.starts):
+            for values in law.starts:
                 one = addition(kind, joint, law, values)
                 groups.setdefault((kind, joint, _words(values)), []).extend([
                     _with(on, one, values, on.x),
@@ -50,26 +44,28 @@ def beyond(group: Group, known: Known, ended: Mapping[Group, Fit]) -> list[Tried
         for contained in known[joint][kind].contains
         for (other, there, _), one in ended.items()
         if other == contained.kind and there == joint
-        for tried in richer(one, kind, known, words)
+        for tried in extended(kind, known[joint][kind], contained, one, words)
     ]
 
 
-def richer(
-    ended: Fit, kind: str, known: Known, words: tuple[str, ...] | None = None
+def extended(
+    kind: str,
+    law: Identification,
+    contained: Contained,
+    ended: Fit,
+    words: tuple[str, ...] | None = None,
 ) -> Iterator[Tried]:
-    """Yield where an effect may begin from where one that it contains ended."""
+    """Yield where an effect may begin from where one that it contains ended.
+
+    In the place of that, in the same joint; of a variant alone where `words` are given.
+    """
     *others, last = ended.hypothesis.added
     *before, own = ended.hypothesis.parts(ended.x)
-    law = known[last.between][kind]
     beside = replace(ended.hypothesis, added=tuple(others))
-    for contained in law.contains:
-        if contained.kind != last.kind:
-            continue
-        for values in contained.extend({**last.fixed, **last.values(own)}):
-            if words is None or _words(values) == words:
-                one = addition(kind, last.between, law, values)
-                x = np.concatenate([*before, one.transformed(values)])
-                yield beside.with_added(one), x
+    for values in contained.extend({**last.fixed, **last.values(own)}):
+        if words is None or _words(values) == words:
+            one = addition(kind, last.between, law, values)
+            yield beside.with_added(one), np.concatenate([*before, one.transformed(values)])
 
 
 def _words(values: Values) -> tuple[str, ...]:
@@ -92,13 +88,8 @@ def _with(on: Fit, one: Addition, values: Values, x: FloatArray) -> Tried:
 def _in_wells(on: Fit, one: Addition, values: Values) -> Iterator[Tried]:
     """Yield starts of a law in a joint whose stiffness in the file is that of a well.
 
-    The law's force is f(z), times a size. With a negative stiffness it holds the joint at z0
-    and at -z0, and is as stiff there as the file says::
-
-        stiffness z0 + size f(z0) = 0,    stiffness + size f'(z0) = stiffness of the file
-
-    Only laws of which nothing but the size is free, and that push back alike on both sides.
-    The sizes of the starts tell nothing then: the first stands for all.
+    Only of laws of which nothing but the size is free (see `wells_of`). The sizes of the
+    starts tell nothing then: the first stands for all.
     """
     law, none = one.identification, on.hypothesis
     springs = [
@@ -109,27 +100,15 @@ def _in_wells(on: Fit, one: Addition, values: Values) -> Iterator[Tried]:
     only_size = tuple(law.scaled) == tuple(law.free) and len(law.scaled) == 1
     if not springs or not only_size or values != law.starts[0]:
         return
-    effect = one.element(one.transformed(values)).effect
-    if not isinstance(effect, AbstractMemorylessEffect):
-        return
-    z = WELLS * _largest(on, one.between)
-    force, other = effect.force_at(z, 0.0 * z), effect.force_at(-z, 0.0 * z)
-    bend = effect.slopes(z, 0.0 * z)[0] - force / z
-    if not np.allclose(force, -other, atol=0.0) or np.any(bend == 0.0):
-        return
-    spring = springs[0]
-    nearby = none.own[spring].value(none.model)
-    name = law.scaled[0]
+    spring, name = springs[0], law.scaled[0]
+    nearby, effect = none.own[spring].value(none.model), one.element(one.transformed(values))
     turned = tuple(replace(n, sign=-1.0) if i == spring else n for i, n in enumerate(none.own))
-    for size, stiffness in zip(nearby / bend, -nearby * force / (z * bend), strict=True):
+    largest = on.data.largest_across(one.between)
+    for size, stiffness in wells_of(effect.effect, nearby, largest):
         if stiffness >= 0.0:
             continue
-        there = {**values, name: float(size) * float(values[name])}
+        there = {**values, name: size * float(values[name])}
         x = as_in_file(none, on.x)
         x[spring] = np.log(-stiffness / nearby)
         extra = one.transformed(there)
         yield replace(none, own=turned).with_added(one), np.concatenate([x, extra])
-
-
-def _largest(on: Fit, joint: Joint) -> float:
-    return on.data.largest_across(joint)
