@@ -12,7 +12,11 @@ from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.uncertain import Number, Parts, Uncertainty, known_together
 from shakerproc.diagnosis.selection import each_test
-from shakerproc.diagnosis.selection.each_test import shown_by_one, unexplained_tests
+from shakerproc.diagnosis.selection.each_test import (
+    shown_by_one,
+    simulated_by,
+    unexplained_tests,
+)
 
 TESTS = prepared(arrays_of(one_mass(), levels=(1.0, 2.0, 4.0), seconds=2.0))
 
@@ -51,8 +55,12 @@ def score(*left):
     return SimpleNamespace(fit=left)
 
 
+def unexplained(found, one):
+    return unexplained_tests(found, one, simulated_by(found.data, found.form, one.fit))
+
+
 def test_the_one_test_that_leaves_many_times_its_noise_is_named(found):
-    (one, _) = unexplained_tests(found, found.linear)
+    (one, _) = unexplained(found, found.linear)
     assert one.name == "test 3"
     assert one.error == pytest.approx(0.3, rel=0.02)
     assert number_wording.unexplained_sentence(one).startswith(
@@ -61,18 +69,18 @@ def test_the_one_test_that_leaves_many_times_its_noise_is_named(found):
 
 
 def test_noise_alone_leaves_no_test_unexplained(found):
-    assert unexplained_tests(found, score(0.0, 0.0, 0.0)) == []
+    assert unexplained(found, score(0.0, 0.0, 0.0)) == []
 
 
 def test_an_effect_that_one_test_shows_is_told_with_what_to_hold_out(found):
-    one = shown_by_one(found, score(0.0, 0.0, 0.0))
+    one = shown_by_one(found, simulated_by(found.data, found.form, (0.0, 0.0, 0.0)))
     assert one.name == "test 3"
     assert "test 3 alone shows it" in number_wording.shown_by_one_sentence(one)
 
 
 def test_an_effect_that_two_tests_show_is_not_that_of_one(found):
     found.linear = score(0.0, 0.2, 0.3)
-    assert shown_by_one(found, score(0.0, 0.0, 0.0)) is None
+    assert shown_by_one(found, simulated_by(found.data, found.form, (0.0, 0.0, 0.0))) is None
 
 
 def test_old_and_new_of_what_was_off_are_told():

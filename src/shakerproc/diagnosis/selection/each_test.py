@@ -1,8 +1,8 @@
 """Whether a verdict holds on every test by itself, whether it was fitted or held out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from shakerproc.comparison.free_run_error import (
     standard_error,
 )
 from shakerproc.comparison.noise import Noise
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.form import Form
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.found import Found
@@ -47,15 +50,24 @@ class OneTest:
     instead_of: tuple[str, ...]
 
 
-def unexplained_tests(found: Found, score: Score) -> list[OneTest]:
+Simulated: TypeAlias = Sequence[Mapping[int, Scored] | None]
+"""Tests as a hypothesis simulates them, what was fitted and what was held out."""
+
+
+def simulated_by(data: DataSet, form: Form, fit: Fit) -> Simulated:
+    """Return tests as a fit simulates them in a form (see `scored_tests`)."""
+    return [scored_tests(data, fit, part) for part in (form.scored_fitted, form.held_out)]
+
+
+def unexplained_tests(found: Found, score: Score, simulated: Simulated) -> list[OneTest]:
     """Return the tests of which a hypothesis surely leaves more than noise, the worst first.
 
     By the rule of the whole: more than noise and what it becomes in the model, by three
     standard errors, and more than sensors are calibrated to.
     """
     out = []
-    for windows, fitted in _parts(found):
-        scored = scored_tests(found.data, score.fit, windows) or {}
+    for (windows, fitted), own_part in zip(_parts(found), simulated, strict=True):
+        scored = own_part or {}
         own = {i: pooled([sensor_shares(one, _noise(found, i))]) for i, one in scored.items()}
         suspect = {i: one for i, one in scored.items() if _exceeds(one, own[i])}
         for i, floor in (_floors(found, score, windows) if suspect else {}).items():
@@ -64,17 +76,17 @@ def unexplained_tests(found: Found, score: Score) -> list[OneTest]:
     return sorted(out, key=lambda one: one.floor / one.error)
 
 
-def shown_by_one(found: Found, chosen: Score) -> OneTest | None:
+def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
     """Return the test that alone shows what was chosen; None where several do, or one is all.
 
     A test shows it where its error surely falls, by a tenth at least, from the model that
-    stands without any effect.
+    stands without any effect. `simulated` is by what was chosen.
     """
     shown: dict[int, tuple[Scored, bool]] = {}
     seen: set[int] = set()
-    for windows, fitted in _parts(found):
-        before = scored_tests(found.data, bare(found).fit, windows) or {}
-        after = scored_tests(found.data, chosen.fit, windows) or {}
+    without = simulated_by(found.data, found.form, bare(found).fit)
+    for (_, fitted), one, other in zip(_parts(found), without, simulated, strict=True):
+        before, after = one or {}, other or {}
         for i in before.keys() & after.keys():
             seen.add(i)
             less, spread = fall((before[i],), (after[i],))

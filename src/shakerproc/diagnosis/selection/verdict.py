@@ -4,10 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from shakerproc.comparison.free_run_error import Scored
 from shakerproc.diagnosis import number_wording, wording
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.intervals import (
     estimates,
     far_numbers,
@@ -28,8 +26,14 @@ from shakerproc.diagnosis.selection.choice import (
     leaves_more,
     standing_of,
 )
-from shakerproc.diagnosis.selection.each_test import OneTest, shown_by_one, unexplained_tests
-from shakerproc.diagnosis.selection.errors import error_of, error_of_scored, scored_tests
+from shakerproc.diagnosis.selection.each_test import (
+    OneTest,
+    Simulated,
+    shown_by_one,
+    simulated_by,
+    unexplained_tests,
+)
+from shakerproc.diagnosis.selection.errors import error_of, error_of_scored
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_sentence
@@ -62,14 +66,15 @@ def judged(
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
-    before, effects = _as_it_was(found, data), _effects(fit)
-    errors, apart = _errors(found, chosen, before), unexplained_tests(found, chosen)
+    before, after = _simulated(found, chosen)
+    errors = _errors(found, before, after, chosen)
+    apart = unexplained_tests(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
-    left = Where() if complete else _left(found, chosen)
+    left = Where() if complete else _where(found, chosen, after)
     alike, faults = _indistinguishable(standing), faults_of(found, fit)
+    far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     locked, unclosed = _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
-    far = {} if found.rigid else far_numbers(fit)
     open_ones = doubted(found, chosen, faults)
     faults = [fault for fault in faults if fault not in open_ones]
     at_fault = bool(faults) and is_at_fault(found, chosen)
@@ -81,9 +86,8 @@ def judged(
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
-        verdict = "effect found"
-        said = wording.found_sentence(effects, faults, errors, alike)
-        sentence = " ".join([said, *_beside_effects(found, chosen, errors, left, apart)])
+        verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
+        sentence = _with_rest(said, found, chosen, errors, left, after=after, apart=apart)
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -118,21 +122,29 @@ def judged(
     )
 
 
-def _beside_effects(
-    found: Found, chosen: Score, errors: Errors, left: Where, apart: Sequence[OneTest]
-) -> list[str]:
-    """Return what is said beside effects that were found.
+def _simulated(found: Found, chosen: Score) -> tuple[Simulated, Simulated]:
+    """Return tests as the model as it is simulates them, and as what was chosen does."""
+    data, form = found.data, found.form
+    return simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+
+
+def _with_rest(
+    said: str, found: Found, chosen: Score, errors: Errors, left: Where,
+    *, after: Simulated, apart: Sequence[OneTest],
+) -> str:  # fmt: skip
+    """Return the sentence on effects that were found with what is said beside them.
 
     Which numbers no test tells, which test alone shows the effects, and what is left.
     """
-    said = number_wording.known_sentences(known_of(chosen.fit))
-    alone = shown_by_one(found, chosen)
+    beside = number_wording.known_sentences(known_of(chosen.fit))
+    alone = shown_by_one(found, after)
     if alone is not None:
-        said.append(number_wording.shown_by_one_sentence(alone))
+        beside.append(number_wording.shown_by_one_sentence(alone))
     if not found.is_explained_by(chosen):
-        said.append(wording.more_sentence(errors, left, found.data.model.motion))
-    one_alone = apart and not leaves_more(found, chosen)
-    return said + ([number_wording.unexplained_sentence(apart[0])] if one_alone else [])
+        beside.append(wording.more_sentence(errors, left, found.data.model.motion))
+    if apart and not leaves_more(found, chosen):
+        beside.append(number_wording.unexplained_sentence(apart[0]))
+    return " ".join([said, *beside])
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
@@ -170,39 +182,22 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
     return tuple(map(FurtherMode.of, found.data.model.modes[known:]))
 
 
-def _as_it_was(found: Found, data: DataSet) -> list[dict[int, Scored] | None]:
-    """Return tests as the model as it is simulates them, what was fitted and what held out.
-
-    As `compare` takes them.
-    """
-    parts = (found.form.scored_fitted, found.form.held_out)
-    return [scored_tests(data.plain, found.before, part) for part in parts]
-
-
-def _where(found: Found, chosen: Score, parts: Sequence[Mapping[int, Scored] | None]) -> Where:
+def _where(found: Found, chosen: Score, parts: Simulated) -> Where:
     """Return where a model fails, by tests as it simulates them, fitted and held out."""
     return where_it_fails(failed_tests(found.data, _joint(found, chosen), parts))
 
 
-def _left(found: Found, chosen: Score) -> Where:
-    """Return where the rest lies that what was chosen leaves."""
-    parts = (found.form.scored_fitted, found.form.held_out)
-    return _where(found, chosen, [scored_tests(found.data, chosen.fit, p) for p in parts])
-
-
-def _errors(
-    found: Found, chosen: Score, before: Sequence[Mapping[int, Scored] | None]
-) -> Errors:
+def _errors(found: Found, before: Simulated, after: Simulated, chosen: Score) -> Errors:
     """Return the errors of the model as it is, in tests as recorded, and of what was chosen.
 
-    `before` is the model as it is in the tests of the search, fitted and held out.
+    `before` is by the model as it is in the tests of the search, `after` by what was chosen.
     """
     form, data, alone = found.form, found.data, found.left_by(found.linear)
     if found.as_recorded is not data:
-        before = _as_it_was(found, found.as_recorded)
+        before = simulated_by(found.as_recorded.plain, form, found.before)
     fitted, held_out = map(error_of_scored, before)
     return Errors(
-        Pair(fitted, error_of(data, chosen.fit, form.scored_fitted)),
+        Pair(fitted, error_of_scored(after[0])),
         Pair(held_out, found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
