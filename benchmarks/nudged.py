@@ -32,9 +32,8 @@ from shakerproc.testlog import read_testlog
 
 def run(place: Path) -> None:
     """Print the race of the model and the tests of a folder."""
-    log = next(iter(place.glob("testlog.yaml")))
     model = read_model(place / "model.yaml")
-    measured = tests_of(read_testlog(log), model).tests
+    measured = tests_of(read_testlog(place / "testlog.yaml"), model).tests
     sensors = {name: model.sensors[name] for name in measured[0].sensors}
     tests = prepared([arrays(one) for one in measured], imposed=model.excitation.imposed)
     begin = time.process_time()

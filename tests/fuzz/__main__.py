@@ -28,12 +28,12 @@ def one_of(text: str) -> tuple[int, int]:
 
     Raises
     ------
-    ValueError
+    argparse.ArgumentTypeError
         If there is none of that number.
     """
     number, _, count = text.partition("/")
-    if not 1 <= int(number) <= int(count):
-        raise ValueError(text)
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise argparse.ArgumentTypeError(f"expected a share such as 2/7, got {text!r}")
     return int(number), int(count)
 
 
