@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 from shakerproc.comparison.free_run_error import fall
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimate import Estimate
@@ -20,7 +21,7 @@ from shakerproc.diagnosis.selection.errors import (
     pooled_floor,
     scored_tests,
 )
-from shakerproc.diagnosis.updated import with_numbers
+from shakerproc.diagnosis.updated import effect_of, model_with
 from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.diagnosis.wording import mode_notes, whole_note
 from shakerproc.errors import DiagnosisError
@@ -131,6 +132,7 @@ def add(
         start=start,
         force=force,
         progress=progress,
+        comparisons=Comparisons(measured, progress or (lambda _text: None)),
     )
     return replace(
         found,
@@ -151,8 +153,11 @@ def add_to_arrays(
     start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
+    comparisons: Comparisons | None = None,
 ) -> Added:
     """Return the same for samples in memory, whose responses stand in the order of `sensors`.
+
+    Its errors are those of `compare` if there are `comparisons`, else as candidates are judged.
 
     Raises
     ------
@@ -170,6 +175,10 @@ def add_to_arrays(
     )
     say("errors")
     found = _added(model, fitted)
+    if comparisons is not None and model.excitation.role is not None:
+        bare = model_with(known, (), linear_estimates(fitted.without.fit))
+        errors = comparisons.errors(known, found.model, bare, found.errors)
+        found = replace(found, errors=errors)
     if found.worse and not force:
         raise DiagnosisError(
             f"{kind} between {' and '.join(found.element.between)}: {found.worse}."
@@ -210,8 +219,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
     linear = linear_estimates(fit)
     errors, worse = _errors(fitted)
     element = _in_few_digits(fitted.element, numbers)
-    own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
-    updated = with_numbers(model, own)
+    updated = model_with(model, (), linear)
     modes = fitted.data.model.modes[len(model.modes) :]
     return Added(
         model=replace(updated, elements=(*updated.elements, element)),
@@ -271,8 +279,7 @@ def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element
     """Return an element with as many digits as its intervals bear out, a table with six."""
     if isinstance(element.effect, Table):
         return Element(_rounded(element.effect), element.between)
-    short = {name: shortened(one) for name, one in numbers.items()}
-    return replace(element, effect=element.effect.of_numbers(short))
+    return replace(element, effect=effect_of(element.effect.kind, numbers))
 
 
 def _rounded(table: Table) -> Table:
@@ -290,11 +297,3 @@ def _rounded(table: Table) -> Table:
         rows(table.force),
         None if table.band is None else rows(table.band),
     )
-
-
-def shortened(estimate: Estimate) -> float | str:
-    """Return a fitted number with as many digits as its interval bears out."""
-    value = estimate.value
-    if isinstance(value, str):
-        return value
-    return within(float(value), estimate.unit, *estimate.bounds_by_tests)

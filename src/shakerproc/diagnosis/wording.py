@@ -258,6 +258,20 @@ def _noise(floor: float) -> str:
     return numeral(floor) if math.isfinite(floor) else "unknown"
 
 
+def ahead_sentences(errors: Errors) -> list[str]:
+    """Return what is left as candidates are compared, where that is another number."""
+    own = errors.among
+    if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
+        return []
+    ahead = sorted({s for s in own.horizon_s.values() if s is not None})
+    how = f"Predicted {numeral(ahead[0], 2)} s ahead, with" if ahead else "With"
+    return [
+        f"{how} gains and delays of the sensors, further modes and what each test has of its "
+        f"own fitted, {numeral(own.held_out.after)} is left and the noise is "
+        f"{_noise(own.noise_floor)}."
+    ]
+
+
 def _fall(errors: Errors) -> str:
     held = errors.held_out
     fall = (

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shakerproc.diagnosis import number_wording, wording
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import (
     estimates,
@@ -42,13 +43,19 @@ from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexerci
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
+from shakerproc.diagnosis.updated import model_with
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
 
 
 def judged(
-    found: Found, *, clearances: Sequence[float], shaker: Shaker, seed: int
+    found: Found,
+    *,
+    clearances: Sequence[float],
+    shaker: Shaker,
+    seed: int,
+    comparisons: Comparisons | None = None,
 ) -> Diagnosis:
     """Return the verdict on what the search found.
 
@@ -62,17 +69,21 @@ def judged(
         Limits that a proposed test keeps to.
     seed : int
         Of the tests that are proposed.
+    comparisons : Comparisons, optional
+        What tells the errors where effects are named or nothing is missing: those of `compare`,
+        which are of the model that is proposed as its file says it.
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
     before, after = _simulated(found, chosen)
-    errors = _errors(found, before, after, chosen)
+    own = _errors(found, before, after, chosen)
     apart = unexplained_tests(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, faults = _indistinguishable(standing), faults_of(found, fit)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
+    linear = linear_estimates(fit)
     locked, unclosed = _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
     open_ones = doubted(found, chosen, faults)
@@ -80,8 +91,11 @@ def judged(
     at_fault = bool(faults) and is_at_fault(found, chosen)
     outside = not at_fault and is_outside(found)
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
+    errors = own
+    if not (outside or locked or faults or found.rigid) and comparisons is not None:
+        errors = _told(found, effects, linear, own, comparisons)
     if outside:
-        verdict, sentence = "outside library", outside_sentence(found, effects, errors)
+        verdict, sentence = "outside library", outside_sentence(found, effects, own)
         effects = []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
@@ -94,8 +108,9 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
+        errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, verdict)
-    scores, drawn = scores_of(found, standing, errors), not data.model.excitation.imposed
+    scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -111,7 +126,7 @@ def judged(
         left=left,
         locked=locked,
         outside=_curve(found) if outside else None,
-        linear=linear_estimates(fit),
+        linear=linear,
         known_together=() if found.rigid else known_of(fit),
         modes=_further_modes(found),
         further=asked,
@@ -144,7 +159,18 @@ def _with_rest(
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
     if apart and not leaves_more(found, chosen):
         beside.append(number_wording.unexplained_sentence(apart[0]))
+    beside += wording.ahead_sentences(errors)
     return " ".join([said, *beside])
+
+
+def _told(
+    found: Found, effects: Sequence[Finding], linear: Mapping[str, Estimate], own: Errors,
+    comparisons: Comparisons,
+) -> Errors:  # fmt: skip
+    """Return the errors as `compare` tells them of the model that is proposed."""
+    known = found.before.hypothesis.model
+    bare = model_with(known, (), linear_estimates(found.linear.fit)) if effects else known
+    return comparisons.errors(known, model_with(known, effects, linear), bare, own)
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
