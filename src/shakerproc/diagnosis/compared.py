@@ -65,8 +65,9 @@ class Comparisons:
             As candidates were compared; returned where a motion runs away or nothing is
             held out.
         """
+        apart = () if without in (before, after) else (without,)
         try:
-            was, bare, now = self.alike(before, without, after)
+            was, now, *bare = self.alike(before, after, *apart)
         except SimulationError:
             return own
         pairs = [
@@ -77,5 +78,5 @@ class Comparisons:
         if len(pairs) < 2 or floor is None:
             return own
         horizon = {test.measured.name: test.prediction.horizon_s for test in now.tests}
-        alone = None if without in (before, after) else bare.held_out
+        alone = bare[0].held_out if bare else None
         return Errors(pairs[0], pairs[1], floor, horizon, alone, own)

@@ -68,16 +68,27 @@ def more_sentence(errors: Errors, left: Where, motion: Motion) -> str:
     motion : Motion
         Units of its ranges.
     """
-    after, floor = errors.held_out.after, errors.noise_floor
+    after, floor = errors.among.held_out.after, errors.among.noise_floor
     if not math.isfinite(floor):
-        return f"It leaves {numeral(after)}; how much of that is noise these tests do not say."
+        unknown = "how much of that is noise these tests do not say"
+        return _judged(errors, f"It leaves {numeral(after)}; {unknown}.")
     if after <= NEGLIGIBLE:
-        return f"It leaves {numeral(after)}, the noise is {numeral(floor)}{CALIBRATED}."
+        said = f"It leaves {numeral(after)}, the noise is {numeral(floor)}{CALIBRATED}."
+        return _judged(errors, said)
     where = [f"at {numeral(low)} to {numeral(high)} Hz" for low, high in left.bands_hz]
     where += _range("displacements", left.displacement_m, "m", motion)
     where += _range("velocities", left.velocity_m_per_s, "m/s", motion)
     most = f" Most of it lies {', '.join(where)}." if where else ""
-    return f"More is missing: {numeral(after)} is left, the noise is {numeral(floor)}.{most}"
+    said = f"More is missing: {numeral(after)} is left, the noise is {numeral(floor)}.{most}"
+    return _judged(errors, said)
+
+
+def noise_sentences(errors: Errors) -> list[str]:
+    """Return that only noise is left as candidates are judged, where that is another number."""
+    own = errors.among
+    said = f"{numeral(own.held_out.after)} is left, the noise is {_noise(own.noise_floor)}."
+    told = _judged(errors, said)
+    return [] if told == said else [told]
 
 
 def _range(
@@ -258,18 +269,18 @@ def _noise(floor: float) -> str:
     return numeral(floor) if math.isfinite(floor) else "unknown"
 
 
-def ahead_sentences(errors: Errors) -> list[str]:
-    """Return what is left as candidates are compared, where that is another number."""
+def _judged(errors: Errors, said: str) -> str:
+    """Return a sentence on how candidates are judged, with how where it is another number."""
     own = errors.among
     if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
-        return []
+        return said
     ahead = sorted({s for s in own.horizon_s.values() if s is not None})
-    how = f"Predicted {numeral(ahead[0], 2)} s ahead, with" if ahead else "With"
-    return [
-        f"{how} gains and delays of the sensors, further modes and what each test has of its "
-        f"own fitted, {numeral(own.held_out.after)} is left and the noise is "
-        f"{_noise(own.noise_floor)}."
-    ]
+    fitted = (
+        "With gains and delays of the sensors, further modes and what each test has of its "
+        "own fitted"
+    )
+    how = f"Judged {numeral(ahead[0], 2)} s ahead" if ahead else fitted
+    return f"{how}: {said[0].lower()}{said[1:]}"
 
 
 def _fall(errors: Errors) -> str:

@@ -49,7 +49,7 @@ def nothing_named(
     said = [wording.nothing_sentence(errors, which, complete=complete)]
     if chosen is found.linear:
         said += number_wording.off_sentences(numbers_off(chosen.fit))
-    said += wording.ahead_sentences(errors)
+    said += wording.noise_sentences(errors)
     return "nothing missing", " ".join(said)
 
 

@@ -155,11 +155,12 @@ def _with_rest(
     alone = shown_by_one(found, after)
     if alone is not None:
         beside.append(number_wording.shown_by_one_sentence(alone))
-    if not found.is_explained_by(chosen):
+    if found.is_explained_by(chosen):
+        beside += wording.noise_sentences(errors)
+    else:
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
     if apart and not leaves_more(found, chosen):
         beside.append(number_wording.unexplained_sentence(apart[0]))
-    beside += wording.ahead_sentences(errors)
     return " ".join([said, *beside])
 
 
