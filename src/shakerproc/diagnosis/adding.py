@@ -53,6 +53,8 @@ class Added:
         The model's own numbers, fitted with it.
     errors : Errors
         The free-run error before and after.
+    without : Model
+        The model with its own numbers fitted, but without the effect.
     tests : tuple of str
         Tests it was fitted to.
     modes : tuple of Mode
@@ -72,6 +74,7 @@ class Added:
     parameters: Mapping[str, Estimate]
     linear: Mapping[str, Estimate]
     errors: Errors
+    without: Model
     tests: tuple[str, ...]
     modes: tuple[Mode, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -132,10 +135,14 @@ def add(
         start=start,
         force=force,
         progress=progress,
-        comparisons=Comparisons(measured, progress or (lambda _text: None)),
     )
+    errors = found.errors
+    if model.excitation.role is not None:
+        comparisons = Comparisons(measured, progress or (lambda _text: None))
+        errors = comparisons.errors(model, found.model, found.without, errors)
     return replace(
         found,
+        errors=errors,
         tests=tuple(m.name for m in measured if not m.test.hold_out),
         left_out=usable.left_out,
         notes=(*usable.notes, *found.notes),
@@ -153,11 +160,8 @@ def add_to_arrays(
     start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
-    comparisons: Comparisons | None = None,
 ) -> Added:
     """Return the same for samples in memory, whose responses stand in the order of `sensors`.
-
-    Its errors are those of `compare` if there are `comparisons`, else as candidates are judged.
 
     Raises
     ------
@@ -175,10 +179,6 @@ def add_to_arrays(
     )
     say("errors")
     found = _added(model, fitted)
-    if comparisons is not None and model.excitation.role is not None:
-        bare = model_with(known, (), linear_estimates(fitted.without.fit))
-        errors = comparisons.errors(known, found.model, bare, found.errors)
-        found = replace(found, errors=errors)
     if found.worse and not force:
         raise DiagnosisError(
             f"{kind} between {' and '.join(found.element.between)}: {found.worse}."
@@ -214,7 +214,7 @@ def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[st
 
 def _added(model: Model, fitted: Fitted) -> Added:
     """Return the result of a fit."""
-    fit = fitted.with_effect.fit
+    fit, without = fitted.with_effect.fit, fitted.without.fit
     numbers = estimates(fit, -1) if fit.hypothesis.added else {}
     linear = linear_estimates(fit)
     errors, worse = _errors(fitted)
@@ -227,6 +227,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
         parameters=numbers,
         linear=linear,
         errors=errors,
+        without=replace(without.hypothesis.model_at(without.x), modes=model.modes),
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
         modes=modes,
         worse=worse,

@@ -135,14 +135,9 @@ class Begun:
         """Whether no more is to be looked for."""
         return bool(self.found.rigid) or self.found.is_enough
 
-    @property
-    def is_all(self) -> bool:
-        """Whether two effects, or a mode beside one, cannot be missing."""
-        return self.is_enough or needs_none(self.found)
-
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
-        if self.is_all:
+        if self.is_enough or needs_none(self.found):
             return self.found
         first = self.outcome
         found, campaign, forms = with_more(
@@ -199,7 +194,7 @@ def _begun(
     if other is not None:
         one = told(original, linear_model, other, one_more.failed, starts)
         last = replace(last, found=one, outcome=other)
-    mode = None if last.is_all else mode_beside(last.outcome, say)
+    mode = None if last.is_enough or needs_none(last.found) else mode_beside(last.outcome, say)
     if mode is None:
         return last
     return _begun(original, linear_model.with_mode(mode), tests, say)
