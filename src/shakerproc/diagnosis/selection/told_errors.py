@@ -15,30 +15,27 @@ from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.updated import model_with
 
 
-def simulated(found: Found, chosen: Score) -> tuple[Simulated, Simulated]:
-    """Return tests as the model as it is simulates them, and as what was chosen does."""
-    data, form = found.data, found.form
-    return simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulated], Errors]:
+    """Return tests as simulated by the model as it is and by what was chosen, and the errors.
 
-
-def errors_among(found: Found, before: Simulated, after: Simulated, chosen: Score) -> Errors:
-    """Return errors as candidates are judged: of the model as it is, and of what was chosen.
-
-    Those of the model as it is are of tests as recorded.
-
-    `before` is by the model as it is in the tests of the search, `after` by what was chosen.
+    Errors are as candidates are judged; of the model as it is, in tests as recorded.
     """
-    form, data, alone = found.form, found.data, found.left_by(found.linear)
+    data, form, alone = found.data, found.form, found.left_by(found.linear)
+    before, after = (
+        simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+    )  # fmt: skip
+    recorded = before
     if found.as_recorded is not data:
-        before = simulated_by(found.as_recorded.plain, form, found.before)
-    fitted, held_out = map(error_of_scored, before)
-    return Errors(
+        recorded = simulated_by(found.as_recorded.plain, form, found.before)
+    fitted, held_out = map(error_of_scored, recorded)
+    errors = Errors(
         Pair(fitted, error_of_scored(after[0])),
         Pair(held_out, found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
         alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
     )
+    return (before, after), errors
 
 
 def errors_told(

@@ -40,7 +40,7 @@ from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
-from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told, simulated
+from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
@@ -71,23 +71,21 @@ def judged(
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
-    before, after = simulated(found, chosen)
-    own = errors_among(found, before, after, chosen)
+    (before, after), own = errors_among(found, chosen)
     apart = unexplained_tests(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
-    linear = linear_estimates(fit)
-    locked, unclosed = _locked(found, fit, effects), None
+    linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
     outside = not at_fault and is_outside(found)
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
-    named = not (outside or locked or faults or found.rigid)
-    errors = errors_told(found, effects, linear, own, comparisons if named else None)
+    told_by = None if outside or locked or faults or found.rigid else comparisons
+    errors = errors_told(found, effects, linear, own, told_by)
     if outside:
-        said = outside_sentence(found, effects, own)
-        verdict, sentence, effects = "outside library", said, []
+        verdict, sentence = "outside library", outside_sentence(found, effects, own)
+        effects = []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
