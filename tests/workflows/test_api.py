@@ -327,6 +327,8 @@ def test_a_complete_model_is_told_to_be_complete_twice(given, few_effects):
     assert found.as_json() == again.as_json()
     said = found.as_json()["errors"]["held_out"]["before"]
     assert sp.compare(*given).held_out_error == pytest.approx(said, rel=1e-9)
+    for one in found.as_json()["candidates"]:  # each has a number
+        assert (one["held_out_error"] is None) != (one["screened"] is None)
     assert isinstance(found.plot(), Figure)
     assert "Nothing is missing" in found._repr_html_()
     assert len(found.errors) == 3

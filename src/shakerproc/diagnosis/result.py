@@ -107,19 +107,24 @@ class Errors:
 @final
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """One hypothesis that was tried; without errors, where the screening ruled it out."""
+    """One hypothesis that was tried; without errors, where the screening ruled it out.
+
+    `screened` is what it leaves along the measured motion, rms over that of the noise [-].
+    """
 
     kind: str
     between: tuple[str, ...]
     fitted_error: float | None
     held_out_error: float | None
     parameters: Mapping[str, Estimate]
+    screened: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         return {
             "kind": self.kind,
             "between": list(self.between),
+            "screened": self.screened,
             "fitted_error": self.fitted_error,
             "held_out_error": self.held_out_error,
             "parameters": {name: p.as_json() for name, p in self.parameters.items()},

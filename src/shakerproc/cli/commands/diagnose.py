@@ -12,8 +12,6 @@ from shakerproc.workflows import folders
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
 
-_NOT_FITTED = "not fitted: others explain more"
-
 
 def diagnose(
     model: Annotated[
@@ -134,7 +132,7 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
             [
                 _label(c),
                 " - ".join(c.between),
-                _NOT_FITTED if c.held_out_error is None else c.held_out_error,
+                _not_fitted(c) if c.held_out_error is None else c.held_out_error,
             ]
             for c in result.candidates
         ],
@@ -151,6 +149,14 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
         )
     for note in result.notes:
         once.message(note)
+
+
+def _not_fitted(candidate: "Tried") -> str:
+    """Return that others explain more, and what this one leaves along the measured motion."""
+    if candidate.screened is None:
+        return "not fitted: others explain more"
+    times = numeral(candidate.screened, 3)
+    return f"not fitted: leaves {times} times the noise along the measured motion"
 
 
 def _title(errors: "Errors") -> str:
