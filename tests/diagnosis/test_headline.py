@@ -8,6 +8,7 @@ import pytest
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.headline import headline, probability_text
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair, Where
+from shakerproc.diagnosis.wording import found_sentence, more_sentence
 from shakerproc.testlog import Test
 
 ERRORS = Errors(Pair(0.8, 0.01), Pair(0.9, 0.011), 0.01)
@@ -80,3 +81,14 @@ def test_a_stop_has_one_side_and_a_fault_no_joint():
         "stop between base and tip: clearance 0.0300 mm, side positive; sensor polarity of ch3."
     )
     assert headline(replace(FOUND, effects=()), []) == ""
+
+
+@pytest.mark.parametrize(("after", "said"), [(0.05, "to 0.05"), (0.09, "not in free runs")])
+def test_an_error_that_rises_in_free_runs_is_not_said_to_fall(after, said):
+    judged = Errors(Pair(0.08, 0.04), Pair(0.08, 0.04), 0.01, {"1": 0.8})
+    errors = Errors(Pair(0.08, after), Pair(0.08, after), 0.01, {"1": None}, None, judged)
+    sentence = found_sentence([Finding("gap", ("base", "mass"), {})], (), errors, ())
+    assert said in sentence
+    assert ("falls from" in sentence) == (after < 0.08)
+    left = more_sentence(errors, Where(), "translation")
+    assert left.startswith("Judged 0.8 s ahead: more is missing: 0.04 is left")

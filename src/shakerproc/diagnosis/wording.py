@@ -86,8 +86,7 @@ def noise_sentences(errors: Errors) -> list[str]:
     """Return that only noise is left as candidates are judged, where that is another number."""
     own = errors.among
     said = f"{numeral(own.held_out.after)} is left, the noise is {_noise(own.noise_floor)}."
-    told = _judged(errors, said)
-    return [] if told == said else [told]
+    return [told for told in (_judged(errors, said),) if told != said]
 
 
 def _range(
@@ -274,18 +273,20 @@ def _judged(errors: Errors, said: str) -> str:
     if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
         return said
     ahead = sorted({s for s in own.horizon_s.values() if s is not None})
-    how = "With gains and delays of sensors, further modes and what each test has fitted"
-    how = f"Judged {numeral(ahead[0], 2)} s ahead" if ahead else how
+    fitted = "With gains and delays of sensors, further modes and what each test has fitted"
+    how = f"Judged {numeral(ahead[0], 2)} s ahead" if ahead else fitted
     return f"{how}: {said[0].lower()}{said[1:]}"
 
 
 def _fall(errors: Errors) -> str:
     held = errors.held_out
     span = f"from {numeral(held.before)} to {numeral(held.after)}"
+    if held.after >= held.before:
+        return f"its error falls as candidates are judged, but not in free runs: {span}"
     fall = f"the held-out free-run error falls {span}"
-    alone = numeral(errors.without or held.before)
-    own = errors.without is not None and errors.without < held.before
-    return f"{fall} ({alone} with no effect)" if own and alone != numeral(held.before) else fall
+    alone = min(errors.without or held.before, held.before)
+    own = numeral(alone) != numeral(held.before)
+    return f"{fall} ({numeral(alone)} with no effect)" if own else fall
 
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
