@@ -47,7 +47,7 @@ class ArrayLike(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Row:
+class Row:
     """Where the values of a channel stand: a line of an array."""
 
     array: ArrayLike
@@ -71,14 +71,19 @@ class LinesSource(SampleSource):
     """
 
     run: str
-    lines: tuple[_Row, ...]
+    lines: tuple[Row, ...]
     handle: Any = None
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         out = np.empty((len(rows), max(0, stop - start)))
+        together: dict[int, list[int]] = {}  # columns of one array are read at once
+        for number, row in enumerate(rows):
+            line = self.lines[row]
+            together.setdefault(id(line.array if line.upright else line), []).append(number)
         with foreign(self.run, "reading the samples"):
-            for number, row in enumerate(rows):
-                out[number] = _slice(self.lines[row], start, stop)
+            for numbers in together.values():
+                found = [self.lines[rows[number]] for number in numbers]
+                out[numbers] = _block(found, start, stop)
         return out
 
     def close(self) -> None:
@@ -87,7 +92,17 @@ class LinesSource(SampleSource):
             self.handle.close()
 
 
-def _slice(line: _Row, start: int, stop: int) -> Any:
+def _block(lines: Sequence[Row], start: int, stop: int) -> Any:
+    """Return samples of one line, or of several that are columns of one array."""
+    columns = [line.column for line in lines if line.column is not None]
+    if len(lines) == 1:
+        return _slice(lines[0], start, stop)
+    first = min(columns)
+    frames = lines[0].array[start:stop, first : max(columns) + 1]
+    return frames[:, [column - first for column in columns]].T
+
+
+def _slice(line: Row, start: int, stop: int) -> Any:
     if line.column is None:
         return line.array[start:stop]
     if line.upright:
@@ -148,7 +163,7 @@ def file_of_arrays(
         for name in within
     ]
     channels: list[RawChannel] = []
-    lines: list[_Row] = []
+    lines: list[Row] = []
     for name, array in long.items():
         if name in axes:
             continue
@@ -184,7 +199,7 @@ def file_of_arrays(
 
 def _channel(
     row: int,
-    line: _Row,
+    line: Row,
     called: tuple[str, str],
     axes: tuple[TimeAxis, ...],
     length: int,
@@ -204,7 +219,7 @@ def _channel(
     )
 
 
-def _head(line: _Row, length: int) -> FloatArray:
+def _head(line: Row, length: int) -> FloatArray:
     """Return the first values of a channel, by which a time is told."""
     return np.asarray(_slice(line, 0, min(length, 1 << 16)), dtype=np.float64)
 
@@ -280,7 +295,7 @@ def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
         return None
     if array.dtype.kind not in "f" or max(array.shape) > LARGEST // 8:
         return None
-    line = _Row(array, 0, upright=array.shape[0] > array.shape[1])
+    line = Row(array, 0, upright=array.shape[0] > array.shape[1])
     times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
     if times.size < FEWEST or not like_time(name, "", times):
         return None
@@ -332,14 +347,14 @@ def _said(
     return said
 
 
-def _lines(array: ArrayLike, length: int) -> list[_Row]:
+def _lines(array: ArrayLike, length: int) -> list[Row]:
     shape = array.shape
     if shape == (length,):
-        return [_Row(array, None, upright=True)]
+        return [Row(array, None, upright=True)]
     if len(shape) != 2 or length not in shape or shape[0] == shape[1]:
         return []
     upright = shape[0] == length
-    return [_Row(array, column, upright) for column in range(shape[1 if upright else 0])]
+    return [Row(array, column, upright) for column in range(shape[1 if upright else 0])]
 
 
 def _headers(

@@ -53,6 +53,8 @@ READERS: Final = Readers({
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
     ".parquet": "parquet:read_parquet",
+    ".wav": "wav:read_wav",
+    ".rf64": "wav:read_wav",
 })
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
