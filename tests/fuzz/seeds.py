@@ -361,6 +361,31 @@ def matlab_7_3(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def hdf5_attributes(folder: Path) -> Seed:
+    """Data sets beside each other, whose attributes say unit and rate."""
+    values, path = numbers(22), folder / "attributes.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["sample_rate"] = RATE
+        for name, row in zip(CHANNELS, values, strict=True):
+            file[name] = row
+            file[name].attrs["units"] = "g"
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def netcdf(folder: Path) -> Seed:
+    """A time and two variables in packed pieces, as netCDF-4 lays them out."""
+    values, path = numbers(23), folder / "packed.nc"
+    with h5py.File(path, "w", libver="latest") as file:
+        file["time"] = np.arange(N_ROWS) / RATE
+        file["time"].attrs["units"] = "s"
+        file["time"].make_scale("time")
+        for name, row in zip(CHANNELS, values, strict=True):
+            data = file.create_dataset(name, data=row, chunks=(32,), compression="gzip")
+            data.attrs["units"] = "g"
+            data.dims[0].attach_scale(file["time"])
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
 def wave_file(folder: Path) -> Seed:
     """Two channels of 24 bits, written by the standard library."""
     path = folder / "whole.wav"
@@ -407,8 +432,8 @@ def make_seeds(folder: Path) -> list[Seed]:
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
-        wave_file, wave_of_floats,
+        wave_file, wave_of_floats, hdf5_attributes, netcdf,
     )  # fmt: skip
-    rates = (packed_archive, matlab, matlab_7_3, universal_text)
+    rates = (packed_archive, matlab, matlab_7_3, universal_text, hdf5_attributes)
     made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]
     return [*map(stated_once, tdms), *others, *made]

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from types import MappingProxyType
 from typing import Any, Final, Protocol, final
 
@@ -28,6 +29,7 @@ _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
 
 
 _NOTHING: Final[Mapping[str, tuple[str, str]]] = MappingProxyType({})
+_NEVER: Final[Mapping[str, datetime]] = MappingProxyType({})
 
 
 class ArrayLike(Protocol):
@@ -116,6 +118,7 @@ def file_of_arrays(
     run: str,
     *,
     called: Mapping[str, tuple[str, str]] = _NOTHING,
+    starts: Mapping[str, datetime] = _NEVER,
     left_out: Sequence[str] = (),
     handle: Any = None,
 ) -> RawFile:
@@ -134,6 +137,8 @@ def file_of_arrays(
         Name of the run, for messages.
     called : mapping
         Label and unit of arrays that have them, by name; either may be empty.
+    starts : mapping
+        When time 0 is, by the name of the array, or of the structure, that says it.
     left_out : sequence of str
         Names of what could not be read.
     handle : object, optional
@@ -148,7 +153,11 @@ def file_of_arrays(
     axes = {
         name: axis
         for name, array in long.items()
-        if (axis := _axis(name, array, texts, paired=_pair_of(name, long) is not None))
+        if (
+            axis := _axis(
+                name, array, _unit_of(name, texts, called), paired=bool(_pair_of(name, long))
+            )
+        )
     }
     within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
     length = _length(
@@ -179,7 +188,12 @@ def file_of_arrays(
         headers = _headers(name, len(found), texts, called.get(name, ("", "")))
         first = len(lines)
         channels += [
-            _channel(first + i, line, header, _stated_of(name, said, scopes, shared), length)
+            replace(
+                _channel(
+                    first + i, line, header, _stated_of(name, said, scopes, shared), length
+                ),
+                start_time=_start_of(name, starts),
+            )
             for i, (line, header) in enumerate(zip(found, headers, strict=True))
         ]
         lines += found
@@ -260,9 +274,21 @@ def _stated_of(
     return shared.setdefault(key, tuple(said[at] for at in key))
 
 
-def _axis(
-    name: str, array: ArrayLike, texts: Mapping[str, Sequence[str]], *, paired: bool
-) -> TimeAxis | None:
+def _start_of(name: str, starts: Mapping[str, datetime]) -> datetime | None:
+    """Return when time 0 of a variable is, by what stands nearest to it."""
+    near = [at for at in starts if not at or name == at or name.startswith(f"{at}.")]
+    return starts[max(near, key=len)] if near else None
+
+
+def _unit_of(
+    name: str, texts: Mapping[str, Sequence[str]], called: Mapping[str, tuple[str, str]]
+) -> str:
+    """Return the unit of a time vector that stands beside it; empty for none."""
+    said = called.get(name, ("", ""))[1]
+    return said or next(iter(texts.get(f"{_scope(name)}.TimeInfo.Units", ())), "")
+
+
+def _axis(name: str, array: ArrayLike, unit: str, *, paired: bool) -> TimeAxis | None:
     """Return a time vector, or None where an array is none.
 
     One that is called such as t or time is, and one that is called after another variable;
@@ -276,7 +302,6 @@ def _axis(
         return None
     times = _flat(array)
     axis = axis_of_column(short, split_header(short)[1], times, "time vector")
-    unit = next(iter(texts.get(f"{_scope(name)}.TimeInfo.Units", ())), "")
     axis = replace(axis, unit=unit) if unit and not axis.unit else axis
     return axis if known or not steps_of(times, "", "").problem else None
 
@@ -361,10 +386,22 @@ def _headers(
     name: str, count: int, texts: Mapping[str, Sequence[str]], called: tuple[str, str]
 ) -> list[tuple[str, str]]:
     """Return name and unit of each line of an array."""
-    units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
-    names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
+    units = _of_columns(_UNITS, name, count, texts)
+    names = _of_columns(_NAMES, name, count, texts)
     name, unit = called[0] or name, called[1]
     if count == 1 and not names:
         return [(name, unit)]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
     return [(h, u) for h, u in zip(headers, units or [unit] * count, strict=True)]
+
+
+def _of_columns(
+    kind: re.Pattern[str], name: str, count: int, texts: Mapping[str, Sequence[str]]
+) -> Sequence[str]:
+    """Return the texts of each line of an array: those below its name count first."""
+    for scope in dict.fromkeys((name, _scope(name), "")):
+        for at, lines in texts.items():
+            plain = at.removeprefix(f"{scope}.") if scope else at
+            if (plain != at or not scope) and kind.fullmatch(plain) and len(lines) == count:
+                return lines
+    return ()

@@ -53,6 +53,10 @@ READERS: Final = Readers({
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
     ".parquet": "parquet:read_parquet",
+    ".h5": "hdf5:read_hdf5",
+    ".hdf5": "hdf5:read_hdf5",
+    ".nc": "hdf5:read_hdf5",
+    ".nc4": "hdf5:read_hdf5",
     ".wav": "wav:read_wav",
     ".rf64": "wav:read_wav",
 })
