@@ -13,7 +13,9 @@ References
 
 import math
 import re
+import signal
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -35,6 +37,7 @@ from shakerproc.recordings.rates import RATE_WORD, STEP_WORD
 from shakerproc.recordings.raw import RawFile, RawGroup
 from shakerproc.recordings.structures import LABEL, UNIT, VALUES, Variables, keep_distinct
 from shakerproc.recordings.times import SECONDS, is_time
+from shakerproc.recordings.trial import check_survived
 
 _NETCDF_3: Final = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
@@ -49,6 +52,9 @@ _START: Final = re.compile(
 )
 _SINCE: Final = re.compile(r"(?P<unit>\w+)\s+since\s+(?P<date>.+)", re.IGNORECASE)
 _MOST_TEXTS: Final = 10_000
+_LONGEST_S: Final = 5.0
+"""What a process may compute while it walks over a file [s]: 10,000 data sets take one."""
+
 _EPOCH: Final = (946_684_800.0, 3_029_529_600.0)
 """Seconds since 1970 that are a date between 2000 and 2066."""
 
@@ -73,8 +79,6 @@ def read_hdf5(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read, or holds no time series.
     """
-    import h5py
-
     try:
         with path.open("rb") as start:
             magic = start.read(4)
@@ -84,15 +88,43 @@ def read_hdf5(path: Path, run: str) -> RawFile:
         raise RecordingError(
             f"{run}: is netCDF of version 3, not 4. Convert it: nccopy -k nc4 {run} new.nc."
         )
+    check_survived(path, run, "shakerproc.recordings.hdf5:try_hdf5")
+    with _opened(path, run) as file, foreign(run, "reading the data sets"):
+        return _joined(_found(file, run), run, file)
+
+
+def try_hdf5(path: Path) -> None:
+    """Walk over a file; HDF5 never comes back from some damaged texts.
+
+    The process then ends by a signal, where there is one for what a process has computed.
+    """
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_PROF, _LONGEST_S)
+    try:
+        with _opened(path, path.name) as file:
+            _found(file, path.name)
+            file.close()
+    finally:
+        if hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+@contextmanager
+def _opened(path: Path, run: str) -> Iterator[Any]:
+    """Yield a file, open; it is closed where something is wrong with it."""
+    import h5py
+
     with foreign(run, "opening the file"):
         file = h5py.File(path, "r")
     try:
-        with foreign(run, "reading the data sets"):
-            groups = _of_rattlesnake(file, run) or list(_groups(file, run))
-            return _joined(groups, run, file)
+        yield file
     except BaseException:
         file.close()
         raise
+
+
+def _found(file: Any, run: str) -> list[_Group]:
+    return _of_rattlesnake(file, run) or list(_groups(file, run))
 
 
 def _joined(groups: list[_Group], run: str, file: Any) -> RawFile:
@@ -256,12 +288,12 @@ def _take_attributes(item: Any, name: str, group: _Group) -> None:
     import h5py
 
     label, unit = "", ""
-    for key in item.attrs:
+    for key in (one for one in item.attrs if one not in _OF_LIBRARIES):
         kind = item.attrs.get_id(key)
         if kind.dtype.kind in "iuf":
             check_kind(kind, group.run, f"attribute {shown(key)}")
         value = item.attrs[key]
-        if key in _OF_LIBRARIES or value is None or isinstance(value, h5py.Empty):
+        if value is None or isinstance(value, h5py.Empty):
             continue
         place, number = (f"{name}.{key}" if name else key), _number(value)
         if isinstance(value, np.ndarray) and value.size > 1 and value.dtype.kind in "OSU":
