@@ -327,6 +327,15 @@ def numpy_archive(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def numpy_array(folder: Path) -> Seed:
+    """Fields of a structured array, of which one is the time."""
+    values, path = numbers(24), folder / "fields.npy"
+    rows = np.zeros(N_ROWS, [("t", "f8"), ("ch1_g", "f8"), ("ch2_g", "f8")])
+    rows["t"], rows["ch1_g"], rows["ch2_g"] = np.arange(N_ROWS) / RATE, *values
+    np.save(path, rows)
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
 def packed_archive(folder: Path) -> Seed:
     values, path = numbers(13), folder / "packed.npz"
     np.savez_compressed(path, fs=RATE, ch1_g=values[0], ch2_g=values[1])
@@ -432,7 +441,7 @@ def make_seeds(folder: Path) -> list[Seed]:
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
-        wave_file, wave_of_floats, hdf5_attributes, netcdf,
+        wave_file, wave_of_floats, numpy_array, hdf5_attributes, netcdf,
     )  # fmt: skip
     rates = (packed_archive, matlab, matlab_7_3, universal_text, hdf5_attributes)
     made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]

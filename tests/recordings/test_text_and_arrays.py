@@ -381,6 +381,37 @@ def test_numpy_archives(tmp_path):
         assert recording.sample_rate == 200.0
 
 
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("kind", ["<f8", ">f4", "<i2"])
+@pytest.mark.parametrize("upright", [True, False])
+def test_an_array_of_numpy_is_read_a_slice_at_a_time(tmp_path, order, kind, upright):
+    values = (np.random.default_rng(3).standard_normal((200, 3)) * 1000.0).astype(kind)
+    path = tmp_path / "run.npy"
+    np.save(path, np.asarray(values if upright else values.T, order=order))
+    with open_recording(path, sample_rate=1000.0) as recording:
+        assert [channel.name for channel in recording.channels] == ["run 1", "run 2", "run 3"]
+        assert_array_equal(recording.samples(), values.T)
+        assert_array_equal(recording.samples(13, 44), values[13:44].T)
+    path.write_bytes(path.read_bytes()[:-1])
+    refused(path, r"run.npy: 'run' says it holds .* bytes, but \d+ are there")
+
+
+def test_fields_of_a_structured_array_are_channels_and_its_times_count(tmp_path):
+    rows = np.zeros(300, [("time", "<f8"), ("acc_g", "<f4"), ("tag", "U3")])
+    rows["time"], rows["acc_g"] = np.arange(300) / 500.0, np.random.default_rng(4).random(300)
+    np.save(tmp_path / "run.npy", rows)
+    with open_recording(tmp_path / "run.npy") as recording:
+        assert recording.sample_rate == 500.0
+        assert_allclose(recording.samples()[0], rows["acc_g"] * STANDARD_GRAVITY, rtol=1e-7)
+        assert any("'tag'" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize("array", [np.zeros(9, complex), np.array([{}]), np.zeros((2, 3, 4))])
+def test_an_array_of_no_samples_is_refused(tmp_path, array):
+    np.save(tmp_path / "run.npy", array)
+    refused(tmp_path / "run.npy", r"run.npy: ")
+
+
 def test_a_pickle_in_a_numpy_archive_is_never_loaded_but_named(tmp_path):
     trap = np.array([Trap()], dtype=object)
     np.savez(tmp_path / "run.npz", t=T, acc_g=Y, trap=trap)

@@ -28,18 +28,26 @@ class Frames:
         Byte of the first number.
     shape : tuple of int
         Length along every axis; the last one advances from number to number.
-    dtype : numpy.dtype
+    stored : numpy.dtype
         Type of a number in the file.
     decoded : callable, optional
         From numbers of the file to values [as the format says].
+    kind : numpy.dtype, optional
+        Type of a value, where it is another than that of a number in the file.
     """
 
     run: str
     file: BinaryIO
     first: int
     shape: tuple[int, ...]
-    dtype: "np.dtype[Any]"
+    stored: "np.dtype[Any]"
     decoded: Callable[[NDArray[Any]], NDArray[Any]] | None = None
+    kind: "np.dtype[Any] | None" = None
+
+    @property
+    def dtype(self) -> "np.dtype[Any]":
+        """Type of a value."""
+        return self.stored if self.kind is None else self.kind
 
     def __getitem__(self, key: Any, /) -> NDArray[Any]:
         keys = key if isinstance(key, tuple) else (key,)
@@ -67,8 +75,8 @@ class Frames:
         """
         if self.file.closed:
             raise RecordingError(f"{self.run}: the recording is closed. Open it again.")
-        raw = np.empty(count, self.dtype)
-        self.file.seek(self.first + first * self.dtype.itemsize)
+        raw = np.empty(count, self.stored)
+        self.file.seek(self.first + first * self.stored.itemsize)
         if self.file.readinto(raw.view(np.uint8)) != raw.nbytes:  # type: ignore[attr-defined]
             size = os.fstat(self.file.fileno()).st_size
             raise RecordingError(

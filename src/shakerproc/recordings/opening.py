@@ -49,6 +49,7 @@ READERS: Final = Readers({
     ".lvm": "lvm:read_lvm",
     ".mat": "matlab:read_mat",
     ".npz": "numpy_file:read_npz",
+    ".npy": "numpy_file:read_npy",
     ".uff": "uff:read_uff",
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
