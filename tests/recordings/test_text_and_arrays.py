@@ -1,8 +1,10 @@
 """CSV, LVM, MATLAB, NumPy, UFF and Parquet: what is found in them, and what is refused."""
 
 import numpy as np
+import pyarrow
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pyarrow import feather
 from pyarrow import parquet as arrow_parquet
 from scipy import io as scipy_io
 
@@ -723,6 +725,31 @@ def test_parquet_is_the_same_in_every_order_and_says_what_it_does_not_use(tmp_pa
         for start, stop in [(0, 10), (4990, 5000), (700, 1600), (1, 4999), (300, 301)]:
             assert_allclose(recording.samples(start, stop), expected[:, start:stop])
         assert_allclose(recording.select([2]).samples(776, 779)[0], expected[2, 776:779])
+
+
+@pytest.mark.parametrize("compression", ["lz4", "uncompressed"])
+def test_feather_is_what_pyarrow_reads_and_of_version_1_is_refused(tmp_path, compression):
+    path = tmp_path / "run.feather"
+    values = np.random.default_rng(5).standard_normal((2, 500))
+    columns = {
+        "t": np.arange(500) / 100.0,
+        "a [g]": values[0],
+        "b [N]": values[1],
+        "c": ["x"] * 500,
+    }
+    table = pyarrow.table(columns)
+    feather.write_feather(table, path, compression=compression, chunksize=128)
+    oracle = feather.read_table(path)
+    with open_recording(path) as recording:
+        assert recording.sample_rate == 100.0
+        assert_array_equal(recording.samples()[1], oracle["b [N]"].to_numpy())
+        assert_array_equal(recording.samples(100, 300)[1], values[1, 100:300])
+        assert_allclose(recording.samples()[0], values[0] * STANDARD_GRAVITY, rtol=1e-15)
+        assert any("'c' (string)" in note for note in recording.notes)
+    path.write_bytes(path.read_bytes()[:-40])
+    refused(path, r"run.feather: opening the table failed")
+    path.write_bytes(b"FEA1" + bytes(60) + b"FEA1")
+    refused(path, r"run.feather: Feather of version 1")
 
 
 def test_a_row_that_parquet_lacks_is_seen_in_its_time_column(tmp_path):

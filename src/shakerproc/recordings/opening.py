@@ -54,6 +54,8 @@ READERS: Final = Readers({
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
     ".parquet": "parquet:read_parquet",
+    ".feather": "feather:read_feather",
+    ".arrow": "feather:read_feather",
     ".h5": "hdf5:read_hdf5",
     ".hdf5": "hdf5:read_hdf5",
     ".nc": "hdf5:read_hdf5",
