@@ -60,6 +60,7 @@ READERS: Final = Readers({
     ".hdf5": "hdf5:read_hdf5",
     ".nc": "hdf5:read_hdf5",
     ".nc4": "hdf5:read_hdf5",
+    ".xlsx": "xlsx:read_xlsx",
     ".wav": "wav:read_wav",
     ".rf64": "wav:read_wav",
 })
