@@ -11,6 +11,7 @@ from scipy import io as scipy_io
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import (
+    Sampling,
     health,
     mat5,
     matlab,
@@ -136,6 +137,28 @@ def test_without_headers_or_time_the_log_must_say_it(write):
     refused(path, "no sample rate for channel 'column 1'")
     with open_recording(path, sample_rate=10.0) as recording:
         assert len(recording.channels) == 3
+
+
+def test_two_rates_side_by_side_are_brought_to_one_or_one_is_left_out(write):
+    fast, slow = np.arange(2000) / 1000.0, np.arange(200) / 100.0
+    lines = [f"{t:.3f},{np.sin(40.0 * t):.9f}" for t in fast]
+    lines = [
+        f"{line},{slow[i]:.2f},{np.cos(20.0 * slow[i]):.9f}" if i < 200 else f"{line},,"
+        for i, line in enumerate(lines)
+    ]
+    path = write("\n".join(["Time [s],acc [g],Time [s],load [N]", *lines, ""]))
+    refused(path, "'acc' has 1000 samples per second, 'load' 100.*resample")
+    with open_recording(path, uses=[ChannelUse("load", "force")]) as recording:
+        assert recording.sample_rate == 100.0
+        assert_allclose(recording.samples()[0], np.cos(20.0 * slow), atol=1e-9)
+    with open_recording(path, sample_rate=Sampling(resample=100.0)) as recording:
+        acc, load = recording.samples()
+        at = min(
+            (np.arange(n, n + load.size) / 100.0 for n in range(200 - load.size + 1)),
+            key=lambda times: np.abs(np.cos(20.0 * times) - load).max(),
+        )
+        assert_allclose(load, np.cos(20.0 * at), atol=1e-3)
+        assert_allclose(acc, STANDARD_GRAVITY * np.sin(40.0 * at), atol=0.02)
 
 
 def test_a_torn_last_row_is_left_out_and_marked(write):

@@ -186,16 +186,9 @@ def file_of_arrays(
             )
         found = found[1:] if name in within else found
         headers = _headers(name, len(found), texts, called.get(name, ("", "")))
-        first = len(lines)
-        channels += [
-            replace(
-                _channel(
-                    first + i, line, header, _stated_of(name, said, scopes, shared), length
-                ),
-                start_time=_start_of(name, starts),
-            )
-            for i, (line, header) in enumerate(zip(found, headers, strict=True))
-        ]
+        stated = _stated_of(name, said, scopes, shared), _start_of(name, starts)
+        rows = enumerate(zip(found, headers, strict=True), len(lines))
+        channels += [_channel(i, line, header, stated, length) for i, (line, header) in rows]
         lines += found
     problems = [f"{shown(c.name)} is no channel: {c.problem}" for c in channels if c.problem]
     notes += [f"{text}." for text in problems]
@@ -215,10 +208,10 @@ def _channel(
     row: int,
     line: Row,
     called: tuple[str, str],
-    axes: tuple[TimeAxis, ...],
+    stated: tuple[tuple[TimeAxis, ...], datetime | None],
     length: int,
 ) -> RawChannel:
-    """Return a line of an array as a channel."""
+    """Return a line of an array as a channel; `stated` are its axes and when their 0 is."""
     header, unit = called
     name, in_header = called if unit else split_header(header)
     return RawChannel(
@@ -229,7 +222,8 @@ def _channel(
         unit=in_header,
         problem=like_time(header, unit, _head(line, length)),
         alias=header,
-        axes=axes,
+        axes=stated[0],
+        start_time=stated[1],
     )
 
 
