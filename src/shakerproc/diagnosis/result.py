@@ -72,6 +72,10 @@ class Errors:
         it was predicted as a whole [s].
     without : float, optional
         What the model leaves of what was held out with its own numbers fitted, but no effect.
+    of_candidates : Errors, optional
+        The same as candidates are compared: over as long as motions can be predicted, with
+        gains and delays of sensors, further modes and what each test has of its own fitted.
+        None where that is the same.
     """
 
     fitted: Pair
@@ -79,6 +83,12 @@ class Errors:
     noise_floor: float
     horizon_s: Mapping[str, float | None] = field(default_factory=dict)
     without: float | None = None
+    of_candidates: "Errors | None" = None
+
+    @property
+    def among(self) -> "Errors":
+        """The errors as candidates are compared."""
+        return self.of_candidates or self
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
@@ -88,6 +98,9 @@ class Errors:
             "noise_floor": self.noise_floor if math.isfinite(self.noise_floor) else None,
             "horizon_s": dict(self.horizon_s),
             "without_effect": self.without,
+            "of_candidates": None
+            if self.of_candidates is None
+            else self.of_candidates.as_json(),
         }
 
 
