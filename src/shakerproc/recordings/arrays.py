@@ -180,10 +180,7 @@ def file_of_arrays(
         if not found:
             odd.append(name)
         elif array.dtype.kind in "iu":
-            notes.append(
-                f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
-                "of a converter they lack their scale."
-            )
+            notes.append(_counts(name, array))
         found = found[1:] if name in within else found
         headers = _headers(name, len(found), texts, called.get(name, ("", "")))
         stated = _stated_of(name, said, scopes, shared), _start_of(name, starts)
@@ -201,6 +198,13 @@ def file_of_arrays(
         (RawGroup("", tuple(channels)),),
         LinesSource(run, tuple(lines), handle),
         tuple(notes),
+    )
+
+
+def _counts(name: str, array: ArrayLike) -> str:
+    return (
+        f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
+        "of a converter they lack their scale."
     )
 
 
