@@ -11,6 +11,20 @@ class RecordingError(ShakerprocError):
     """A recording cannot be used."""
 
 
+class SpectraError(RecordingError):
+    """A file holds spectra and no samples over time.
+
+    Attributes
+    ----------
+    holds : str
+        What it holds, such as ``frequency response functions (3)``.
+    """
+
+    def __init__(self, message: str, holds: str) -> None:
+        self.holds = holds
+        super().__init__(message)
+
+
 class DocumentError(ShakerprocError):
     """A YAML file (test log, model, study, coupon) cannot be used.
 

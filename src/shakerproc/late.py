@@ -22,6 +22,13 @@ def without_parquet() -> str:
     return "Parquet needs pyarrow: pip install 'shakerproc[parquet]', or use CSV"
 
 
+def without_xlsx() -> str:
+    """Return what to do so that XLSX can be read; empty where it can."""
+    if find_spec("openpyxl") is not None:
+        return ""
+    return "XLSX needs openpyxl: pip install 'shakerproc[xlsx]', or save it as CSV"
+
+
 def seek_garbage_seldom() -> None:
     """Let objects lie for longer: imports make many and no garbage.
 

@@ -336,6 +336,21 @@ def spelled(unit: str) -> str:
     return _SPELLINGS.get(unit.strip().casefold(), unit.strip())
 
 
+def numbered(unit: str) -> tuple[float, str]:
+    """Return how many of a unit one count stands for, and the unit: ``10 V`` is 10 of ``V``.
+
+    Examples
+    --------
+    >>> numbered("10 V"), numbered("m/s^2"), numbered("1e-3g")
+    ((10.0, 'V'), (1.0, 'm/s^2'), (0.001, 'g'))
+    """
+    plain = unit.translate(_LOOK_ALIKE).strip()
+    match = _NUMBER.match(plain)
+    if match is None or match.end() in {len(plain), plain.find("/")}:
+        return 1.0, unit
+    return float(match[0]), plain[match.end() :].strip()
+
+
 def is_same_unit(unit: str, other: str) -> bool:
     """Return whether two units are the same, however written: ``m/s²`` is ``m/s^2``."""
     parsed = _parsed(spelled(unit), "g_n") if unit.strip() else unit

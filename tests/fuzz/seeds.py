@@ -2,6 +2,7 @@
 
 import re
 import struct
+import wave
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -10,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 from scipy import io as scipy_io
+from scipy.io import wavfile
 from tests.recordings import tdms_bytes
 from tests.recordings.tdms_bytes import Builder
 
@@ -48,6 +50,8 @@ class Seed:
     stated : tuple of range
         Bytes that say rate, start or unit of the times and that nothing else in the file
         repeats: once they are damaged, the file says something else.
+    unit : str
+        What the log says of the unit, of a format that says none.
     """
 
     name: str
@@ -60,6 +64,7 @@ class Seed:
     counted: bool = True
     start: datetime | None = None
     stated: tuple[range, ...] = ()
+    unit: str = ""
 
     def log(self) -> str:
         """The test log that describes the file, with a test for each use of bad rows.
@@ -71,7 +76,8 @@ class Seed:
         if self.name.endswith(".tdms"):
             seconds = self.values.shape[1] / RATE
             duration = f"duration: {seconds!r} s, duration_tolerance: 0.01 %, "
-        roles = ", ".join(f'"{name}": {{role: response}}' for name in self.channels)
+        unit = f", unit: {self.unit}" if self.unit else ""
+        roles = ", ".join(f'"{name}": {{role: response{unit}}}' for name in self.channels)
         return (
             f"testlog: 1\nrecordings: .\nchannels: {{{roles}}}\n"
             f"expect: {{{duration}channels: {len(self.channels)}, unit: g}}\ntests:\n"
@@ -321,6 +327,15 @@ def numpy_archive(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def numpy_array(folder: Path) -> Seed:
+    """Fields of a structured array, of which one is the time."""
+    values, path = numbers(24), folder / "fields.npy"
+    rows = np.zeros(N_ROWS, [("t", "f8"), ("ch1_g", "f8"), ("ch2_g", "f8")])
+    rows["t"], rows["ch1_g"], rows["ch2_g"] = np.arange(N_ROWS) / RATE, *values
+    np.save(path, rows)
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
 def packed_archive(folder: Path) -> Seed:
     values, path = numbers(13), folder / "packed.npz"
     np.savez_compressed(path, fs=RATE, ch1_g=values[0], ch2_g=values[1])
@@ -355,6 +370,54 @@ def matlab_7_3(folder: Path) -> Seed:
     return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
 
 
+def hdf5_attributes(folder: Path) -> Seed:
+    """Data sets beside each other, whose attributes say unit and rate."""
+    values, path = numbers(22), folder / "attributes.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["sample_rate"] = RATE
+        for name, row in zip(CHANNELS, values, strict=True):
+            file[name] = row
+            file[name].attrs["units"] = "g"
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def netcdf(folder: Path) -> Seed:
+    """A time and two variables in packed pieces, as netCDF-4 lays them out."""
+    values, path = numbers(23), folder / "packed.nc"
+    with h5py.File(path, "w", libver="latest") as file:
+        file["time"] = np.arange(N_ROWS) / RATE
+        file["time"].attrs["units"] = "s"
+        file["time"].make_scale("time")
+        for name, row in zip(CHANNELS, values, strict=True):
+            data = file.create_dataset(name, data=row, chunks=(32,), compression="gzip")
+            data.attrs["units"] = "g"
+            data.dims[0].attach_scale(file["time"])
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def wave_file(folder: Path) -> Seed:
+    """Two channels of 24 bits, written by the standard library."""
+    path = folder / "whole.wav"
+    numbers_24 = np.rint(numbers(20) * 2.0**20).astype("<i4")
+    with wave.open(str(path), "wb") as file:
+        file.setparams((2, 3, int(RATE), 0, "NONE", ""))
+        file.writeframes(numbers_24.T.copy().view("u1").reshape(-1, 4)[:, :3].tobytes())
+    return in_log(path, numbers_24 / 2.0**23)
+
+
+def wave_of_floats(folder: Path) -> Seed:
+    """Two channels of 32-bit floats, with the number of samples in a chunk of its own."""
+    path, values = folder / "floats.wav", numbers(21).astype("f4")
+    wavfile.write(path, int(RATE), values.T)
+    return in_log(path, values.astype(float))
+
+
+def in_log(path: Path, values: np.ndarray) -> Seed:
+    """Return the seed of a file that knows neither names nor units [g]."""
+    channels = ("channel 1", "channel 2")
+    return Seed(path.name, taken(path), channels, values * STANDARD_GRAVITY, (), unit="g")
+
+
 def stated_once(seed: Seed) -> Seed:
     """Return a seed of which the rate or step stands in one number."""
     numbers = (RATE, 1.0 / RATE)
@@ -378,7 +441,8 @@ def make_seeds(folder: Path) -> list[Seed]:
     more = (
         csv, german_csv, labview_text, universal_text, numpy_archive, packed_archive, matlab,
         matlab_7_3, csv_below_statements, labview_segments, universal_uneven, simulink,
+        wave_file, wave_of_floats, numpy_array, hdf5_attributes, netcdf,
     )  # fmt: skip
-    rates = (packed_archive, matlab, matlab_7_3, universal_text)
+    rates = (packed_archive, matlab, matlab_7_3, universal_text, hdf5_attributes)
     made = [stated_once(m(folder)) if m in rates else m(folder) for m in more]
     return [*map(stated_once, tdms), *others, *made]

@@ -1,14 +1,17 @@
 """CSV, LVM, MATLAB, NumPy, UFF and Parquet: what is found in them, and what is refused."""
 
 import numpy as np
+import pyarrow
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pyarrow import feather
 from pyarrow import parquet as arrow_parquet
 from scipy import io as scipy_io
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import (
+    Sampling,
     health,
     mat5,
     matlab,
@@ -134,6 +137,28 @@ def test_without_headers_or_time_the_log_must_say_it(write):
     refused(path, "no sample rate for channel 'column 1'")
     with open_recording(path, sample_rate=10.0) as recording:
         assert len(recording.channels) == 3
+
+
+def test_two_rates_side_by_side_are_brought_to_one_or_one_is_left_out(write):
+    fast, slow = np.arange(2000) / 1000.0, np.arange(200) / 100.0
+    lines = [f"{t:.3f},{np.sin(40.0 * t):.9f}" for t in fast]
+    lines = [
+        f"{line},{slow[i]:.2f},{np.cos(20.0 * slow[i]):.9f}" if i < 200 else f"{line},,"
+        for i, line in enumerate(lines)
+    ]
+    path = write("\n".join(["Time [s],acc [g],Time [s],load [N]", *lines, ""]))
+    refused(path, "'acc' has 1000 samples per second, 'load' 100.*resample")
+    with open_recording(path, uses=[ChannelUse("load", "force")]) as recording:
+        assert recording.sample_rate == 100.0
+        assert_allclose(recording.samples()[0], np.cos(20.0 * slow), atol=1e-9)
+    with open_recording(path, sample_rate=Sampling(resample=100.0)) as recording:
+        acc, load = recording.samples()
+        at = min(
+            (np.arange(n, n + load.size) / 100.0 for n in range(200 - load.size + 1)),
+            key=lambda times: np.abs(np.cos(20.0 * times) - load).max(),
+        )
+        assert_allclose(load, np.cos(20.0 * at), atol=1e-3)
+        assert_allclose(acc, STANDARD_GRAVITY * np.sin(40.0 * at), atol=0.02)
 
 
 def test_a_torn_last_row_is_left_out_and_marked(write):
@@ -379,6 +404,37 @@ def test_numpy_archives(tmp_path):
     with open_recording(tmp_path / "run.npz") as recording:
         assert [c.name for c in recording.channels] == ["acc_g 1", "acc_g 2"]
         assert recording.sample_rate == 200.0
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("kind", ["<f8", ">f4", "<i2"])
+@pytest.mark.parametrize("upright", [True, False])
+def test_an_array_of_numpy_is_read_a_slice_at_a_time(tmp_path, order, kind, upright):
+    values = (np.random.default_rng(3).standard_normal((200, 3)) * 1000.0).astype(kind)
+    path = tmp_path / "run.npy"
+    np.save(path, np.asarray(values if upright else values.T, order=order))
+    with open_recording(path, sample_rate=1000.0) as recording:
+        assert [channel.name for channel in recording.channels] == ["run 1", "run 2", "run 3"]
+        assert_array_equal(recording.samples(), values.T)
+        assert_array_equal(recording.samples(13, 44), values[13:44].T)
+    path.write_bytes(path.read_bytes()[:-1])
+    refused(path, r"run.npy: 'run' says it holds .* bytes, but \d+ are there")
+
+
+def test_fields_of_a_structured_array_are_channels_and_its_times_count(tmp_path):
+    rows = np.zeros(300, [("time", "<f8"), ("acc_g", "<f4"), ("tag", "U3")])
+    rows["time"], rows["acc_g"] = np.arange(300) / 500.0, np.random.default_rng(4).random(300)
+    np.save(tmp_path / "run.npy", rows)
+    with open_recording(tmp_path / "run.npy") as recording:
+        assert recording.sample_rate == 500.0
+        assert_allclose(recording.samples()[0], rows["acc_g"] * STANDARD_GRAVITY, rtol=1e-7)
+        assert any("'tag'" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize("array", [np.zeros(9, complex), np.array([{}]), np.zeros((2, 3, 4))])
+def test_an_array_of_no_samples_is_refused(tmp_path, array):
+    np.save(tmp_path / "run.npy", array)
+    refused(tmp_path / "run.npy", r"run.npy: ")
 
 
 def test_a_pickle_in_a_numpy_archive_is_never_loaded_but_named(tmp_path):
@@ -692,6 +748,31 @@ def test_parquet_is_the_same_in_every_order_and_says_what_it_does_not_use(tmp_pa
         for start, stop in [(0, 10), (4990, 5000), (700, 1600), (1, 4999), (300, 301)]:
             assert_allclose(recording.samples(start, stop), expected[:, start:stop])
         assert_allclose(recording.select([2]).samples(776, 779)[0], expected[2, 776:779])
+
+
+@pytest.mark.parametrize("compression", ["lz4", "uncompressed"])
+def test_feather_is_what_pyarrow_reads_and_of_version_1_is_refused(tmp_path, compression):
+    path = tmp_path / "run.feather"
+    values = np.random.default_rng(5).standard_normal((2, 500))
+    columns = {
+        "t": np.arange(500) / 100.0,
+        "a [g]": values[0],
+        "b [N]": values[1],
+        "c": ["x"] * 500,
+    }
+    table = pyarrow.table(columns)
+    feather.write_feather(table, path, compression=compression, chunksize=128)
+    oracle = feather.read_table(path)
+    with open_recording(path) as recording:
+        assert recording.sample_rate == 100.0
+        assert_array_equal(recording.samples()[1], oracle["b [N]"].to_numpy())
+        assert_array_equal(recording.samples(100, 300)[1], values[1, 100:300])
+        assert_allclose(recording.samples()[0], values[0] * STANDARD_GRAVITY, rtol=1e-15)
+        assert any("'c' (string)" in note for note in recording.notes)
+    path.write_bytes(path.read_bytes()[:-40])
+    refused(path, r"run.feather: opening the table failed")
+    path.write_bytes(b"FEA1" + bytes(60) + b"FEA1")
+    refused(path, r"run.feather: Feather of version 1")
 
 
 def test_a_row_that_parquet_lacks_is_seen_in_its_time_column(tmp_path):

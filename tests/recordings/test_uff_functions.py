@@ -8,6 +8,7 @@ import struct
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.in_process import completed
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording
@@ -125,3 +126,15 @@ def test_functions_other_than_time_are_left_out_by_name(write):
     with open_recording(path) as recording:
         told = " ".join(recording.notes)
         assert "frequency response functions (2), coherences (1)" in told
+
+
+def test_inspect_tells_spectra_as_what_they_are(write):
+    path = write(
+        record(VALUES, function=4), record(VALUES, function=9), record(VALUES, function=4)
+    )
+    done = completed("inspect", str(path))
+    assert done.returncode == 0
+    assert done.stdout.strip() == (
+        "run.uff: no samples over time: frequency response functions (2), "
+        "power spectral densities (1)"
+    )

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from types import MappingProxyType
 from typing import Any, Final, Protocol, final
 
@@ -28,6 +29,7 @@ _UNITS: Final = re.compile(r"(?:channel_?)?units", re.IGNORECASE)
 
 
 _NOTHING: Final[Mapping[str, tuple[str, str]]] = MappingProxyType({})
+_NEVER: Final[Mapping[str, datetime]] = MappingProxyType({})
 
 
 class ArrayLike(Protocol):
@@ -47,7 +49,7 @@ class ArrayLike(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Row:
+class Row:
     """Where the values of a channel stand: a line of an array."""
 
     array: ArrayLike
@@ -71,14 +73,19 @@ class LinesSource(SampleSource):
     """
 
     run: str
-    lines: tuple[_Row, ...]
+    lines: tuple[Row, ...]
     handle: Any = None
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         out = np.empty((len(rows), max(0, stop - start)))
+        together: dict[int, list[int]] = {}  # columns of one array are read at once
+        for number, row in enumerate(rows):
+            line = self.lines[row]
+            together.setdefault(id(line.array if line.upright else line), []).append(number)
         with foreign(self.run, "reading the samples"):
-            for number, row in enumerate(rows):
-                out[number] = _slice(self.lines[row], start, stop)
+            for numbers in together.values():
+                found = [self.lines[rows[number]] for number in numbers]
+                out[numbers] = _block(found, start, stop)
         return out
 
     def close(self) -> None:
@@ -87,7 +94,17 @@ class LinesSource(SampleSource):
             self.handle.close()
 
 
-def _slice(line: _Row, start: int, stop: int) -> Any:
+def _block(lines: Sequence[Row], start: int, stop: int) -> Any:
+    """Return samples of one line, or of several that are columns of one array."""
+    columns = [line.column for line in lines if line.column is not None]
+    if len(lines) == 1:
+        return _slice(lines[0], start, stop)
+    first = min(columns)
+    frames = lines[0].array[start:stop, first : max(columns) + 1]
+    return frames[:, [column - first for column in columns]].T
+
+
+def _slice(line: Row, start: int, stop: int) -> Any:
     if line.column is None:
         return line.array[start:stop]
     if line.upright:
@@ -101,6 +118,7 @@ def file_of_arrays(
     run: str,
     *,
     called: Mapping[str, tuple[str, str]] = _NOTHING,
+    starts: Mapping[str, datetime] = _NEVER,
     left_out: Sequence[str] = (),
     handle: Any = None,
 ) -> RawFile:
@@ -119,6 +137,8 @@ def file_of_arrays(
         Name of the run, for messages.
     called : mapping
         Label and unit of arrays that have them, by name; either may be empty.
+    starts : mapping
+        When time 0 is, by the name of the array, or of the structure, that says it.
     left_out : sequence of str
         Names of what could not be read.
     handle : object, optional
@@ -133,7 +153,11 @@ def file_of_arrays(
     axes = {
         name: axis
         for name, array in long.items()
-        if (axis := _axis(name, array, texts, paired=_pair_of(name, long) is not None))
+        if (
+            axis := _axis(
+                name, array, _unit_of(name, texts, called), paired=bool(_pair_of(name, long))
+            )
+        )
     }
     within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
     length = _length(
@@ -148,7 +172,7 @@ def file_of_arrays(
         for name in within
     ]
     channels: list[RawChannel] = []
-    lines: list[_Row] = []
+    lines: list[Row] = []
     for name, array in long.items():
         if name in axes:
             continue
@@ -156,17 +180,12 @@ def file_of_arrays(
         if not found:
             odd.append(name)
         elif array.dtype.kind in "iu":
-            notes.append(
-                f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
-                "of a converter they lack their scale."
-            )
+            notes.append(_counts(name, array))
         found = found[1:] if name in within else found
         headers = _headers(name, len(found), texts, called.get(name, ("", "")))
-        first = len(lines)
-        channels += [
-            _channel(first + i, line, header, _stated_of(name, said, scopes, shared), length)
-            for i, (line, header) in enumerate(zip(found, headers, strict=True))
-        ]
+        stated = _stated_of(name, said, scopes, shared), _start_of(name, starts)
+        rows = enumerate(zip(found, headers, strict=True), len(lines))
+        channels += [_channel(i, line, header, stated, length) for i, (line, header) in rows]
         lines += found
     problems = [f"{shown(c.name)} is no channel: {c.problem}" for c in channels if c.problem]
     notes += [f"{text}." for text in problems]
@@ -182,14 +201,21 @@ def file_of_arrays(
     )
 
 
+def _counts(name: str, array: ArrayLike) -> str:
+    return (
+        f"{shown(name)} holds whole numbers ({array.dtype.name}): if they are counts "
+        "of a converter they lack their scale."
+    )
+
+
 def _channel(
     row: int,
-    line: _Row,
+    line: Row,
     called: tuple[str, str],
-    axes: tuple[TimeAxis, ...],
+    stated: tuple[tuple[TimeAxis, ...], datetime | None],
     length: int,
 ) -> RawChannel:
-    """Return a line of an array as a channel."""
+    """Return a line of an array as a channel; `stated` are its axes and when their 0 is."""
     header, unit = called
     name, in_header = called if unit else split_header(header)
     return RawChannel(
@@ -200,11 +226,12 @@ def _channel(
         unit=in_header,
         problem=like_time(header, unit, _head(line, length)),
         alias=header,
-        axes=axes,
+        axes=stated[0],
+        start_time=stated[1],
     )
 
 
-def _head(line: _Row, length: int) -> FloatArray:
+def _head(line: Row, length: int) -> FloatArray:
     """Return the first values of a channel, by which a time is told."""
     return np.asarray(_slice(line, 0, min(length, 1 << 16)), dtype=np.float64)
 
@@ -245,9 +272,21 @@ def _stated_of(
     return shared.setdefault(key, tuple(said[at] for at in key))
 
 
-def _axis(
-    name: str, array: ArrayLike, texts: Mapping[str, Sequence[str]], *, paired: bool
-) -> TimeAxis | None:
+def _start_of(name: str, starts: Mapping[str, datetime]) -> datetime | None:
+    """Return when time 0 of a variable is, by what stands nearest to it."""
+    near = [at for at in starts if not at or name == at or name.startswith(f"{at}.")]
+    return starts[max(near, key=len)] if near else None
+
+
+def _unit_of(
+    name: str, texts: Mapping[str, Sequence[str]], called: Mapping[str, tuple[str, str]]
+) -> str:
+    """Return the unit of a time vector that stands beside it; empty for none."""
+    said = called.get(name, ("", ""))[1]
+    return said or next(iter(texts.get(f"{_scope(name)}.TimeInfo.Units", ())), "")
+
+
+def _axis(name: str, array: ArrayLike, unit: str, *, paired: bool) -> TimeAxis | None:
     """Return a time vector, or None where an array is none.
 
     One that is called such as t or time is, and one that is called after another variable;
@@ -261,7 +300,6 @@ def _axis(
         return None
     times = _flat(array)
     axis = axis_of_column(short, split_header(short)[1], times, "time vector")
-    unit = next(iter(texts.get(f"{_scope(name)}.TimeInfo.Units", ())), "")
     axis = replace(axis, unit=unit) if unit and not axis.unit else axis
     return axis if known or not steps_of(times, "", "").problem else None
 
@@ -280,7 +318,7 @@ def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
         return None
     if array.dtype.kind not in "f" or max(array.shape) > LARGEST // 8:
         return None
-    line = _Row(array, 0, upright=array.shape[0] > array.shape[1])
+    line = Row(array, 0, upright=array.shape[0] > array.shape[1])
     times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
     if times.size < FEWEST or not like_time(name, "", times):
         return None
@@ -332,24 +370,36 @@ def _said(
     return said
 
 
-def _lines(array: ArrayLike, length: int) -> list[_Row]:
+def _lines(array: ArrayLike, length: int) -> list[Row]:
     shape = array.shape
     if shape == (length,):
-        return [_Row(array, None, upright=True)]
+        return [Row(array, None, upright=True)]
     if len(shape) != 2 or length not in shape or shape[0] == shape[1]:
         return []
     upright = shape[0] == length
-    return [_Row(array, column, upright) for column in range(shape[1 if upright else 0])]
+    return [Row(array, column, upright) for column in range(shape[1 if upright else 0])]
 
 
 def _headers(
     name: str, count: int, texts: Mapping[str, Sequence[str]], called: tuple[str, str]
 ) -> list[tuple[str, str]]:
     """Return name and unit of each line of an array."""
-    units = next((t for n, t in texts.items() if _UNITS.fullmatch(n) and len(t) == count), ())
-    names = next((t for n, t in texts.items() if _NAMES.fullmatch(n) and len(t) == count), ())
+    units = _of_columns(_UNITS, name, count, texts)
+    names = _of_columns(_NAMES, name, count, texts)
     name, unit = called[0] or name, called[1]
     if count == 1 and not names:
         return [(name, unit)]
     headers = names or [f"{name} {number + 1}" for number in range(count)]
     return [(h, u) for h, u in zip(headers, units or [unit] * count, strict=True)]
+
+
+def _of_columns(
+    kind: re.Pattern[str], name: str, count: int, texts: Mapping[str, Sequence[str]]
+) -> Sequence[str]:
+    """Return the texts of each line of an array: those below its name count first."""
+    for scope in dict.fromkeys((name, _scope(name), "")):
+        for at, lines in texts.items():
+            plain = at.removeprefix(f"{scope}.") if scope else at
+            if (plain != at or not scope) and kind.fullmatch(plain) and len(lines) == count:
+                return lines
+    return ()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import BinaryIO
 
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.raw import RawFile
@@ -20,7 +21,17 @@ def read_csv(path: Path, run: str) -> RawFile:
     RecordingError
         If it holds no table of numbers.
     """
-    file, encoding, lines = open_text(path, run)
+    return table_of(*open_text(path, run), run)
+
+
+def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFile:
+    """Return the columns of an open text as channels; arguments as `open_text` returns them.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no table of numbers.
+    """
     stamps = stamps_of(lines)
     with file:
         if stamps is None:

@@ -3,26 +3,20 @@
 import math
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, final
-
-import numpy as np
+from typing import Any, Final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, foreign
+from shakerproc.recordings.hdf5_variables import DEEPEST, Stored, check_variable, is_readable
 from shakerproc.recordings.mat5 import MOST_ELEMENTS, Mat5Error, Value, read_variables
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.structures import MatlabObject, Tree, flattened
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
-_DEEPEST: Final = 8
 _OBJECT: Final = 3
 """How MATLAB marks variables of its classes."""
-
-_PACKED: Final = 1040
-"""Times that packing makes numbers smaller at most: deflate reaches 1032."""
 
 _TOO_MANY: Final = (
     "these are too many to hold in memory. Save them with -v7.3, or export the recording as "
@@ -96,31 +90,6 @@ def _version_5(path: Path, run: str) -> list[tuple[str, Value]]:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class _Stored:
-    """A variable of an open HDF5 file; what cannot be read of it is an error that names it."""
-
-    run: str
-    name: str
-    item: Any
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Length along every axis."""
-        return tuple(self.item.shape)
-
-    @property
-    def dtype(self) -> "np.dtype[Any]":
-        """Type of a number."""
-        kind: np.dtype[Any] = self.item.dtype
-        return kind
-
-    def __getitem__(self, key: Any, /) -> Any:
-        with foreign(self.run, f"reading variable {shown(self.name)}"):
-            return self.item[key]
-
-
 def _read_hdf5(path: Path, run: str) -> RawFile:
     import h5py
 
@@ -141,7 +110,7 @@ def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
     """Return what stands below a name, following no link out of the file."""
     import h5py
 
-    if depth > _DEEPEST or not isinstance(group.get(key, getlink=True), h5py.HardLink):
+    if depth > DEEPEST or not isinstance(group.get(key, getlink=True), h5py.HardLink):
         return None
     return _of_item(group[key], run, name, depth)
 
@@ -155,7 +124,7 @@ def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
         for key in item:
             fields[key] = _tree(item, key, run, f"{name}.{key}", depth + 1)
         return _elements_first(fields)
-    if not isinstance(item, h5py.Dataset) or not _is_readable(item):
+    if not isinstance(item, h5py.Dataset) or not is_readable(item):
         return None
     kind = bytes(item.attrs.get("MATLAB_class", b"")).decode("latin-1")
     if item.attrs.get("MATLAB_object_decode", 0) == _OBJECT:
@@ -167,28 +136,15 @@ def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
     return _stored(item, run, name) if item.dtype.kind in "iuf" else None
 
 
-def _stored(item: Any, run: str, name: str) -> _Stored:
-    """Return a variable of numbers.
-
-    Raises
-    ------
-    RecordingError
-        If they are of no type of a processor, which HDF5 would convert: a damaged header says
-        another exponent, say.
-    """
-    import h5py
-
-    if h5py.h5t.py_create(item.dtype) != item.id.get_type():
-        raise RecordingError(
-            f"{run}: variable {shown(name)} is stored as numbers of a kind that MATLAB never "
-            f"writes, which is damage. {AGAIN}"
-        )
-    return _Stored(run, name, item)
+def _stored(item: Any, run: str, name: str) -> Stored:
+    """Return a variable of numbers."""
+    check_variable(item, run, name)
+    return Stored(run, name, item)
 
 
 def _referred(item: Any, kind: str, run: str, name: str, depth: int) -> Tree:
     """Return the cells of a cell array, or one field of an array of structures."""
-    if depth >= _DEEPEST or item.size > MOST_ELEMENTS:
+    if depth >= DEEPEST or item.size > MOST_ELEMENTS:
         return None
     within = [item.file[ref] for ref in item[...].T.reshape(-1) if ref]
     if kind == "cell" and all(i.attrs.get("MATLAB_class", b"") == b"char" for i in within):
@@ -212,16 +168,6 @@ def _elements_first(fields: dict[str, Tree]) -> dict[str, Tree]:
         index: {key: value[index] for key, value in fields.items() if isinstance(value, dict)}
         for index in inner[0]
     }
-
-
-def _is_readable(item: Any) -> bool:
-    """Return whether a dataset lies in this file, in pieces that fit into memory."""
-    if item.shape is None or item.is_virtual or item.external:
-        return False
-    chunk = math.prod(item.chunks) if item.chunks else 0
-    width = int(item.dtype.itemsize)
-    stored = int(item.id.get_storage_size())
-    return chunk * width <= 1 << 28 and math.prod(item.shape) * width <= _PACKED * stored
 
 
 def _hdf5_text(item: Any) -> str:

@@ -1,7 +1,9 @@
-"""Read .npz: named arrays, never a pickle."""
+"""Read .npy a slice at a time and .npz in memory: arrays, never a pickle."""
 
 import math
+import os
 import zipfile
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, BinaryIO, Final, cast
 
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, ArrayLike, file_of_arrays
+from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
 from shakerproc.recordings.raw import RawFile
 
@@ -37,6 +40,76 @@ def read_npz(path: Path, run: str) -> RawFile:
     return file_of_arrays(arrays, texts, run, left_out=left_out)
 
 
+def read_npy(path: Path, run: str) -> RawFile:
+    """Return the columns of a NumPy array, or the fields of a structured one, as channels.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no real numbers, or is not as long as it says.
+    """
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    try:
+        with foreign(run, "reading the header"):
+            return _stored(file, path.stem, run)
+    except BaseException:
+        file.close()
+        raise
+
+
+def _stored(file: BinaryIO, name: str, run: str) -> RawFile:
+    """Return an array that stands in an open file.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no real numbers, or is not as long as it says.
+    """
+    version = npy.read_magic(file)
+    if version not in _HEADERS:
+        raise RecordingError(f"{run}: version {version} of .npy is unknown. Save it again.")
+    shape, by_column, dtype = _HEADERS[version](file)
+    there = os.fstat(file.fileno()).st_size - file.tell()
+    _check_length(shape, dtype, there, name, run)
+    shape = shape[::-1] if by_column else shape
+    if dtype.names and len(shape) == 1:
+        fields = {key: dtype[key] for key in dtype.names if dtype[key].kind in "iuf"}
+        arrays: dict[str, ArrayLike] = {
+            key: Frames(run, file, file.tell(), shape, dtype, itemgetter(key), kind)
+            for key, kind in fields.items()
+        }
+        rest = [key for key in dtype.names if key not in fields]
+        return file_of_arrays(arrays, {}, run, left_out=rest, handle=file)
+    if dtype.kind not in "iuf" or not 1 <= len(shape) <= 2:
+        raise RecordingError(
+            f"{run}: {len(shape)} axes of {dtype} are no channels. Save real numbers with a "
+            "row for each sample and a column for each channel."
+        )
+    stored = Frames(run, file, file.tell(), shape, dtype)
+    return file_of_arrays({name: stored}, {}, run, handle=file)
+
+
+def _check_length(
+    shape: tuple[int, ...], dtype: "np.dtype[Any]", there: int, name: str, run: str
+) -> None:
+    """Pass an array that is as long as it says.
+
+    Raises
+    ------
+    RecordingError
+        If it is not.
+    """
+    promised = math.prod(shape) * dtype.itemsize
+    if promised != there:
+        raise RecordingError(
+            f"{run}: {shown(name)} says it holds {' x '.join(map(str, shape))} numbers in "
+            f"{promised} bytes, but {there} are there. {AGAIN}"
+        )
+
+
 def _array(file: BinaryIO, size: int, name: str, run: str) -> NDArray[Any] | None:
     """Return an array of real numbers or text, or None where it holds something else.
 
@@ -52,12 +125,7 @@ def _array(file: BinaryIO, size: int, name: str, run: str) -> NDArray[Any] | Non
     axes = {"i": 2, "u": 2, "f": 2, "U": 1}.get(dtype.kind, -1)
     if len(shape) > axes:
         return None
-    there, promised = size - file.tell(), math.prod(shape) * dtype.itemsize
-    if promised != there:
-        raise RecordingError(
-            f"{run}: {shown(name)} says it holds {' x '.join(map(str, shape))} numbers in "
-            f"{promised} bytes, but {there} are there. {AGAIN}"
-        )
+    _check_length(shape, dtype, size - file.tell(), name, run)
     data = file.read()
     values: NDArray[Any] = np.frombuffer(data, dtype, math.prod(shape))
     return values.reshape(shape, order="F" if by_column else "C")

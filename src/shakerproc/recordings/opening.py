@@ -49,10 +49,20 @@ READERS: Final = Readers({
     ".lvm": "lvm:read_lvm",
     ".mat": "matlab:read_mat",
     ".npz": "numpy_file:read_npz",
+    ".npy": "numpy_file:read_npy",
     ".uff": "uff:read_uff",
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
     ".parquet": "parquet:read_parquet",
+    ".feather": "feather:read_feather",
+    ".arrow": "feather:read_feather",
+    ".h5": "hdf5:read_hdf5",
+    ".hdf5": "hdf5:read_hdf5",
+    ".nc": "hdf5:read_hdf5",
+    ".nc4": "hdf5:read_hdf5",
+    ".xlsx": "xlsx:read_xlsx",
+    ".wav": "wav:read_wav",
+    ".rf64": "wav:read_wav",
 })
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 

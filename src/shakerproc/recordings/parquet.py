@@ -71,16 +71,36 @@ def _opened(path: Path, run: str) -> RawFile:
     try:
         with foreign(run, "reading the table"):
             check_pages(path, file.metadata, run)
-            return _read(file, run)
+            return file_of_table(_Groups(file), run)
     except BaseException:
         file.close()
         raise
 
 
-def _read(file: Any, run: str) -> RawFile:
+@final
+class _Groups:
+    """A Parquet file, with the rows of its groups in a list."""
+
+    def __init__(self, file: Any) -> None:
+        groups = range(file.num_row_groups)
+        self.sizes = [file.metadata.row_group(i).num_rows for i in groups]
+        self.n_rows: int = file.metadata.num_rows
+        self.num_row_groups: int = file.num_row_groups
+        self.schema_arrow, self.iter_batches = file.schema_arrow, file.iter_batches
+        self.close = file.close
+
+
+def file_of_table(file: Any, run: str) -> RawFile:
+    """Return the columns of an open table, of Parquet or Arrow, as channels.
+
+    Raises
+    ------
+    RecordingError
+        If it has too many rows, several columns of one name or several times.
+    """
     import pyarrow as pa
 
-    n_rows, n_columns = file.metadata.num_rows, file.metadata.num_columns
+    n_rows, n_columns = file.n_rows, len(file.schema_arrow.names)
     if n_rows < 0 or 8 * n_rows * n_columns > LARGEST:
         raise RecordingError(
             f"{run}: the file says that it holds {n_rows} rows of {n_columns} columns, more "
@@ -215,8 +235,7 @@ class ParquetSource(SampleSource):
         self._file = file
         self._names = names
         self._n_rows = n_rows
-        sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
-        self._starts = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+        self._starts = np.concatenate([[0], np.cumsum(file.sizes, dtype=np.int64)])
         self._cursors: dict[tuple[int, ...], _Cursor] = {}
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:

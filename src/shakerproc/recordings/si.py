@@ -118,6 +118,16 @@ def parse_unit(text: str) -> tuple[str, float] | None:
     return None
 
 
+def parse_numbered(text: str) -> tuple[str, float] | None:
+    """Return SI unit and factor of what the log says a count is, such as ``g`` or ``10 V``.
+
+    Only a log speaks so: with a number before it, what a file says is the range of a channel.
+    """
+    number, unit = units.numbered(text)
+    known = parse_unit(unit)
+    return None if known is None else (known[0], number * known[1])
+
+
 def likely_unit(text: str) -> str:
     """Return the unit that one in other letters stands for; empty where it may be none.
 
@@ -161,9 +171,11 @@ def contradicts(file: str, unit: str) -> bool:
     (True, True, True)
     >>> contradicts("G", "g"), contradicts("G", "m/s^2")
     (False, True)
+    >>> contradicts("V", "10 V")
+    True
     """
     file = likely_unit(file) or file
-    own, other, quantity = parse_unit(file), parse_unit(unit), quantity_of(file)
+    own, other, quantity = parse_unit(file), parse_numbered(unit), quantity_of(file)
     if not quantity or other is None:
         return False
     return quantity != other[0] or (own is not None and abs(own[1] / other[1] - 1.0) > 1e-9)
@@ -190,7 +202,7 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
         return Scale(*known, channel.unit)
     given = _by_unit if use.sensitivity is None else _by_sensitivity
     scale = given(channel, use, wanted, run)
-    if contradicts(channel.unit, scale.said) and not use.override:
+    if contradicts(channel.unit, use.unit or scale.said) and not use.override:
         raise RecordingError(_contradiction(channel, use, wanted, run))
     return replace(scale, note=_followed(channel, use, scale.said))
 
@@ -203,7 +215,7 @@ def _wanted(channel: RawChannel, use: ChannelUse) -> str:
     fit = ROLE_UNITS[use.role]
     if use.sensitivity is not None:
         return next((u for u in fit if units.fits_sensitivity(use.sensitivity, u)), fit[0])
-    known = parse_unit(use.unit or channel.unit)
+    known = parse_numbered(use.unit) if use.unit else parse_unit(channel.unit)
     return known[0] if known is not None and known[0] in fit else fit[0]
 
 
@@ -312,7 +324,7 @@ def _offered(unit: str) -> str:
 
 def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
     text = use.unit or ""
-    known = parse_unit(text)
+    known = parse_numbered(text)
     if known is None or known[0] != wanted:
         volts = known is not None and known[0] == "V"
         more = f"; for volts add sensitivity: {_SENSITIVITIES[wanted]}" if volts else ""
@@ -321,7 +333,7 @@ def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Sca
             f"but role {use.role} takes {_QUANTITIES[wanted]}, such as {_EXAMPLES[wanted]}"
             f"{more}."
         )
-    return Scale(*known, text)
+    return Scale(*known, units.numbered(text)[1])
 
 
 def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
@@ -336,7 +348,7 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
     if not sensitivity:
         raise RecordingError(f"{run}: channel {shown(channel.name)}: a sensitivity of 0.")
     said = use.unit or (channel.unit if _is_electrical(channel.unit) else electrical)
-    output = parse_unit(said)
+    output = parse_numbered(said)
     if output is None or output[0] != electrical:
         raise RecordingError(
             f"{run}: channel {shown(channel.name)}: the log gives its scale twice, unit: "
@@ -344,7 +356,7 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
             f"{said}; write unit: {electrical} beside it if they are "
             f"{'volts' if electrical == 'V' else 'a charge'}."
         )
-    return Scale(wanted, output[1] / sensitivity, said)
+    return Scale(wanted, output[1] / sensitivity, units.numbered(said)[1])
 
 
 _IN_BRACKETS: Final = re.compile(

@@ -18,11 +18,11 @@ from shakerproc.recordings.arrays import ArrayLike
 Tree: TypeAlias = "ArrayLike | list[str] | Mapping[str, Any] | MatlabObject | None"
 """Numbers, lines of text, fields (or elements, by their index), an object, or the unknown."""
 
-_VALUES: Final = re.compile(r"values?|data|samples|signal|y|y_?values?", re.IGNORECASE)
+VALUES: Final = re.compile(r"values?|data|samples|signal|y|y_?values?", re.IGNORECASE)
 """Fields that hold the numbers of what is described beside them."""
 
-_LABEL: Final = re.compile(r"label|name|(?:channel|signal|short)_?name", re.IGNORECASE)
-_UNIT: Final = re.compile(r"units?|y?_?units?(?:_?string)?", re.IGNORECASE)
+LABEL: Final = re.compile(r"label|name|(?:channel|signal|short)_?name", re.IGNORECASE)
+UNIT: Final = re.compile(r"units?|y?_?units?(?:_?string)?", re.IGNORECASE)
 _ABOUT: Final = ("DataInfo", "Info", "Properties")
 """Structures beside values that describe them."""
 
@@ -63,7 +63,7 @@ def flattened(trees: Iterable[tuple[str, Tree]]) -> Variables:
     found = Variables()
     for name, tree in trees:
         _sort_in(name, tree, ("", ""), found)
-    _keep_distinct(found.called)
+    keep_distinct(found.called)
     return found
 
 
@@ -79,7 +79,7 @@ def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -
         own = _described(tree)
         called = (own[0] or called[0], own[1] or called[1])
         for key, inner in tree.items():
-            holds = isinstance(inner, Mapping) or bool(_VALUES.fullmatch(key))
+            holds = isinstance(inner, Mapping) or bool(VALUES.fullmatch(key))
             path = f"{name}{key}" if key[:1] in {"(", "{"} else f"{name}.{key}"
             _sort_in(path, inner, called if holds else ("", ""), found)
     elif tree is not None and (plain := _two_axes(tree)) is not None:
@@ -95,7 +95,7 @@ def _described(fields: Mapping[str, Any]) -> tuple[str, str]:
     about = [fields[key] for key in _ABOUT if isinstance(fields.get(key), Mapping)]
     said = [
         next((t for part in (fields, *about) if (t := _text(part, kind))), "")
-        for kind in (_LABEL, _UNIT)
+        for kind in (LABEL, UNIT)
     ]
     return said[0], said[1]
 
@@ -118,7 +118,7 @@ def _two_axes(array: ArrayLike) -> ArrayLike | None:
     return np.asarray(array[...]).reshape(shape)
 
 
-def _keep_distinct(called: dict[str, tuple[str, str]]) -> None:
+def keep_distinct(called: dict[str, tuple[str, str]]) -> None:
     """Put where it stands before a label that several arrays have."""
     labels = [label for label, _ in called.values()]
     for name, (label, unit) in called.items():

@@ -104,8 +104,20 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
         file: BinaryIO = path.open("rb")
     except OSError as error:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    return looked_at(file, run)
+
+
+def looked_at(file: BinaryIO, run: str) -> tuple[BinaryIO, str, list[str]]:
+    """Return an open text with its encoding and the lines that it begins with.
+
+    Raises
+    ------
+    RecordingError
+        If it is empty, or too long.
+    """
     try:
-        size = os.fstat(file.fileno()).st_size
+        size = file.seek(0, os.SEEK_END)
+        file.seek(0)
         if size > LARGEST:
             raise RecordingError(
                 f"{run}: {size >> 20} MB of text are too many to hold in memory. Export the "

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Final
 
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.rates import RATE_NAME, STEP_NAME
+from shakerproc.recordings.rates import RATE_NAME, RATE_WORD, STEP_NAME, STEP_WORD
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 
@@ -33,14 +33,6 @@ _ABOUT: Final = re.compile(
 )
 """Words by which a line is about a table rather than a row of it."""
 
-_RATE: Final = re.compile(
-    r"(?:data_?|scan_?|acquisition_?)?rate|samples?_?(?:per_?|/)s(?:ec(?:ond)?)?|sps|abtastrate|"
-    r"sampl(?:e|ing)_?rate|sampl(?:e|ing)_?freq(?:uency)?",
-    re.IGNORECASE,
-)
-_STEP: Final = re.compile(
-    r"(?:sampl(?:e|ing)_?)?(?:interval|period|step)|sampl(?:e|ing)_?time", re.IGNORECASE
-)
 _HERTZ: Mapping[str, float] = MappingProxyType({
     "": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "ks/s": 1e3,
     "ksps": 1e3, "mhz": 1e6, "ms/s": 1e6,
@@ -91,12 +83,12 @@ def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
         name = re.sub(r"[\s_]+", "_", label.strip())
         unit, text = (match["unit"] or in_label).strip(), match["value"].replace(",", ".")
         where = f"line {number} ({shown(match['label'].strip(), 30)})"
-        if RATE_NAME.fullmatch(name) or _RATE.fullmatch(name):
+        if RATE_NAME.fullmatch(name) or RATE_WORD.fullmatch(name):
             factor = _HERTZ.get(unit.casefold())
             problem = "" if factor else f"{where} gives a rate in {shown(unit, 20)}, not in Hz"
             rate = float(text) * factor if factor else None
             found.append(TimeAxis(where, rate=rate, problem=problem))
-        elif STEP_NAME.fullmatch(name) or _STEP.fullmatch(name):
+        elif STEP_NAME.fullmatch(name) or STEP_WORD.fullmatch(name):
             digit = half_digit(text)
             found.append(TimeAxis(where, step=float(text), unit=unit, digit=digit))
     return tuple(found)

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ArraySource
-from shakerproc.errors import RecordingError
+from shakerproc.errors import RecordingError, SpectraError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
@@ -66,10 +66,11 @@ def read_uff(path: Path, run: str) -> RawFile:
     records = [record for record in every if record.is_recording]
     others = _told([r for r in every if not r.is_recording], found)
     if not records:
-        raise RecordingError(
+        message = (
             f"{run}: no time record (dataset 58 with function type 1, or 0 over a time); the "
             f"file holds {others or 'no datasets'}. Export the time histories, not the spectra."
         )
+        raise SpectraError(message, others) if every else RecordingError(message)
     longest = max(record.promised for record in records)
     channels = tuple(
         _channel(record, name, row, longest)

@@ -10,6 +10,7 @@ from shakerproc.recordings.raw import RawGroup
 from shakerproc.recordings.si import quantity_of
 from shakerproc.runs.result import Flag
 from shakerproc.testlog import Test
+from shakerproc.units import numbered
 
 EXPIRED: Final = "calibration"
 """Kind of the flags of what was used after its calibration had ended."""
@@ -26,7 +27,8 @@ def by_sheet(uses: Sequence[ChannelUse], group: RawGroup) -> tuple[ChannelUse, .
         replace(use, sensitivity=use.calibration.sensitivity)
         if use.calibration is not None
         and use.sensitivity is None
-        and quantity_of(use.unit or units.get(use.key, "")) in {"", "V"}
+        and quantity_of(numbered(use.unit)[1] if use.unit else units.get(use.key, ""))
+        in {"", "V"}
         else use
         for use in uses
     )

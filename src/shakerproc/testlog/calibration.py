@@ -11,6 +11,7 @@ from typing import Final
 
 from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
 from shakerproc.errors import LogError
+from shakerproc.late import without_xlsx
 from shakerproc.testlog.csv_cells import csv_cells
 from shakerproc.testlog.fields import CHANNEL_UNITS
 from shakerproc.testlog.misfit import MisfitError
@@ -81,12 +82,10 @@ def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:
     LogError
         If openpyxl is not installed, or cannot read the file.
     """
-    try:
-        import openpyxl
-    except ImportError as error:
-        raise LogError(
-            f"{path}: XLSX needs openpyxl: pip install shakerproc[xlsx], or save it as CSV"
-        ) from error
+    if lacks := without_xlsx():
+        raise LogError(f"{path}: {lacks}")
+    import openpyxl
+
     try:
         with zipfile.ZipFile(path) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())

@@ -14,6 +14,7 @@ from shakerproc.units import (
     fits_sensitivity,
     in_unit,
     is_unit_of,
+    numbered,
     problem_of_unit,
     quoted,
     spelled,
@@ -41,15 +42,18 @@ def _checked_remark(text: str) -> str:
 
 
 def _checked_unit(text: str) -> str:
-    unit = spelled(text)
+    number, plain = numbered(text)
+    unit = spelled(plain)
     problem = problem_of_unit(unit)
     if problem is None and not any(is_unit_of(unit, wanted) for wanted in CHANNEL_UNITS):
         problem = "no channel measures that"
+    if problem is None and not 0.0 < number < math.inf:
+        problem = "the number before it has to be more than 0"
     if problem is not None:
         raise ValueError(
             f"expected a unit such as g, m/s^2 or N, got {quoted(text)}; {problem}"
         )
-    return unit
+    return unit if number == 1.0 else f"{repr(number).removesuffix('.0')} {unit}"
 
 
 def _checked_sensitivity(text: str) -> str:

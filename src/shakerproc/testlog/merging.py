@@ -40,7 +40,7 @@ from shakerproc.testlog.processing_sections import (
     WelchSection,
 )
 from shakerproc.testlog.schema import ChannelSection, ExpectSection, ModalSection
-from shakerproc.units import is_unit_of, near_miss, quoted
+from shakerproc.units import is_unit_of, near_miss, numbered, quoted
 
 T = TypeVar("T")
 
@@ -81,7 +81,7 @@ def _check_scale(use: ChannelUse) -> None:
     MisfitError
         If its sensitivity stands beside a unit that is not volts, or nothing is overridden.
     """
-    if use.sensitivity and use.unit and not is_unit_of(use.unit, "V"):
+    if use.sensitivity and use.unit and not is_unit_of(numbered(use.unit)[1], "V"):
         raise MisfitError(
             f"expected volts beside sensitivity: {use.sensitivity}, got {quoted(use.unit)}; "
             "take the sensitivity out if the numbers are in that unit",

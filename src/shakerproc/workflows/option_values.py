@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Any, Final, TypedDict
 
 from shakerproc.errors import ArgumentError
-from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.si import parse_numbered
 from shakerproc.recordings.time_axis import Sampling
 from shakerproc.runs import UnitOption
 from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
@@ -223,7 +223,7 @@ def unit_of(unit: str | None, *, override: bool) -> UnitOption | None:
             raise ArgumentError("override_unit", "goes with --unit")
         return None
     wanted = "the unit of a channel such as g, m/s^2 or N"
-    if parse_unit(text_of("unit", unit, wanted)) is None:
+    if parse_numbered(text_of("unit", unit, wanted)) is None:
         raise ArgumentError("unit", f"expected {wanted}, got {unit!r}")
     return UnitOption(unit, override)
 

@@ -132,8 +132,8 @@ def open_recording(
     Parameters
     ----------
     path : path
-        The file: TDMS, CSV, LVM, MAT, NPZ, UFF 58 or Parquet, or what an installed reader
-        knows; its ending says the format.
+        The file, whose ending says the format: one that shakerproc reads, such as TDMS, CSV,
+        MAT, UFF 58, WAV or HDF5, or what an installed reader knows.
     group : str, optional
         Group of a file of several.
     sample_rate_hz : float, optional

@@ -14,8 +14,8 @@ from shakerproc.numerals import numeral
 
 EXTRAS = {
     "cluster": "batch, study and diagnose on several machines (--scheduler)",
-    "parquet": "recordings and tables in Parquet (.parquet)",
-    "xlsx": "a calibration sheet in XLSX",
+    "parquet": "recordings and tables in Parquet (.parquet), recordings in Feather",
+    "xlsx": "recordings and a calibration sheet in XLSX",
     "docs": "building the manual",
     "dev": "the tests and the checks of the code",
 }

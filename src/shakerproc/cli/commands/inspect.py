@@ -42,8 +42,9 @@ def inspect(
     """Show channels, units, rate, length and health of a recording.
 
     Also of a recording that cannot be used as it is: what it holds, and what to do (exit 1).
+    Of spectra and response functions in a universal file, what they are (exit 0).
     """
-    from shakerproc.errors import RecordingError
+    from shakerproc.errors import RecordingError, SpectraError
     from shakerproc.recordings import FilePart
     from shakerproc.recordings.opening import read_whole, recording_in
 
@@ -51,7 +52,19 @@ def inspect(
     said = options.sampling_of(
         sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
     )
-    whole = read_whole(recording, hashed=True)
+    try:
+        whole = read_whole(recording, hashed=True)
+    except SpectraError as error:
+        found: dict[str, object] = {
+            "schema": SCHEMA,
+            "file": recording,
+            "groups": [],
+            "notes": [],
+        }
+        output.write_json(found | {"holds": error.holds, "error": str(error)}, json)
+        told = f"{recording.name}: no samples over time: {error.holds}"
+        output.data(told, json_target=json)
+        return
     groups, notes = whole.contents
     try:
         with recording_in(
