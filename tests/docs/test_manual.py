@@ -16,7 +16,7 @@ from tests.docs.fixtures import write_recordings
 from tests.few_effects import seek_few
 from tests.in_process import run
 
-from shakerproc.report import run_figures
+from shakerproc.report.runs import run_figures
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -20,15 +20,15 @@ from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
-from shakerproc.report import alternatives
-from shakerproc.report.estimates import interval
-from shakerproc.report.evidence import ONE_METHOD, sections
-from shakerproc.report.evidence_models import Models, loudest, unit_of_sensor
-from shakerproc.report.evidence_motion import cloud
-from shakerproc.report.evidence_spectra import lowest_phase, phase_of
-from shakerproc.report.evidence_tables import tables
-from shakerproc.report.methods import references_of
-from shakerproc.report.page import Report, html
+from shakerproc.report.evidence import alternatives
+from shakerproc.report.evidence.estimates import interval
+from shakerproc.report.evidence.models import Models, loudest, unit_of_sensor
+from shakerproc.report.evidence.motion import cloud
+from shakerproc.report.evidence.sections import ONE_METHOD, sections
+from shakerproc.report.evidence.spectra import lowest_phase, phase_of
+from shakerproc.report.evidence.tables import tables
+from shakerproc.report.page.methods import references_of
+from shakerproc.report.page.page import Report, html
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.evidence import (
     Evidence,

@@ -9,12 +9,12 @@ from tests.runs.test_processing import RANDOM, with_roles
 from tests.small_campaign import RATE, samples, write_campaign
 
 from shakerproc.campaign import trends
-from shakerproc.report import run_drawings
-from shakerproc.report.analysis_figures import limits
-from shakerproc.report.run_figures import draw_run, run_figure
-from shakerproc.report.run_plots import IN_FILES
-from shakerproc.report.trend_figures import draw_trends, trend_figure
-from shakerproc.report.trend_view import drawings
+from shakerproc.report.runs import run_drawings
+from shakerproc.report.runs.analyses import limits
+from shakerproc.report.runs.figures import IN_FILES
+from shakerproc.report.runs.run_figures import draw_run, run_figure
+from shakerproc.report.trends.trend_figures import draw_trends, trend_figure
+from shakerproc.report.trends.trend_view import drawings
 from shakerproc.runs import process_recording, process_test, summary_of
 from shakerproc.runs.analysis import Line, Scale
 from shakerproc.runs.curves import unbroken_phase

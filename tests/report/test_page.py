@@ -8,10 +8,10 @@ import pytest
 from tests.small_campaign import write_campaign
 
 from shakerproc.campaign import trends
-from shakerproc.report.page import Report, html, write_report
-from shakerproc.report.run_drawings import figures
-from shakerproc.report.sections import Section, Table
-from shakerproc.report.watched import Watched
+from shakerproc.report.page.page import Report, html, write_report
+from shakerproc.report.page.sections import Section, Table
+from shakerproc.report.page.watched import Watched
+from shakerproc.report.runs.run_drawings import figures
 from shakerproc.runs import process_test, summary_of
 from shakerproc.runs.analysis import Scale
 from shakerproc.runs.summary import (

@@ -17,9 +17,9 @@ from tests.report.test_page import report_of
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.errors import SpectrumError
-from shakerproc.report import surface
-from shakerproc.report.page import Report, html, write_report
-from shakerproc.report.shown_units import ShownUnits
+from shakerproc.report.figures import surface
+from shakerproc.report.figures.units import ShownUnits
+from shakerproc.report.page.page import Report, html, write_report
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.testlog import Processing, Test, chosen_units
 from shakerproc.testlog.analyses import ShownSpectrogram

@@ -1,7 +1,7 @@
 """The same thing has the same colour in all trends."""
 
 from shakerproc.campaign.trend import Point, Trend
-from shakerproc.report.trend_styles import series_styles
+from shakerproc.report.trends.styles import series_styles
 
 
 def trend(**series):

@@ -14,7 +14,7 @@ from tests.small_campaign import write_campaign
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.recordings import open_recording, write_tdms
-from shakerproc.report.analysis_figures import draw_analyses, drawings
+from shakerproc.report.runs.analyses import draw_analyses, drawings
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
 from shakerproc.runs.analyses.waterfall import WaterfallAnalysis

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from shakerproc.data import ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording
-from shakerproc.report.run_drawings import figures
+from shakerproc.report.runs.run_drawings import figures
 from shakerproc.runs import open_test, process_recording
 from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.tables import spectra_columns

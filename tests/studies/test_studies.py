@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report.study import study_figure
+from shakerproc.report.models.study import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Run, Study, Variation, read_study, run_study
 from shakerproc.studies.checks import VERDICTS, trend_of

@@ -164,7 +164,7 @@ def print_if(wanted: bool, page: Path) -> None:
     if not wanted:
         page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
         return
-    from shakerproc.report.pdf import print_report
+    from shakerproc.report.page.pdf import print_report
 
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 

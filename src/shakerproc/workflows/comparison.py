@@ -90,7 +90,7 @@ class Comparison(Shown):
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws."""
-        from shakerproc.report.compare import figures_of
+        from shakerproc.report.evidence.comparison import figures_of
 
         return tuple(figures_of(self.found))
 
@@ -107,8 +107,8 @@ class Comparison(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report import style
-        from shakerproc.report.compare import figures_of
+        from shakerproc.report.evidence.comparison import figures_of
+        from shakerproc.report.figures import style
 
         known = figures_of(self.found)
         with style.look():

@@ -61,8 +61,8 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
         ArgumentError
             If there is no such effect.
         """
-        from shakerproc.report import style
-        from shakerproc.report.effects import picture
+        from shakerproc.report.figures import style
+        from shakerproc.report.models.effects import picture
 
         with style.look():
             return picture(choice_of("kind", kind, self.documents, "an effect", usual=False))

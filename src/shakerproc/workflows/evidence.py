@@ -9,10 +9,10 @@ if TYPE_CHECKING:
     from shakerproc.comparison import Comparison, Measured
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
-    from shakerproc.report.decays import Decays
-    from shakerproc.report.evidence_models import Models
-    from shakerproc.report.methods import Methods
-    from shakerproc.report.sections import Section
+    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.page.methods import Methods
+    from shakerproc.report.page.sections import Section
     from shakerproc.runs import RunSummary
     from shakerproc.testlog import TestLog
 
@@ -53,7 +53,7 @@ def write_evidence(
     `command` is how it was asked for, as one may type it again.
     """
     from shakerproc import __version__, files
-    from shakerproc.report.page import Report, write_report
+    from shakerproc.report.page.page import Report, write_report
 
     report = Report(
         title,
@@ -82,22 +82,22 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
     if evidence is NONE:
         return ()
     from shakerproc import files
-    from shakerproc.report.evidence import sections
-    from shakerproc.report.evidence_tables import tables
+    from shakerproc.report.evidence.sections import sections
+    from shakerproc.report.evidence.tables import tables
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
     found = sections(evidence.models, evidence.diagnosis)
     if evidence.decays is None:
         return found
-    from shakerproc.report.decays import decay_sections
+    from shakerproc.report.evidence.decays import decay_sections
 
     return [*found, *decay_sections(evidence.decays)]
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
     """Return what was done, with the references of every effect that plays a part."""
-    from shakerproc.report import methods
+    from shakerproc.report.page import methods
 
     models, diagnosis = evidence.models, evidence.diagnosis
     kinds = [] if models is None else [
@@ -168,7 +168,7 @@ def judged(
     from shakerproc.comparison import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
-    from shakerproc.report.evidence_models import Models
+    from shakerproc.report.evidence.models import Models
 
     if model.excitation.role is None:
         return None
@@ -197,7 +197,7 @@ def decays_judged(
     from shakerproc.comparison.decays import DecayComparison, decays_of
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import ShakerprocError
-    from shakerproc.report.decays import Decays
+    from shakerproc.report.evidence.decays import Decays
 
     if model.excitation.role is not None:
         return None

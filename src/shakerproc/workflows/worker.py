@@ -59,8 +59,8 @@ def write_products(
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
         title = title_of(result.test, result.run)
-        for draw in ("run_figures:draw_run", "analysis_figures:draw_analyses"):
-            loaded(f"shakerproc.report.{draw}")(result, title, folder)
+        for draw in ("run_figures:draw_run", "analyses:draw_analyses"):
+            loaded(f"shakerproc.report.runs.{draw}")(result, title, folder)
 
 
 def title_of(test: Test, run: str) -> str:

@@ -14,14 +14,14 @@ from shakerproc.campaign.manifest import settle
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError
-from shakerproc.report.earlier_view import earlier_section
-from shakerproc.report.header import HeaderView
-from shakerproc.report.in_units import trend_in
-from shakerproc.report.page import Report, write_report
-from shakerproc.report.sections import Section
-from shakerproc.report.shown_units import USUAL, ShownUnits
-from shakerproc.report.trend_figures import draw_trends
-from shakerproc.report.watched import Watched
+from shakerproc.report.figures.units import USUAL, ShownUnits
+from shakerproc.report.page.header import HeaderView
+from shakerproc.report.page.page import Report, write_report
+from shakerproc.report.page.sections import Section
+from shakerproc.report.page.watched import Watched
+from shakerproc.report.runs.in_units import trend_in
+from shakerproc.report.trends.earlier import earlier_section
+from shakerproc.report.trends.trend_figures import draw_trends
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of

@@ -12,7 +12,7 @@ from shakerproc.cli.grouped_help import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import Campaign
-    from shakerproc.report.sections import Section
+    from shakerproc.report.page.sections import Section
     from shakerproc.testlog import TestLog
     from shakerproc.workflows.write_up import Wish
 
@@ -136,7 +136,7 @@ def batch(
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.run_log import work_through_log
-    from shakerproc.report.trial import tried_header
+    from shakerproc.report.page.trial import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
@@ -205,7 +205,7 @@ def _end(campaign: "Campaign", to_compare: Path | None, json: str | None) -> Non
 def _modes(log: "TestLog", root: Path, json: str | None, *, figures: bool) -> "list[Section]":
     """Return the section of the modes, which are found, written and told."""
     from shakerproc.cli.modal_output import modes_of_batch
-    from shakerproc.report.modal import section_of_modes
+    from shakerproc.report.modal.sections import section_of_modes
 
     return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
 

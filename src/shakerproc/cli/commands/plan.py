@@ -288,9 +288,9 @@ def _write(
 
     files.write_csv(folder / "plan.csv", plan_columns(plans))
     if figures and any(planned.shaken is not None for planned in plans):
-        from shakerproc.report import style
-        from shakerproc.report.pictures import save
-        from shakerproc.report.planning import plan_figure
+        from shakerproc.report.figures import style
+        from shakerproc.report.figures.to_png import save
+        from shakerproc.report.models.planning import plan_figure
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)

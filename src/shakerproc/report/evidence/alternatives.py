@@ -1,0 +1,98 @@
+"""The laws of effects that explain the tests alike, within and beyond what was reached."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.result import Diagnosis, Tried
+from shakerproc.models import EFFECTS
+from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.models.motion import shown_in
+from shakerproc.report.evidence.models import Models, loudest
+from shakerproc.report.figures import to_svg
+from shakerproc.report.page.drawing import Drawing
+
+BEYOND: Final = 1.5
+"""How far the drawing goes, as a multiple of the largest motion that was measured [-]."""
+
+MOST: Final = 4
+"""Laws in one drawing."""
+
+_SAMPLES: Final = 400  # of a cycle
+_CYCLES: Final = 4  # until the memory of a law has settled
+
+
+def alternatives(diagnosis: Diagnosis) -> list[Tried]:
+    """Return the candidates that were found or do as well, each kind and place once."""
+    kinds = {e.kind for e in diagnosis.effects} | set(diagnosis.indistinguishable)
+    alike: dict[tuple[str, tuple[str, ...]], Tried] = {}
+    for tried in diagnosis.candidates:
+        if tried.kind in kinds and effect_of(tried) is not None:
+            alike.setdefault((tried.kind, tried.between), tried)
+    return list(alike.values())[:MOST]
+
+
+def effect_of(tried: Tried) -> AbstractEffect | None:
+    """Return the effect with the numbers of a candidate; None for several at once."""
+    made = EFFECTS.get(tried.kind)
+    if made is None or not tried.parameters:
+        return None
+    known = made.estimated()
+    needed = {name for name, parameter in known.items() if not parameter.optional}
+    if needed - set(tried.parameters):
+        return None
+    return made.of_numbers({
+        name: p.value for name, p in tried.parameters.items() if name in known
+    })
+
+
+def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
+    """Return the force of each alternative over a cycle; None without any, or a joint."""
+    chosen = alternatives(diagnosis)
+    test = models.before.tests[loudest(models.before)]
+    joint = next(
+        (j for j in test.joints if chosen and set(j.between) == set(chosen[0].between)), None
+    )
+    if len(chosen) < 2 or joint is None:
+        return None
+    reach = float(np.max(np.abs(joint.displacement)))
+    frequency = max(test.errors[0].peak_hz, 1.0)
+    curves = []
+    for style, tried in enumerate(chosen):
+        effect = effect_of(tried)
+        if effect is not None:
+            z, force = forced_cycle(effect, BEYOND * reach, frequency)
+            name = tried.kind.replace("_", " ")
+            curves.append(to_svg.Curve(name, z * 1e3, force, style, wide=style == 0))
+    limit = 1.05 * max(float(np.max(np.abs(c.y))) for c in curves) or 1.0
+    model = models.before.model
+    unit, _ = shown_in("m", model.motion)
+    edge, end = reach * 1e3, BEYOND * reach * 1e3
+    return Drawing(
+        "Laws that explain these tests alike.",
+        f"Force of the effect alone over a sine at {frequency:.0f} Hz; white is what the tests "
+        "reached. Where the lines part in the grey, a louder test tells them apart; where they "
+        "do not, another kind of test must.",
+        to_svg.plot(
+            to_svg.Plot(
+                curves,
+                to_svg.Axis(f"displacement [{unit}]", -end, end),
+                to_svg.Axis(f"force [{model.unit_of('N')}]", -limit, limit),
+                spans=[to_svg.Span(-end, -edge), to_svg.Span(edge, end)],
+            ),
+            title="Laws of effects that explain the tests alike",
+        ),
+    )
+
+
+def forced_cycle(
+    effect: AbstractEffect, amplitude: float, frequency: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return displacement [m] and force [N] over the last of several cycles of a sine."""
+    angle = 2.0 * math.pi * (np.arange(_CYCLES * _SAMPLES) + 0.5) / _SAMPLES
+    z = amplitude * np.sin(angle)
+    speed = amplitude * 2.0 * math.pi * frequency * np.cos(angle)
+    force = effect.force_along(z, speed, frequency * _SAMPLES)
+    return z[-_SAMPLES:], force[-_SAMPLES:]

@@ -1,0 +1,41 @@
+"""A further section of a report: paragraphs, tables, figures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from shakerproc.report.page.drawing import Drawing
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of a further section: cells are text already."""
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A further section of the report, such as the evidence of a diagnosis.
+
+    Attributes
+    ----------
+    title, anchor : str
+        Its heading, and what the navigation calls it.
+    paragraphs, tables, figures, parts : sequence
+        What it holds, in this order; parts are sections of their own.
+    """
+
+    title: str
+    anchor: str
+    paragraphs: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    figures: Sequence[Drawing] = ()
+    parts: "Sequence[Section]" = ()
+
+
+def filled(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """Return a table without the columns that hold nothing."""
+    kept = [i for i, _ in enumerate(columns) if any(row[i] for row in rows)]
+    return Table(caption, [columns[i] for i in kept], [[row[i] for i in kept] for row in rows])
