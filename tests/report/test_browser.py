@@ -15,9 +15,8 @@ from tests.small_campaign import write_campaign
 
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.page import pdf
-from shakerproc.report.page.drawing import Drawing
 from shakerproc.report.page.page import write_report
-from shakerproc.report.page.sections import Section
+from shakerproc.report.page.sections import Drawing, Section
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import facts_of, read_testlog
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report.evidence.ladder import Rung, ladder
+from shakerproc.report.evidence.errors import Rung, ladder
 from shakerproc.report.figures import live, to_svg
 from shakerproc.report.figures.heat_map import WHITE_FROM, shade
 from shakerproc.report.figures.style import SHADES

@@ -8,10 +8,9 @@ import pytest
 from tests.small_campaign import write_campaign
 
 from shakerproc.campaign import trends
-from shakerproc.report.page.page import Report, html, write_report
+from shakerproc.report.page.page import Report, Watched, html, write_report
 from shakerproc.report.page.sections import Section, Table
-from shakerproc.report.page.watched import Watched
-from shakerproc.report.runs.run_drawings import figures
+from shakerproc.report.runs.drawing import page_figures
 from shakerproc.runs import process_test, summary_of
 from shakerproc.runs.analysis import Scale
 from shakerproc.runs.summary import (
@@ -246,10 +245,12 @@ def test_a_report_of_nothing_is_still_a_page():
 
 
 def test_the_control_is_judged_in_words(summary):
-    (told,) = [f.caption for f in figures(summary) if f.kind == "psd"]
+    (told,) = [f.caption for f in page_figures(summary) if f.kind == "psd"]
     assert "within ±3 dB of the demanded level: kept" in told
     off = replace(summary.control, kept=False, beyond_alarm=0.3, worst_db=-7.0, worst_hz=50.0)
-    (told,) = [f.caption for f in figures(replace(summary, control=off)) if f.kind == "psd"]
+    (told,) = [
+        f.caption for f in page_figures(replace(summary, control=off)) if f.kind == "psd"
+    ]
     assert "in 30.0 % of the band, where 5 % may be: NOT KEPT, at worst -7.0 dB at 50" in told
 
 
@@ -257,7 +258,7 @@ def test_a_sweep_shows_its_control_between_its_limits(summary):
     curve = CurveSummary("level", "control 1", (5.0, 50.0, 500.0), (4.9, 5.0, 5.1), part="up")
     control = replace(summary.control, demanded=5.0)
     run = replace(summary, curves=(curve,), control=control, level_unit="g", alarm=None)
-    (drawing,) = figures(run)
+    (drawing,) = page_figures(run)
     assert drawing.kind == "level"
     for words in ("alarm ±3 dB", "abort ±6 dB", "mean control up", "[g]"):
         assert words in drawing.drawing

@@ -101,7 +101,7 @@ class Campaign(Shown):
         ArgumentError
             If there is no such trend, or none at all.
         """
-        from shakerproc.report.trends.trend_figures import trend_figure
+        from shakerproc.report.trends.figures import trend_figure
 
         known = self.trends
         if not known:

@@ -114,8 +114,8 @@ class Run(Shown):
         ArgumentError
             If there is no such figure, or this run has not got it.
         """
+        from shakerproc.report.runs.drawing import run_figure
         from shakerproc.report.runs.figures import IN_FILES
-        from shakerproc.report.runs.run_figures import run_figure
 
         asked = text_of("figure", figure, "the name of a figure")
         chosen = (choice_of("figure", asked, IN_FILES, "a figure"),) if asked else _USUAL

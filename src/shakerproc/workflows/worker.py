@@ -59,7 +59,7 @@ def write_products(
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
         title = title_of(result.test, result.run)
-        for draw in ("run_figures:draw_run", "analyses:draw_analyses"):
+        for draw in ("drawing:draw_run", "analyses:draw_analyses"):
             loaded(f"shakerproc.report.runs.{draw}")(result, title, folder)
 
 

@@ -16,12 +16,11 @@ from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.header import HeaderView
-from shakerproc.report.page.page import Report, write_report
+from shakerproc.report.page.page import Report, Watched, write_report
 from shakerproc.report.page.sections import Section
-from shakerproc.report.page.watched import Watched
 from shakerproc.report.runs.in_units import trend_in
 from shakerproc.report.trends.earlier import earlier_section
-from shakerproc.report.trends.trend_figures import draw_trends
+from shakerproc.report.trends.figures import draw_trends
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of

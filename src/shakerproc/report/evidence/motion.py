@@ -22,7 +22,7 @@ from shakerproc.report.evidence.models import (
 )
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.heat_map import heat_map
-from shakerproc.report.page.drawing import Drawing
+from shakerproc.report.page.sections import Drawing
 from shakerproc.report.runs.curves import logarithmic_axis
 
 DOTS: Final = 1500

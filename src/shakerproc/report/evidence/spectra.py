@@ -19,7 +19,7 @@ from shakerproc.report.evidence.models import (
     unit_of_sensor,
 )
 from shakerproc.report.figures import to_svg
-from shakerproc.report.page.drawing import Drawing
+from shakerproc.report.page.sections import Drawing
 from shakerproc.report.runs.curves import logarithmic_axis
 
 HEARD: Final = 0.1

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.data import FloatArray
-from shakerproc.report.figures import live, surface
+from shakerproc.report.figures import image, live
 from shakerproc.report.figures.axes import UNIT, Box, grid
 from shakerproc.report.figures.clipping import area_inside, line_inside, points_inside
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot, Span, unwrapped
@@ -73,7 +73,7 @@ def plot(
         ),
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
-        Markup("") if content.image is None else surface.picture(content.image, box),
+        Markup("") if content.image is None else image.picture(content.image, box),
         *(
             _drawn(unwrapped(_thinned(item, most), y_axis), x_axis, y_axis, box)
             for item in content.items
@@ -84,7 +84,7 @@ def plot(
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
     if content.image is not None:
-        return drawn + surface.scale(content.image)
+        return drawn + image.scale(content.image)
     return drawn + (legend(content.items) if keys else Markup(""))
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, final
 
 from jinja2 import Environment
 from markupsafe import Markup
@@ -14,22 +14,53 @@ from markupsafe import Markup
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
-from shakerproc.report.figures import axes, live, style, surface, to_svg
+from shakerproc.report.figures import axes, image, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page import templating
-from shakerproc.report.page.drawing import Drawing
 from shakerproc.report.page.header import HeaderView, with_expired
 from shakerproc.report.page.methods import Methods, methods_of
-from shakerproc.report.page.sections import Section, Table
-from shakerproc.report.page.watched import Watched
-from shakerproc.report.runs import attention, runs_table
-from shakerproc.report.runs.attention import Attention, Count
+from shakerproc.report.page.sections import Drawing, Section, Table
+from shakerproc.report.runs import overview
 from shakerproc.report.runs.in_units import run_in, trend_in
-from shakerproc.report.runs.resonances import resonances
-from shakerproc.report.runs.runs_table import Cell, Column
+from shakerproc.report.runs.overview import Attention, Cell, Column, Count, resonances
 from shakerproc.report.runs.view import RunView, run_view
-from shakerproc.report.trends import trend_view
+from shakerproc.report.trends.figures import page_figures
 from shakerproc.runs.summary import RunSummary
+
+_SHOWN: Final = 20
+"""Tests that are named at most."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What a page says while its folder is watched.
+
+    Attributes
+    ----------
+    refresh : float
+        Time after which a browser loads the page again [s].
+    waiting : sequence of str
+        Tests whose recordings have not come yet.
+    """
+
+    refresh: float
+    waiting: Sequence[str] = ()
+
+    @property
+    def seconds(self) -> int:
+        """Whole seconds, as HTML takes them."""
+        return max(1, round(self.refresh))
+
+    @property
+    def sentence(self) -> str:
+        """What the reader is told."""
+        told = f"Watched: this page reloads every {self.seconds} s"
+        if not self.waiting:
+            return f"{told}."
+        more = len(self.waiting) - _SHOWN
+        names = ", ".join([*self.waiting[:_SHOWN], *([f"{more} more"] if more > 0 else [])])
+        return f"{told}. Waiting for the recordings of: {names}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +147,7 @@ LOOK: Final = {
     "colours": style.COLOURS,
     "dashes": style.DASHES,
     "markers": to_svg.MARKERS,
-    "steps": surface.COLOURS,
+    "steps": image.COLOURS,
 }
 
 
@@ -184,21 +215,21 @@ def _page(report: Report) -> _Page:
     shown = [run_in(run, units) for run in report.runs if run.status != "discarded"]
     views = [run_view(run, i, units) for i, run in enumerate(shown, 1)]
     methods = report.methods or methods_of(shown)
-    columns, rows = runs_table.table(shown, views, report.channel, units)
+    columns, rows = overview.table(shown, views, report.channel, units)
     with_runs = bool(report.runs) or not report.sections
-    opening = attention.tally(report.runs) if with_runs else ""
+    opening = overview.tally(report.runs) if with_runs else ""
     return _Page(
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
         verdict=units.text(
             " ".join(filter(None, (opening, report.verdict or _told(report)))), [report.channel]
         ),
-        counts=attention.counts(report.runs),
-        attention=attention.attention(shown, views),
+        counts=overview.counts(report.runs),
+        attention=overview.attention(shown, views),
         columns=columns,
         rows=rows,
-        table_note=runs_table.table_note(report.runs, report.channel),
-        trends=trend_view.drawings([trend_in(one, units) for one in report.trends]),
+        table_note=overview.table_note(report.runs, report.channel),
+        trends=page_figures([trend_in(one, units) for one in report.trends]),
         resonances=resonances(shown, report.channel),
         not_drawn=_not_drawn(report),
         sections=report.sections,

@@ -1,7 +1,10 @@
 """The templates of the page: ours, and a user's own that changes parts of it in a sandbox."""
 
+import ctypes
+import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
@@ -20,7 +23,6 @@ from jinja2.sandbox import MAX_RANGE, ImmutableSandboxedEnvironment
 
 from shakerproc.errors import LogError
 from shakerproc.executors import limited_memory
-from shakerproc.report.page.deadline import DeadlineError, deadline
 from shakerproc.units import quoted
 
 BASE: Final = "report.html.j2"
@@ -165,3 +167,41 @@ def _told(name: str, error: Exception) -> str:
         said = f"it takes more than {MOST_SECONDS:g} s"
     said = f"no template {said}" if isinstance(error, TemplateNotFound) else said
     return f"{name}: {place}{said}; correct the template, or take template out of report:"
+
+
+class DeadlineError(Exception):
+    """A block took more time than it may."""
+
+
+@contextmanager
+def deadline(seconds: float) -> Iterator[None]:
+    """Raise within a block that takes longer than so many seconds [s].
+
+    It is raised between two steps of the interpreter: what takes long in one step has to be
+    bounded by itself.
+
+    Raises
+    ------
+    DeadlineError
+        Within the block.
+    """
+    thread, lock, over = threading.get_ident(), threading.Lock(), threading.Event()
+
+    def end() -> None:
+        with lock:
+            if not over.is_set():
+                _raise_in(thread, DeadlineError)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        with lock:
+            over.set()
+        timer.cancel()
+
+
+def _raise_in(thread: int, kind: type[Exception]) -> None:
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))

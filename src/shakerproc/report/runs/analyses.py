@@ -12,7 +12,7 @@ from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import unwrapped_line
 from shakerproc.report.figures.to_png import LEFT, save
 from shakerproc.report.figures.units import USUAL
-from shakerproc.report.page.drawing import Drawing
+from shakerproc.report.page.sections import Drawing
 from shakerproc.report.runs.in_units import panel_in
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult

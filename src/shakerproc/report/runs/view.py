@@ -7,11 +7,10 @@ from typing import Final
 from shakerproc.campaign import trends
 from shakerproc.numerals import numeral
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page.drawing import Drawing
-from shakerproc.report.page.sections import filled
+from shakerproc.report.page.sections import Drawing, filled
 from shakerproc.report.runs import analyses
+from shakerproc.report.runs.drawing import marked, page_figures
 from shakerproc.report.runs.in_units import words_of
-from shakerproc.report.runs.run_drawings import figures, marked
 from shakerproc.runs import peak_rows
 from shakerproc.runs.summary import (
     AnalysisSummary,
@@ -85,7 +84,7 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
         error=run.error,
         detail=run.detail,
         flags=run.flags,
-        figures=[*figures(run), *further],
+        figures=[*page_figures(run), *further],
         not_printed=_not_printed(run),
         channel_columns=channels.columns,
         channels=channels.rows,

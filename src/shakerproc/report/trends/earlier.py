@@ -7,8 +7,7 @@ from shakerproc.campaign.earlier import Change, Earlier, changes
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.report.page.drawing import Drawing
-from shakerproc.report.page.sections import Section, filled
+from shakerproc.report.page.sections import Drawing, Section, filled
 from shakerproc.report.runs.curves import STILL, frequency_axis, kept, logarithmic_axis, outside
 from shakerproc.report.runs.in_units import run_in
 from shakerproc.runs.levels import density_unit

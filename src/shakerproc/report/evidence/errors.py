@@ -1,15 +1,22 @@
-"""Errors of models one below the other: how far each comes down, on which tests."""
+"""Errors of all candidates as one figure: as SVG for the page, as PNG for a notebook."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from markupsafe import Markup
 
+from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.report.evidence.estimates import candidate_name
+from shakerproc.report.figures import style
 from shakerproc.report.figures.axes import UNIT, shown, ticks
 from shakerproc.report.figures.figure import Axis, Curve
 from shakerproc.report.figures.to_svg import legend, marker
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _LEFT, _TOP, _ROW, _BELOW, _RIGHT = 230, 6, 22, 36, 20  # [px]
 _WIDTH: Final = 1120
@@ -99,10 +106,44 @@ def _rung(rung: Rung, y: float, place) -> Markup:  # type: ignore[no-untyped-def
         " bold" if rung.strong else "", (_LEFT - 10) * UNIT, y + 15, rung.label
     )
     pairs = [(FITTED, rung.fitted), (HELD_OUT, rung.held_out)]
-    for style, value in pairs:
+    for number, value in pairs:
         if value is None or not np.isfinite(value) or value <= 0.0:
             continue
         out += Markup('<path class="p{}" d="M{:.0f} {:.0f}{}"/>').format(
-            style, place(value), y, marker(style)
+            number, place(value), y, marker(number)
         )
     return out
+
+
+def candidate_errors(diagnosis: Diagnosis) -> "Figure":
+    """Return the held-out error of the model as it was and with each hypothesis, as points."""
+    from matplotlib.ticker import NullFormatter, PercentFormatter
+
+    errors = diagnosis.errors
+    tried = [one for one in diagnosis.candidates if one.held_out_error is not None]
+    several = len({one.between for one in tried}) > 1
+    names = ["model as it was"]
+    for one in tried:
+        place = f", {' - '.join(one.between)}" if several else ""
+        names.append(candidate_name(one.kind, one.parameters) + place)
+    values = [errors.held_out.before, *(one.held_out_error or 0.0 for one in tried)]
+    with style.look():
+        figure, (axis,) = style.figure(7.0, 1.2 + 0.28 * len(names), legend=False)
+        places = range(len(names))
+        colours = [style.COLOURS[7], *(style.COLOURS[0] for _ in tried)]
+        axis.scatter(values, places, color=colours, s=30.0, zorder=3)
+        axis.set_yticks(list(places), names)
+        axis.invert_yaxis()
+        axis.grid(visible=False, axis="y")
+        floors = [errors.noise_floor] if math.isfinite(errors.noise_floor) else []
+        for floor in floors:
+            axis.axvline(floor, color=style.COLOURS[1], lw=1.2, label="noise floor")
+        axis.set_xscale("log")
+        inside = [*values, *floors]
+        axis.set_xlim(0.6 * min(inside), 1.8 * max(inside))
+        axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=None))
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set_xlabel("held-out error, share of the response [%]")
+        axis.set_title(f"{diagnosis.verdict}: free-run errors of what was tried")
+        axis.legend(loc="best")
+    return figure
