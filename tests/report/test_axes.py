@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.page.page import Report, html
 from shakerproc.report.page.trial import EXAMPLE
 
@@ -23,9 +24,9 @@ def upright_numbers(drawing):
 
 def drawn(low, high, height, label="time [s]"):
     rows = np.array([low, high])
-    plot = to_svg.Plot(
-        [to_svg.Curve("", np.arange(2.0), rows, 0)], to_svg.Axis(label, 0.0, 1.0),
-        to_svg.Axis("[g]", low, high),
+    plot = Plot(
+        [Curve("", np.arange(2.0), rows, 0)], Axis(label, 0.0, 1.0),
+        Axis("[g]", low, high),
     )  # fmt: skip
     return str(to_svg.plot(plot, title="t", height=height))
 

@@ -14,9 +14,10 @@ from tests.report.test_page import PAYLOADS, contrast, poisoned, report_of
 from tests.small_campaign import write_campaign
 
 from shakerproc.report.figures import style, to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Filling, Plot
 from shakerproc.report.page import pdf
 from shakerproc.report.page.page import write_report
-from shakerproc.report.page.sections import Drawing, Section
+from shakerproc.report.page.sections import PageFigure, Section
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import facts_of, read_testlog
 
@@ -348,41 +349,41 @@ def every_kind_of_plot():
     marks = {"points": True, "hollow": [True, False, True, False, False, True]}
     kinds = {
         "lines": [
-            to_svg.Curve("a", even, broken, 0),
-            to_svg.Curve("b", other, 1 + other / 9, 1),
+            Curve("a", even, broken, 0),
+            Curve("b", other, 1 + other / 9, 1),
         ],
         "steps": [
-            to_svg.Curve("a", even, broken, 0),
-            to_svg.Curve("b", steps, high, 1, thin=True),
+            Curve("a", even, broken, 0),
+            Curve("b", steps, high, 1, thin=True),
         ],
         "falling": [
-            to_svg.Curve("a", steps[::-1], high, 0),
-            to_svg.Curve("b", other, other / 3, 1),
+            Curve("a", steps[::-1], high, 0),
+            Curve("b", other, other / 3, 1),
         ],
         "marks": [
-            to_svg.Curve("a", few, y, 0, bars=[0.2] * 6, **marks),
-            to_svg.Curve("b", few + 0.0, y[::-1] + 0.5, 1, points=True),
-            to_svg.Curve("c", np.array([4.0, 5.0]), np.array([5.5, 2.5]), 2, points=True),
+            Curve("a", few, y, 0, bars=[0.2] * 6, **marks),
+            Curve("b", few + 0.0, y[::-1] + 0.5, 1, points=True),
+            Curve("c", np.array([4.0, 5.0]), np.array([5.5, 2.5]), 2, points=True),
         ],
         "marks on a line": [
-            to_svg.Curve("a", even, broken, 0, wide=True),
-            to_svg.Curve("b", few[::-1], y, 3, points=True),
+            Curve("a", even, broken, 0, wide=True),
+            Curve("b", few[::-1], y, 3, points=True),
         ],
         "dots": [
-            to_svg.Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
-            to_svg.Curve("b", few, y, 1, dots=True),
+            Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
+            Curve("b", few, y, 1, dots=True),
         ],
         "areas": [
-            to_svg.Filling("a", even, broken - 0.5, broken + 0.5, 0),
-            to_svg.Filling("b", other, other / 3, 1 + other / 3, 1),
-            to_svg.Curve("c", steps, high, 2),
+            Filling("a", even, broken - 0.5, broken + 0.5, 0),
+            Filling("b", other, other / 3, 1 + other / 3, 1),
+            Curve("c", steps, high, 2),
         ],
     }  # fmt: skip
     return {
-        f"{name}, {'logarithmic' if log else 'even'} x": to_svg.Plot(
+        f"{name}, {'logarithmic' if log else 'even'} x": Plot(
             items,
-            to_svg.Axis("x [Hz]", 0.5 if log else -0.5, 11.0, logarithmic=log),
-            to_svg.Axis("y [-]", 0.1, 8.0, logarithmic=name == "lines"),
+            Axis("x [Hz]", 0.5 if log else -0.5, 11.0, logarithmic=log),
+            Axis("y [-]", 0.1, 8.0, logarithmic=name == "lines"),
         )
         for name, items in kinds.items()
         for log in (False, True)
@@ -392,7 +393,7 @@ def every_kind_of_plot():
 def test_no_kind_of_figure_loses_a_point(browser, tmp_path):
     with noted_plots() as plots:
         drawings = [
-            Drawing(name, "", to_svg.plot(plot, title=name))
+            PageFigure(name, "", to_svg.plot(plot, title=name))
             for name, plot in every_kind_of_plot().items()
         ]
         section = Section("Figures", "figures", figures=drawings)

@@ -15,7 +15,8 @@ from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence.models import Models, loudest
 from shakerproc.report.figures import to_svg
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.figures.figure import Axis, Curve, Plot, Span
+from shakerproc.report.page.sections import PageFigure
 
 BEYOND: Final = 1.5
 """How far the drawing goes, as a multiple of the largest motion that was measured [-]."""
@@ -51,7 +52,7 @@ def effect_of(tried: Tried) -> AbstractEffect | None:
     })
 
 
-def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
+def laws(models: Models, diagnosis: Diagnosis) -> PageFigure | None:
     """Return the force of each alternative over a cycle; None without any, or a joint."""
     chosen = alternatives(diagnosis)
     test = models.before.tests[loudest(models.before)]
@@ -68,22 +69,22 @@ def laws(models: Models, diagnosis: Diagnosis) -> Drawing | None:
         if effect is not None:
             z, force = forced_cycle(effect, BEYOND * reach, frequency)
             name = tried.kind.replace("_", " ")
-            curves.append(to_svg.Curve(name, z * 1e3, force, style, wide=style == 0))
+            curves.append(Curve(name, z * 1e3, force, style, wide=style == 0))
     limit = 1.05 * max(float(np.max(np.abs(c.y))) for c in curves) or 1.0
     model = models.before.model
     unit, _ = shown_in("m", model.motion)
     edge, end = reach * 1e3, BEYOND * reach * 1e3
-    return Drawing(
+    return PageFigure(
         "Laws that explain these tests alike.",
         f"Force of the effect alone over a sine at {frequency:.0f} Hz; white is what the tests "
         "reached. Where the lines part in the grey, a louder test tells them apart; where they "
         "do not, another kind of test must.",
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 curves,
-                to_svg.Axis(f"displacement [{unit}]", -end, end),
-                to_svg.Axis(f"force [{model.unit_of('N')}]", -limit, limit),
-                spans=[to_svg.Span(-end, -edge), to_svg.Span(edge, end)],
+                Axis(f"displacement [{unit}]", -end, end),
+                Axis(f"force [{model.unit_of('N')}]", -limit, limit),
+                spans=[Span(-end, -edge), Span(edge, end)],
             ),
             title="Laws of effects that explain the tests alike",
         ),
@@ -105,7 +106,7 @@ _POINTS: Final = 200  # of a curve
 _LINES: Final = 3  # of a law of displacement and velocity: the slowest, the middle, the fastest
 
 
-def free_law(outside: Outside) -> Drawing:
+def free_law(outside: Outside) -> PageFigure:
     """Return the missing force over displacement, or over velocity where it has that alone."""
     along_velocity = len(outside.displacement) == 1
     name, si, nodes = (
@@ -116,22 +117,22 @@ def free_law(outside: Outside) -> Drawing:
     unit, factor = shown_in(si, outside.motion)
     x = np.linspace(nodes[0], nodes[-1], _POINTS)
     curves = [
-        to_svg.Curve(text, x * factor, force, style, wide=style == 0)
+        Curve(text, x * factor, force, style, wide=style == 0)
         for style, (text, force) in enumerate(
             forces_along(outside, x, along_velocity=along_velocity)
         )
     ]
     limit = 1.05 * max(float(np.max(np.abs(curve.y))) for curve in curves) or 1.0
-    return Drawing(
+    return PageFigure(
         f"Force that the joint between {' and '.join(outside.between)} lacks.",
         "A smooth law without a name, fitted to the tests; thin lines hold it with 95 % "
         "probability where only one axis tells it. `shakerproc add table` writes it into the "
         "model, so that its error falls as long as no effect explains it.",
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 curves,
-                to_svg.Axis(f"{name} [{unit}]", float(x[0]) * factor, float(x[-1]) * factor),
-                to_svg.Axis(f"force [{unit_in('N', outside.motion)}]", -limit, limit),
+                Axis(f"{name} [{unit}]", float(x[0]) * factor, float(x[-1]) * factor),
+                Axis(f"force [{unit_in('N', outside.motion)}]", -limit, limit),
             ),
             title=f"Missing force over {name}",
         ),

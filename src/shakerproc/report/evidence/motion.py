@@ -21,8 +21,9 @@ from shakerproc.report.evidence.models import (
     same_joint,
 )
 from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.heat_map import heat_map
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.curves import logarithmic_axis
 
 DOTS: Final = 1500
@@ -33,7 +34,7 @@ _NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as n
 _PARTS: Final = 60  # of a range, from each of which as many samples are drawn
 
 
-def error_maps(models: Models) -> list[Drawing]:
+def error_maps(models: Models) -> list[PageFigure]:
     """Return the error of each test in each third octave, before and after."""
     drawings = []
     for sensor, name in enumerate(models.before.tests[0].measured.sensors):
@@ -44,7 +45,7 @@ def error_maps(models: Models) -> list[Drawing]:
             shown = slice(columns[0], columns[-1] + 1)
             driven = bands.driven[rows, shown]
             drawings.append(
-                Drawing(
+                PageFigure(
                     f"{name}: error by band and level, {text} [%].",
                     "Loudest test on top; bold: where a fifth of the error and more lies. "
                     "An error that grows upwards depends on amplitude. Shown are the bands "
@@ -62,7 +63,7 @@ def error_maps(models: Models) -> list[Drawing]:
     return drawings
 
 
-def error_by_level(models: Models) -> Drawing:
+def error_by_level(models: Models) -> PageFigure:
     """Return the error of every test over its input."""
     rising = by_input(models.before)
     kept = [models.before.tests[i].measured.test.hold_out for i in rising]
@@ -72,18 +73,18 @@ def error_by_level(models: Models) -> Drawing:
     curves = []
     for text, style, comparison in models.each:
         y = np.array([comparison.tests[i].error for i in rising])
-        curves.append(to_svg.Curve("", x, y, style, thin=True))
-        curves.append(to_svg.Curve(text, x, y, style, points=True, hollow=kept))
+        curves.append(Curve("", x, y, style, thin=True))
+        curves.append(Curve(text, x, y, style, points=True, hollow=kept))
     noise = np.array([models.noise[i] for i in rising])
     if np.any(np.isfinite(noise) & (noise > 0.0)):
         noise = np.where(noise > 0.0, noise, np.nan)
-        curves.append(to_svg.Curve("noise", x, noise, NOISE, thin=True))
-    return Drawing(
+        curves.append(Curve("noise", x, noise, NOISE, thin=True))
+    return PageFigure(
         "Error by level.",
         "Each mark is a test; hollow: held out. What rises with the level depends on "
         "amplitude; what falls is friction or noise.",
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 curves,
                 _around(f"measured input, rms [{unit}]", x),
                 logarithmic_axis("error [-]", curves),
@@ -93,15 +94,15 @@ def error_by_level(models: Models) -> Drawing:
     )
 
 
-def _around(text: str, x: FloatArray) -> to_svg.Axis:
+def _around(text: str, x: FloatArray) -> Axis:
     """Return a logarithmic axis with room to both sides."""
     low, high = float(x.min()), float(x.max())
     if not low > 0.0:
-        return to_svg.Axis(text, 0.0, 1.1 * high or 1.0)
-    return to_svg.Axis(text, 0.8 * low, 1.25 * high, logarithmic=True)
+        return Axis(text, 0.0, 1.1 * high or 1.0)
+    return Axis(text, 0.8 * low, 1.25 * high, logarithmic=True)
 
 
-def error_by_motion(models: Models) -> list[Drawing]:
+def error_by_motion(models: Models) -> list[PageFigure]:
     """Return the missing force over displacement and velocity in the loudest test."""
     index = loudest(models.before)
     test = models.before.tests[index]
@@ -122,17 +123,17 @@ def error_by_motion(models: Models) -> list[Drawing]:
                 found = by_range(
                     motion, motion.velocity if by_velocity else motion.displacement
                 )
-                curves.append(to_svg.Curve(text, found.centre * factor, found.error, style))
+                curves.append(Curve(text, found.centre * factor, found.error, style))
             reach = max(float(np.max(np.abs(c.x))) for c in curves) * 1.05
             drawings.append(
-                Drawing(
+                PageFigure(
                     f"Error by {quantity}, between {places}.",
                     f"{capitalised(label(test))}: rms of measured less modelled force in "
                     f"each range, over the rms force of the test. Look where it begins.",
                     to_svg.plot(
-                        to_svg.Plot(
+                        Plot(
                             curves,
-                            to_svg.Axis(f"{quantity} [{unit}]", -reach, reach),
+                            Axis(f"{quantity} [{unit}]", -reach, reach),
                             logarithmic_axis("missing force [-]", curves, 4),
                         ),
                         title=f"Missing force by {quantity} between {places}",
@@ -142,7 +143,7 @@ def error_by_motion(models: Models) -> list[Drawing]:
     return drawings
 
 
-def restoring_force(models: Models) -> list[Drawing]:
+def restoring_force(models: Models) -> list[PageFigure]:
     """Return the force in each joint over displacement and over velocity, each model's too."""
     index = loudest(models.before)
     drawings = []
@@ -154,7 +155,7 @@ def restoring_force(models: Models) -> list[Drawing]:
 
 def _forces(
     models: Models, index: int, between: tuple[str, str], *, by_velocity: bool
-) -> list[Drawing]:
+) -> list[PageFigure]:
     clouds = [
         (text, style, cloud(motion, by_velocity=by_velocity))
         for text, style, c in models.each
@@ -176,21 +177,19 @@ def _forces(
     unit, factor = shown_in(si, model.motion, largest)
     reach = 1.02 * factor * largest or 1.0
     return [
-        Drawing(
+        PageFigure(
             f"Force over {quantity} between {places}, {text}.",
             f"{capitalised(label(test))}, samples of little {other}. The grey dots are what "
             f"holds the mass, measured{_from(models, index, between)}: a straight line is "
             "linear, a kink is a gap, a step is friction.",
             to_svg.plot(
-                to_svg.Plot(
+                Plot(
                     [
-                        to_svg.Curve(
-                            "measured", factor * rows[0], rows[1], MEASURED, dots=True
-                        ),
-                        to_svg.Curve(text, factor * rows[0], rows[2], style, dots=True),
+                        Curve("measured", factor * rows[0], rows[1], MEASURED, dots=True),
+                        Curve(text, factor * rows[0], rows[2], style, dots=True),
                     ],
-                    to_svg.Axis(f"{quantity} [{unit}]", -reach, reach),
-                    to_svg.Axis(f"force [{model.unit_of('N')}]", -limit, limit),
+                    Axis(f"{quantity} [{unit}]", -reach, reach),
+                    Axis(f"force [{model.unit_of('N')}]", -limit, limit),
                 ),
                 title=f"Restoring force over {quantity} between {places}, {text}",
                 height=260,
@@ -239,27 +238,27 @@ def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
     return np.concatenate(chosen)
 
 
-def error_in_time(models: Models) -> list[Drawing]:
+def error_in_time(models: Models) -> list[PageFigure]:
     """Return the error of each sensor along the loudest test."""
     index = loudest(models.before)
     test = models.before.tests[index]
     drawings = []
     for sensor, name in enumerate(test.measured.sensors):
         curves = [
-            to_svg.Curve(text, time.time, time.error[sensor], style)
+            Curve(text, time.time, time.error[sensor], style)
             for text, style, comparison in models.each
             for time in (comparison.tests[index].time,)
         ]
         end = max(float(c.x[-1]) for c in curves)
         drawings.append(
-            Drawing(
+            PageFigure(
                 f"{name}: error along {label(test)}.",
                 "Level where the model is the same from start to end; a slope means that "
                 "something drifts, such as a joint that loosens or warms.",
                 to_svg.plot(
-                    to_svg.Plot(
+                    Plot(
                         curves,
-                        to_svg.Axis("time [s]", 0.0, 1.02 * end),
+                        Axis("time [s]", 0.0, 1.02 * end),
                         logarithmic_axis("error [-]", curves),
                     ),
                     title=f"Error of {name} along the loudest test",

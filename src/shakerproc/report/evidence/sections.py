@@ -23,7 +23,7 @@ from shakerproc.report.evidence.estimates import (
 )
 from shakerproc.report.evidence.laws import free_law, laws
 from shakerproc.report.evidence.models import Models, level_of, loudest
-from shakerproc.report.page.sections import Drawing, Section, Table
+from shakerproc.report.page.sections import PageFigure, Section, Table
 from shakerproc.runs.remarks import by_tests
 
 ONE_METHOD: Final = (
@@ -196,7 +196,7 @@ def _signatures(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def error_ladder(diagnosis: Diagnosis) -> Drawing:
+def error_ladder(diagnosis: Diagnosis) -> PageFigure:
     """Return the errors of the old model, every candidate and the new model."""
     errors = diagnosis.errors
     rungs = [Rung("model as it was", errors.fitted.before, errors.held_out.before, strong=True)]
@@ -219,7 +219,7 @@ def error_ladder(diagnosis: Diagnosis) -> Drawing:
             strong=True,
         )
     )
-    return Drawing(
+    return PageFigure(
         "Error of every model that was tried.",
         f"{_horizon(diagnosis)} Held-out tests took no part in the fit: where theirs falls as "
         "far as that of the fitted ones, the effect is real; what is left should be near the "

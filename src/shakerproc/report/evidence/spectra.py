@@ -19,7 +19,8 @@ from shakerproc.report.evidence.models import (
     unit_of_sensor,
 )
 from shakerproc.report.figures import to_svg
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.figures.figure import Axis, Curve, Plot
+from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.curves import logarithmic_axis
 
 HEARD: Final = 0.1
@@ -29,7 +30,7 @@ MOST_BINS: Final = 600
 """Bins of a response function that are drawn."""
 
 
-def responses(models: Models) -> list[Drawing]:
+def responses(models: Models) -> list[PageFigure]:
     """Return magnitude, phase and coherence of each sensor in a few tests."""
     sensors = models.before.tests[0].measured.sensors
     return [
@@ -39,7 +40,7 @@ def responses(models: Models) -> list[Drawing]:
     ]
 
 
-def _response(models: Models, index: int, sensor: int) -> Drawing:
+def _response(models: Models, index: int, sensor: int) -> PageFigure:
     test = models.before.tests[index]
     name = test.measured.sensors[sensor]
     own = test.pair
@@ -54,23 +55,23 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
     for text, style, whole, whole_coherence in rows:
         h1, coherence = whole[pick], whole_coherence[pick]
         wide = style == MEASURED
-        heights.append(to_svg.Curve(text, frequency, np.abs(h1), style, wide=wide))
+        heights.append(Curve(text, frequency, np.abs(h1), style, wide=wide))
         phase = phase_of(h1, coherence, lowest)
-        phases.append(to_svg.Curve(text, frequency, phase, style, wide=wide))
-        coherences.append(to_svg.Curve(text, frequency, coherence, style, wide=wide))
-    x_axis = to_svg.Axis("", 0.0, float(frequency[-1]))
-    turn = to_svg.Axis("phase [°]", lowest, lowest + 360.0, degrees=True)
-    below = to_svg.Axis("frequency [Hz]", 0.0, float(frequency[-1]))
+        phases.append(Curve(text, frequency, phase, style, wide=wide))
+        coherences.append(Curve(text, frequency, coherence, style, wide=wide))
+    x_axis = Axis("", 0.0, float(frequency[-1]))
+    turn = Axis("phase [°]", lowest, lowest + 360.0, degrees=True)
+    below = Axis("frequency [Hz]", 0.0, float(frequency[-1]))
     title = f"{name}, {label(test)}"
     error = "; ".join(
         f"{text}: residual rms {c.tests[index].errors[sensor].error:.1%}"
         for text, _, c in models.each
     )
-    return Drawing(
+    return PageFigure(
         f"{name}, {label(test)}.",
         f"{capitalised(error)}.",
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 heights,
                 x_axis,
                 logarithmic_axis(f"|H1| [{unit_of_sensor(models.before, name)}]", heights, 5),
@@ -80,10 +81,10 @@ def _response(models: Models, index: int, sensor: int) -> Drawing:
             keys=False,
         )
         + to_svg.plot(
-            to_svg.Plot(phases, x_axis, turn), title=f"Phase of {title}", height=130, keys=False
+            Plot(phases, x_axis, turn), title=f"Phase of {title}", height=130, keys=False
         )
         + to_svg.plot(
-            to_svg.Plot(coherences, below, to_svg.Axis("coherence [-]", 0.0, 1.0)),
+            Plot(coherences, below, Axis("coherence [-]", 0.0, 1.0)),
             title=f"Coherence of {title}",
             height=150,
         ),
@@ -120,7 +121,7 @@ def lowest_phase(h1: ComplexArray, coherence: FloatArray) -> float:
     return min(jumps, key=lambda lowest: jumps[lowest])
 
 
-def error_by_band(models: Models) -> list[Drawing]:
+def error_by_band(models: Models) -> list[PageFigure]:
     """Return the error over frequency in the test that counts most, with the noise."""
     index = deciding(models.before)
     test = models.before.tests[index]
@@ -138,14 +139,14 @@ def error_by_band(models: Models) -> list[Drawing]:
         if np.any(np.isfinite(floor) & (floor > 0.0)):
             curves.append(_stairs("noise", edges, floor, NOISE, thin=True))
         drawings.append(
-            Drawing(
+            PageFigure(
                 f"{name}, {label(test)}: error by band.",
                 "Unexplained over measured rms in each third octave that the test drives. A "
                 "good model comes down to the noise wherever there is response.",
                 to_svg.plot(
-                    to_svg.Plot(
+                    Plot(
                         curves,
-                        to_svg.Axis(
+                        Axis(
                             "frequency [Hz]",
                             float(edges[0]),
                             float(edges[-1]),
@@ -162,13 +163,13 @@ def error_by_band(models: Models) -> list[Drawing]:
 
 def _stairs(
     text: str, edges: FloatArray, values: FloatArray, style: int, *, thin: bool = False
-) -> to_svg.Curve:
+) -> Curve:
     """Return a value over each band, so that its width is seen."""
     values = np.where(values > 0.0, values, np.nan)
-    return to_svg.Curve(text, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), style, thin=thin)
+    return Curve(text, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), style, thin=thin)
 
 
-def harmonics(models: Models) -> list[Drawing]:
+def harmonics(models: Models) -> list[PageFigure]:
     """Return the harmonics of the loudest test that has tones."""
     tonal = [i for i in by_input(models.before) if models.before.tests[i].harmonics is not None]
     if not tonal:
@@ -184,14 +185,14 @@ def harmonics(models: Models) -> list[Drawing]:
         curves = _beside(rows)
         names = {float(order): str(order) for order in range(1, first.measured.size + 1)}
         drawings.append(
-            Drawing(
+            PageFigure(
                 f"{name}, {label(test)}: harmonics.",
                 "Amplitude over the measured fundamental: odd orders alone mean a law that is "
                 "the same on both sides, even ones that it is not.",
                 to_svg.plot(
-                    to_svg.Plot(
+                    Plot(
                         curves,
-                        to_svg.Axis("harmonic order [-]", 0.5, first.measured.size + 0.5),
+                        Axis("harmonic order [-]", 0.5, first.measured.size + 0.5),
                         logarithmic_axis("amplitude [-]", curves, 5),
                         names=names,
                     ),
@@ -202,10 +203,10 @@ def harmonics(models: Models) -> list[Drawing]:
     return drawings
 
 
-def _beside(rows: Sequence[tuple[str, int, FloatArray]]) -> list[to_svg.Curve]:
+def _beside(rows: Sequence[tuple[str, int, FloatArray]]) -> list[Curve]:
     """Return values over their order, those of one order beside each other."""
     return [
-        to_svg.Curve(
+        Curve(
             text,
             np.arange(1.0, values.size + 1.0) + 0.14 * (i - (len(rows) - 1) / 2),
             np.where(values > 1e-6, values, np.nan),

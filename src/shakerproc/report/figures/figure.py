@@ -1,4 +1,4 @@
-"""What a figure shows, as plain data: `svg` draws it for the page, `pictures` as PNG."""
+"""A figure as data: `to_svg` draws it for the page, `to_png` for files."""
 
 import math
 from collections.abc import Mapping, Sequence

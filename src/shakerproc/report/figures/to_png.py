@@ -1,4 +1,4 @@
-"""What a figure shows as a picture: the one place where plots become matplotlib's."""
+"""Figures drawn with matplotlib and written as PNG."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -22,7 +22,7 @@ from shakerproc.report.figures.glyphs import write_legibly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Picture
+    from matplotlib.figure import Figure as MatplotlibFigure
 
 DOTS_PER_INCH: Final = 130
 
@@ -33,8 +33,8 @@ MARKERS: Final = ("o", "s", "^", "D", "v", "P", "_", "|")
 """Mark of each style, as on the page."""
 
 
-def save(picture: "Picture", path: Path) -> Path:
-    """Write a picture as PNG, whole or not at all, the same bytes for the same picture.
+def save(picture: "MatplotlibFigure", path: Path) -> Path:
+    """Write a figure as PNG, whole or not at all, the same bytes for the same figure.
 
     It is opaque: its colours without transparency are packed in two thirds of the time.
     """
@@ -57,8 +57,8 @@ def save(picture: "Picture", path: Path) -> Path:
     return path
 
 
-def drawn(figure: Figure, title: str, alarm: str = "") -> "Picture":
-    """Return the picture of a figure.
+def matplotlib_figure(figure: Figure, title: str, alarm: str = "") -> "MatplotlibFigure":
+    """Return a figure drawn with matplotlib.
 
     Parameters
     ----------

@@ -16,18 +16,6 @@ from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot, S
 from shakerproc.report.figures.style import COLOURS
 from shakerproc.runs.thinning import straightened, thinned
 
-__all__ = [
-    "Axis",
-    "Curve",
-    "Filling",
-    "Mark",
-    "Plot",
-    "Span",
-    "legend",
-    "plot",
-    "sparkline",
-]
-
 CAP: Final = 12
 """Half width of the ends of an error bar, in steps of a drawing."""
 

@@ -16,12 +16,13 @@ from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.modal.figures import indicator
 from shakerproc.report.modal.shapes import matrix, moving_shape
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import Drawing, Section, Table
+from shakerproc.report.page.sections import PageFigure, Section, Table
 from shakerproc.report.trends.figures import page_figures
 
 MOST_MODES: Final = 20
@@ -125,7 +126,7 @@ def _mode_table(one: TestModes, caption: str) -> Table:
     return Table(caption, columns, rows)
 
 
-def _stabilisation(one: TestModes) -> Drawing:
+def _stabilisation(one: TestModes) -> PageFigure:
     diagram = one.modes.diagram
     frequency, level = indicator(one)
     top = float(diagram.order.max(initial=2)) + 4.0
@@ -137,28 +138,26 @@ def _stabilisation(one: TestModes) -> Drawing:
     other = diagram.stable & ~kept
     shown = "mean |H1|" if one.functions is not None else "mean density"
     drawing = to_svg.plot(
-        to_svg.Plot(
+        Plot(
             [
-                to_svg.Curve(
-                    f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True
-                ),
-                to_svg.Curve("not stable", places[loose], order[loose], 7, dots=True),
-                to_svg.Curve("stable", places[other], order[other], 5, points=True),
-                to_svg.Curve("stable, in a cluster", places[kept], order[kept], 0, points=True),
+                Curve(f"{shown}, logarithmic, no scale", frequency, scaled, 7, thin=True),
+                Curve("not stable", places[loose], order[loose], 7, dots=True),
+                Curve("stable", places[other], order[other], 5, points=True),
+                Curve("stable, in a cluster", places[kept], order[kept], 0, points=True),
             ],
-            to_svg.Axis("frequency [Hz]", *one.band),
-            to_svg.Axis("order", 0.0, top),
-            marks=[to_svg.Mark(float(f), f"{i}") for i, f in enumerate(one.modes.frequency, 1)],
+            Axis("frequency [Hz]", *one.band),
+            Axis("order", 0.0, top),
+            marks=[Mark(float(f), f"{i}") for i, f in enumerate(one.modes.frequency, 1)],
         ),
         title=f"Stabilisation diagram of test {one.name}",
         width=1120,
         height=330,
     )
     caption = "Poles of every order; dashed lines: the modes that were kept."
-    return Drawing("Stabilisation diagram", caption, drawing, broad=True)
+    return PageFigure("Stabilisation diagram", caption, drawing, broad=True)
 
 
-def _synthesis(one: TestModes) -> list[Drawing]:
+def _synthesis(one: TestModes) -> list[PageFigure]:
     functions = one.functions
     if functions is None:
         return []
@@ -172,29 +171,29 @@ def _synthesis(one: TestModes) -> list[Drawing]:
             if not top > 0.0:
                 continue
             drawing = to_svg.plot(
-                to_svg.Plot(
+                Plot(
                     [
-                        to_svg.Curve("measured", functions.frequency, measured, 7, wide=True),
-                        to_svg.Curve("modal model", functions.frequency, model, 1),
+                        Curve("measured", functions.frequency, measured, 7, wide=True),
+                        Curve("modal model", functions.frequency, model, 1),
                     ],
-                    to_svg.Axis("frequency [Hz]", *one.band),
+                    Axis("frequency [Hz]", *one.band),
                     _magnitude(measured, ratio),
                 ),
                 title=f"Response function of {sensor.name} over {name}",
             )
             caption = f"Residual rms: {one.unexplained[k]:.2%} of the response."
-            found.append(Drawing(f"{sensor.name} over {name}", caption, drawing))
+            found.append(PageFigure(f"{sensor.name} over {name}", caption, drawing))
     return found
 
 
-def _shapes(one: TestModes) -> list[Drawing]:
+def _shapes(one: TestModes) -> list[PageFigure]:
     """Return the moving shapes; none of a single sensor."""
     if len(one.sensors) < 2:
         return []
     geometry = geometry_of(one.positions, one.directions)
     modes = one.modes
     return [
-        Drawing(
+        PageFigure(
             f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
             f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}",
             moving_shape(geometry, modes.shapes[i], one.sensor_names, f"Shape of mode {i + 1}"),
@@ -203,13 +202,13 @@ def _shapes(one: TestModes) -> list[Drawing]:
     ]
 
 
-def _own_mac(one: TestModes) -> list[Drawing]:
+def _own_mac(one: TestModes) -> list[PageFigure]:
     labels = [numeral(f, 4) for f in one.modes.frequency]
     if not 1 < len(labels) <= MOST_MODES:
         return []
     drawing = matrix(labels, labels, mac(one.modes.shapes, one.modes.shapes), "MAC")
     caption = "Of every pair of modes [Hz]. Off the diagonal large: too few sensors to tell."
-    return [Drawing("MAC", caption, drawing)]
+    return [PageFigure("MAC", caption, drawing)]
 
 
 def _reciprocity(analysis: ModalAnalysis) -> Section:
@@ -232,27 +231,27 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
     return Section("Reciprocity", "reciprocity", [told], [Table("", columns, rows)], figures)
 
 
-def _reciprocal(pair: Reciprocal) -> Drawing:
+def _reciprocal(pair: Reciprocal) -> PageFigure:
     ratio, factor = read_ratio(*pair.units)
     drawing = to_svg.plot(
-        to_svg.Plot(
+        Plot(
             [
-                to_svg.Curve(name, pair.frequency, factor * np.abs(values), look)
+                Curve(name, pair.frequency, factor * np.abs(values), look)
                 for name, values, look in zip(pair.names, pair.functions, (0, 1), strict=True)
             ],
-            to_svg.Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
+            Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
             _magnitude(factor * np.abs(pair.functions), ratio),
         ),
         title=f"Reciprocity of {pair.names[0]}",
     )
     caption = f"Correlation {pair.correlation:.3f}, size ratio {numeral(pair.ratio)}."
-    return Drawing(f"{pair.names[0]} and back", caption, drawing)
+    return PageFigure(f"{pair.names[0]} and back", caption, drawing)
 
 
-def _magnitude(values: FloatArray, ratio: str) -> to_svg.Axis:
+def _magnitude(values: FloatArray, ratio: str) -> Axis:
     top = float(np.nanmax(values, initial=1e-300))
     low = max(float(np.nanmin(values[values > 0.0], initial=top)), 1e-5 * top)
-    return to_svg.Axis(f"|H1| [{ratio or '-'}]", low / 1.5, 2.0 * top, logarithmic=True)
+    return Axis(f"|H1| [{ratio or '-'}]", low / 1.5, 2.0 * top, logarithmic=True)
 
 
 def _over_tests(analysis: ModalAnalysis) -> Section | None:
@@ -281,7 +280,7 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
             continue
         labels = [[numeral(f, 4) for f in t.modes.frequency] for t in (first, one)]
         figures.append(
-            Drawing(
+            PageFigure(
                 f"MAC of test {first.name} and test {one.name}",
                 f"Rows: test {first.name}; columns: test {one.name} [Hz].",
                 matrix(labels[0], labels[1], values, "MAC"),

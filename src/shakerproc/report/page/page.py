@@ -19,7 +19,7 @@ from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page import templating
 from shakerproc.report.page.header import HeaderView, with_expired
 from shakerproc.report.page.methods import Methods, methods_of
-from shakerproc.report.page.sections import Drawing, Section, Table
+from shakerproc.report.page.sections import PageFigure, Section, Table
 from shakerproc.report.runs import overview
 from shakerproc.report.runs.in_units import run_in, trend_in
 from shakerproc.report.runs.overview import Attention, Cell, Column, Count, resonances
@@ -125,7 +125,7 @@ class _Page:
     columns: Sequence[Column]
     rows: Sequence[Sequence[Cell]]
     table_note: str
-    trends: Sequence[Drawing]
+    trends: Sequence[PageFigure]
     resonances: Table | None
     not_drawn: str
     sections: Sequence[Section]

@@ -9,10 +9,10 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.report.figures import style, to_svg
-from shakerproc.report.figures.figure import unwrapped_line
+from shakerproc.report.figures.figure import Axis, Curve, Plot, unwrapped_line
 from shakerproc.report.figures.to_png import LEFT, save
 from shakerproc.report.figures.units import USUAL
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.in_units import panel_in
 from shakerproc.runs.analysis import Line, Look, Panel, Scale
 from shakerproc.runs.result import RunResult
@@ -188,7 +188,7 @@ def is_printed(kind: str, run: RunSummary) -> bool:
     return kind == "profile" or kind == PRINTED.get(str(run.facts.get("excitation")))
 
 
-def drawings(run: RunSummary) -> list[Drawing]:
+def page_figures(run: RunSummary) -> list[PageFigure]:
     """Return the figures of the analyses of a run for the page."""
     chosen = _chosen([c.name for c in run.channels], [c.role for c in run.channels])
     return [
@@ -201,20 +201,20 @@ def drawings(run: RunSummary) -> list[Drawing]:
     ]
 
 
-def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
+def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> PageFigure:
     """Return a figure for the page; `title` is for who cannot see it."""
     lines = panel.lines
     x_low, x_high = _ends([line.x for line in lines], panel.x)
     y_low, y_high = limits(lines, panel.y)
     if panel.equal:
         (x_low, x_high), (y_low, y_high) = _equal((x_low, x_high), (y_low, y_high))
-    return Drawing(
+    return PageFigure(
         f"{panel.title}.",
         panel.caption,
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 [_curve(line, chosen) for line in lines],
-                to_svg.Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
+                Axis(panel.x.label, x_low, x_high, logarithmic=panel.x.logarithmic),
                 _y_axis(panel.y, y_low, y_high),
             ),
             most=STILL,
@@ -223,9 +223,9 @@ def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> Drawing:
     )
 
 
-def _y_axis(scale: Scale, low: float, high: float) -> to_svg.Axis:
+def _y_axis(scale: Scale, low: float, high: float) -> Axis:
     degrees = scale.label.endswith("[°]")
-    return to_svg.Axis(scale.label, low, high, logarithmic=scale.logarithmic, degrees=degrees)
+    return Axis(scale.label, low, high, logarithmic=scale.logarithmic, degrees=degrees)
 
 
 def _equal(
@@ -253,8 +253,8 @@ def _line(line: LineSummary) -> Line:
     )
 
 
-def _curve(line: Line, chosen: Mapping[str, int]) -> to_svg.Curve:
+def _curve(line: Line, chosen: Mapping[str, int]) -> Curve:
     if line.look == "curve":
-        return to_svg.Curve(line.label, line.x, line.y, chosen.get(line.channel, line.style))
+        return Curve(line.label, line.x, line.y, chosen.get(line.channel, line.style))
     label = "" if line.look == "paper" else line.label
-    return to_svg.Curve(label, line.x, line.y, PAGE_STYLES[line.look], thin=True)
+    return Curve(label, line.x, line.y, PAGE_STYLES[line.look], thin=True)

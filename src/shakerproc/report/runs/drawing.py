@@ -9,7 +9,7 @@ from markupsafe import Markup
 from shakerproc.report.figures import to_png, to_svg
 from shakerproc.report.figures.figure import Axis, Figure, Plot
 from shakerproc.report.figures.units import USUAL
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.curves import STILL, RunContent, kept
 from shakerproc.report.runs.figures import FIGURES, IN_FILES, ON_PAGE
 from shakerproc.report.runs.in_units import curve_in, run_in, surface_in
@@ -52,7 +52,7 @@ def _matplotlib_figure(content: RunContent, name: str, title: str) -> "Matplotli
         return None
     run = content.run
     alarm = run.told_status.replace("incomplete,", "INCOMPLETE:") if run.incomplete else ""
-    return to_png.drawn(figure, title, alarm)
+    return to_png.matplotlib_figure(figure, title, alarm)
 
 
 MOST: Final = 230
@@ -68,7 +68,7 @@ LABEL: Final = 28
 """Height of the numbers and the label of the lowest [px]."""
 
 
-def page_figures(run: RunSummary) -> list[Drawing]:
+def page_figures(run: RunSummary) -> list[PageFigure]:
     """Return the drawings of a run: of the curves that its summary keeps."""
     if not run.channels:
         return []
@@ -82,7 +82,7 @@ def page_figures(run: RunSummary) -> list[Drawing]:
     ]
 
 
-def marked(drawing: Drawing, run: RunSummary) -> Drawing:
+def marked(drawing: PageFigure, run: RunSummary) -> PageFigure:
     """Return a drawing that says so where the recording was cut short."""
     if not run.incomplete:
         return drawing
@@ -90,7 +90,7 @@ def marked(drawing: Drawing, run: RunSummary) -> Drawing:
     return replace(drawing, caption=f"{drawing.caption} {told}.")
 
 
-def _drawings(figure: Figure, test: str) -> list[Drawing]:
+def _drawings(figure: Figure, test: str) -> list[PageFigure]:
     """Return a drawing for each plot of a figure, or one of all above each other."""
     if not figure.together:
         return [_titled(plot, _svg(plot, test)) for plot in figure.plots]
@@ -107,8 +107,8 @@ def _drawings(figure: Figure, test: str) -> list[Drawing]:
     return [_titled(figure.plots[0], drawn)]
 
 
-def _titled(plot: Plot, drawn: Markup) -> Drawing:
-    return Drawing(f"{plot.title}.", plot.caption, drawn, kind=plot.kind)
+def _titled(plot: Plot, drawn: Markup) -> PageFigure:
+    return PageFigure(f"{plot.title}.", plot.caption, drawn, kind=plot.kind)
 
 
 def _svg(

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from shakerproc.campaign import trends
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.sections import Table, filled
 from shakerproc.report.runs.view import RunView, number
@@ -173,8 +174,8 @@ def _thumbnail(run: RunSummary, channel: str) -> Markup:
     return to_svg.sparkline(
         x,
         y,
-        to_svg.Axis("", x[0], x[-1]),
-        to_svg.Axis("", low, max(high, 1.01 * low), logarithmic=True),
+        Axis("", x[0], x[-1]),
+        Axis("", low, max(high, 1.01 * low), logarithmic=True),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Final
 from shakerproc.campaign import trends
 from shakerproc.numerals import numeral
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page.sections import Drawing, filled
+from shakerproc.report.page.sections import PageFigure, filled
 from shakerproc.report.runs import analyses
 from shakerproc.report.runs.drawing import marked, page_figures
 from shakerproc.report.runs.in_units import words_of
@@ -44,7 +44,7 @@ class RunView:
     error: str
     detail: str
     flags: Sequence[FlagSummary]
-    figures: Sequence[Drawing]
+    figures: Sequence[PageFigure]
     not_printed: str
     channel_columns: Sequence[str]
     channels: Sequence[Sequence[str]]
@@ -73,7 +73,7 @@ def run_view(run: RunSummary, number: int, units: ShownUnits = USUAL) -> RunView
     `number` makes its anchor.
     """
     rows = peak_rows.peak_rows(run)
-    further = [marked(drawing, run) for drawing in analyses.drawings(run)]
+    further = [marked(drawing, run) for drawing in analyses.page_figures(run)]
     channels = filled("", CHANNEL_COLUMNS, [_channel_row(c, run) for c in run.channels])
     return RunView(
         test=run.test,

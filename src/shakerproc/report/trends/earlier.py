@@ -6,8 +6,9 @@ from typing import Final
 from shakerproc.campaign.earlier import Change, Earlier, changes
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style, to_svg
+from shakerproc.report.figures.figure import Curve, Plot
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.report.page.sections import Drawing, Section, filled
+from shakerproc.report.page.sections import PageFigure, Section, filled
 from shakerproc.report.runs.curves import STILL, frequency_axis, kept, logarithmic_axis, outside
 from shakerproc.report.runs.in_units import run_in
 from shakerproc.runs.levels import density_unit
@@ -108,7 +109,7 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
     return "-" if unit == over else f"{unit}/{over}"
 
 
-def _overlaid(now: RunSummary, before: RunSummary) -> Drawing | None:
+def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     """Return response functions of a test, or densities, now and before."""
     kind, told = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
     content = kept(now)
@@ -119,7 +120,7 @@ def _overlaid(now: RunSummary, before: RunSummary) -> Drawing | None:
     curves = [c for c in content.of(kind, units[0]) if c.channel in then]
     lines = [line for line in content.lines(kind, units[0]) if line.label in then]
     grey = [
-        to_svg.Curve(
+        Curve(
             f"{c.channel}, earlier",
             then[c.channel].x,
             then[c.channel].y,
@@ -129,11 +130,11 @@ def _overlaid(now: RunSummary, before: RunSummary) -> Drawing | None:
         for c in curves
     ]
     axis, unit = frequency_axis(curves), _unit(units[0], now, kind)
-    return Drawing(
+    return PageFigure(
         f"Test {now.test}.",
         f"{told} now in colour, earlier thin and grey.",
         to_svg.plot(
-            to_svg.Plot(
+            Plot(
                 [*grey, *lines],
                 axis,
                 logarithmic_axis(f"{told} [{unit}]", [*lines, *grey], 5),

@@ -8,8 +8,9 @@ import numpy as np
 
 from shakerproc.campaign.trend import Point, Trend
 from shakerproc.report.figures import style, to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.to_png import LEFT, save
-from shakerproc.report.page.sections import Drawing
+from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.trends.styles import series_styles
 
 if TYPE_CHECKING:
@@ -76,15 +77,15 @@ def _draw_series(
     )
 
 
-def page_figures(trends: Sequence[Trend]) -> list[Drawing]:
-    """Return trends as drawings, in which the same thing has the same colour."""
+def page_figures(trends: Sequence[Trend]) -> list[PageFigure]:
+    """Return trends as figures of the page, each quantity in one colour throughout."""
     return [
-        _drawing(trend, styles)
+        _page_figure(trend, styles)
         for trend, styles in zip(trends, series_styles(trends), strict=True)
     ]
 
 
-def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
+def _page_figure(trend: Trend, styles: Mapping[str, int]) -> PageFigure:
     """Return a trend as a drawing: a line of points for each series."""
     places, x_axis, names = positions(trend)
     frequencies = [
@@ -94,17 +95,17 @@ def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
         for side in ((-0.5, 0.5) if np.isfinite(p.bin_width_hz) else (0.0,))
     ]
     margin = 0.12 * max(max(frequencies) - min(frequencies), 0.1 * max(frequencies))
-    y_axis = to_svg.Axis(
+    y_axis = Axis(
         trend.quantity, max(0.0, min(frequencies) - margin), max(frequencies) + margin
     )
-    curves: list[to_svg.Curve] = []
+    curves: list[Curve] = []
     for name, points in trend.series.items():
         x = np.array(places[name])
         y = np.array([p.frequency_hz for p in points])
         if trend.connected(name):
-            curves.append(to_svg.Curve("", x, y, styles[name], thin=True))
+            curves.append(Curve("", x, y, styles[name], thin=True))
         curves.append(
-            to_svg.Curve(
+            Curve(
                 name,
                 x,
                 y,
@@ -117,16 +118,14 @@ def _drawing(trend: Trend, styles: Mapping[str, int]) -> Drawing:
     caption = f"{trend.caption} Bars: {trend.bars}."
     if any(p.incomplete for points in trend.series.values() for p in points):
         caption += " Hollow: incomplete recording."
-    return Drawing(
+    return PageFigure(
         trend.title,
         caption,
-        to_svg.plot(
-            to_svg.Plot(curves, x_axis, y_axis, names=names), title=trend.title, height=260
-        ),
+        to_svg.plot(Plot(curves, x_axis, y_axis, names=names), title=trend.title, height=260),
     )
 
 
-def positions(trend: Trend) -> tuple[dict[str, list[float]], to_svg.Axis, dict[float, str]]:
+def positions(trend: Trend) -> tuple[dict[str, list[float]], Axis, dict[float, str]]:
     """Return where the points of each series stand, the axis, and the names of categories."""
     if trend.numeric:
         places = {name: [float(p.x) for p in points] for name, points in trend.series.items()}
@@ -134,7 +133,7 @@ def positions(trend: Trend) -> tuple[dict[str, list[float]], to_svg.Axis, dict[f
         margin = 0.08 * (max(everything) - min(everything))
         return (
             places,
-            to_svg.Axis(trend.x_label, min(everything) - margin, max(everything) + margin),
+            Axis(trend.x_label, min(everything) - margin, max(everything) + margin),
             {},
         )
     categories = sorted({str(p.x) for points in trend.series.values() for p in points})
@@ -143,5 +142,5 @@ def positions(trend: Trend) -> tuple[dict[str, list[float]], to_svg.Axis, dict[f
         name: [categories.index(str(p.x)) + 0.5 * ((i + 0.5) / n_series - 0.5) for p in points]
         for i, (name, points) in enumerate(trend.series.items())
     }
-    axis = to_svg.Axis(trend.x_label, -0.5, len(categories) - 0.5)
+    axis = Axis(trend.x_label, -0.5, len(categories) - 0.5)
     return places, axis, {float(i): name for i, name in enumerate(categories)}
