@@ -89,7 +89,7 @@ class Deviation:
 @final
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """What came of holding a table against a reference.
+    """Result of the comparison of a table with a reference.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ def read_tolerance(text: str) -> Tolerance:
 
 
 def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -> Agreement:
-    """Return what a table has of a reference within tolerance, and what not.
+    """Return the agreement of a table with a reference, within tolerances.
 
     In a table of peaks, the tallest peak of each response and quantity is looked at; the peak
     frequency is that of the PSD, and a test with a single sine has none.

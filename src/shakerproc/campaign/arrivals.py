@@ -16,7 +16,7 @@ _OURS: Final = frozenset({lock.NAME, manifest.NAME})
 @final
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """What tells that a file has changed.
+    """Size and time of a file, by which a change is seen.
 
     Attributes
     ----------

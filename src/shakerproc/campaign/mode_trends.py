@@ -39,7 +39,7 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
 
 
 def told_of_modes(analysis: ModalAnalysis) -> tuple[str, ...]:
-    """Return what each mode does with clearance or level, a sentence each."""
+    """Return the shift of each mode with clearance or level, a sentence each."""
     told = (
         shift_sentence(
             seen_of(analysis, track),
@@ -64,7 +64,7 @@ def seen_of(analysis: ModalAnalysis, track: Track) -> list[Seen]:
 
 
 def _facts(analysis: ModalAnalysis, one: TestModes) -> Mapping[str, Value]:
-    """Return what the log says of a test; which log, where there are two."""
+    """Return the facts of a test in its log; the name of the log, where there are two."""
     owner, colon, _ = one.name.rpartition(":")
     both = any(":" in other.name for other in analysis.tests)
     campaign = {"campaign": owner if colon else "this log"} if both else {}

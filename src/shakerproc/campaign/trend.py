@@ -1,4 +1,4 @@
-"""What a trend is: what tests say of a frequency, against what the log says of the tests."""
+"""Trends: a frequency of each test against a fact of the log."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ class Trend:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What one test says of a quantity that is set against others.
+    """Value that one test gives of a quantity of a trend.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class TrendRequest:
-    """What to set against what.
+    """Quantities that a trend sets against each other.
 
     Attributes
     ----------

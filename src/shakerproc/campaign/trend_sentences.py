@@ -1,4 +1,4 @@
-"""What trends come to, in sentences."""
+"""Trends in sentences."""
 
 import math
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ _ASKED: Final = (
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
-    """Return what the peak frequency does with clearance or level; empty if not known."""
+    """Return the shift of the peak frequency with clearance or level; empty if unknown."""
     return shift_sentence(peaks_of(runs, channel), f"peak frequency of {channel}")
 
 
 def shift_sentence(tests: Sequence[Seen], name: str) -> str:
-    """Return what a frequency does with clearance or level; empty if nothing is known.
+    """Return the shift of a frequency with clearance or level; empty if unknown.
 
     Of several series (joints, orientations) the one with the largest shift is told.
     """
@@ -52,7 +52,7 @@ def shift_sentence(tests: Sequence[Seen], name: str) -> str:
 
 
 def _remarks(ends: Sequence[Seen]) -> list[str]:
-    """Return what is to be known of the first and the last test of a shift, in sentences."""
+    """Return remarks on the first and the last test of a shift, a sentence each."""
     told = told_of(ends)
     first, last = (one.test for one in ends)
     if last in ends[0].unsure:

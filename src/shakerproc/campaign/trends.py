@@ -206,7 +206,7 @@ def _peaks(run: RunSummary, channel: str) -> tuple[PeakSummary, ...]:
 def trend_over(
     tests: Sequence[Seen], request: TrendRequest, channel: str, ending: str
 ) -> Trend | None:
-    """Return what was seen against a quantity; None where it has fewer than two values.
+    """Return the trend over a quantity; None where it has fewer than two values.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is said on the terminal of a batch."""
+"""Terminal output of a batch."""
 
 from pathlib import Path
 from typing import Any

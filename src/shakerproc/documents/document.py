@@ -70,7 +70,7 @@ class Document(Generic[T]):
 
 
 def read_document(path: Path, schema: type[T]) -> Document[T]:
-    """Return what a YAML file says, checked against its schema.
+    """Return the content of a YAML file, checked against its schema.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ _LOOKED: Final = 1.0
 @final
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one task may take.
+    """Limits of time and memory of one task.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ def _give(process: "Child", task: Task) -> None:
 
 
 def packed_work(work: Work, prepare: Callable[[], None] | None) -> bytes:
-    """Return what a child process is told to do with every argument that comes."""
+    """Return the work of a child process on every argument, pickled."""
     return pickle.dumps(("work", pickle.dumps((work, prepare))))
 
 

@@ -1,4 +1,4 @@
-"""What runs on a machine of the cluster: one task in a child process, as on one machine."""
+"""A task on a machine of the cluster, in a child process, as on one machine."""
 
 import threading
 from collections.abc import Mapping

@@ -61,7 +61,7 @@ class Fit:
 
 
 def response_functions(model: Fit, frequency: FloatArray) -> ComplexArray:
-    """Return what a modal model says of the response functions.
+    """Return the response functions of a modal model.
 
     Parameters
     ----------

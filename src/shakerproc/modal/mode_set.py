@@ -1,4 +1,4 @@
-"""What a modal analysis is asked for, and what it gives back: modes with their intervals."""
+"""Settings and result of a modal analysis: modes with their intervals."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
@@ -19,7 +19,7 @@ Method: TypeAlias = Literal["input and response spectra", "response functions", 
 @final
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the user may say of a modal analysis.
+    """Settings of a modal analysis that a user may give.
 
     Attributes
     ----------

@@ -114,7 +114,7 @@ def _smooth(values: FloatArray) -> FloatArray:
 
 
 def _share_left(lines: Lines, model: Fit) -> FloatArray:
-    """Return what the model leaves of each line, over its mean, (n_outputs, n_lines)."""
+    """Return the residual of each line over its mean, (n_outputs, n_lines)."""
     left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
     mean = left.mean(axis=1, keepdims=True)
     return np.asarray(left / np.where(mean > 0.0, mean, 1.0))
@@ -186,7 +186,7 @@ def _sound(model: Fit, band: tuple[float, float]) -> bool:
 
 
 def price_of(lines: Lines) -> float:
-    """Return what Schwarz' criterion asks for one more mode."""
+    """Return the penalty of Schwarz' criterion for one more mode."""
     n_inputs = lines.inputs.shape[0]
     n_each = 2 + lines.outputs.shape[0] * 2 * (n_inputs + lines.n_transients)
     return float(n_each * np.log(2 * lines.outputs.size))

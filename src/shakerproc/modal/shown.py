@@ -1,4 +1,4 @@
-"""What is drawn of a modal analysis: response functions, measured and of the model."""
+"""Curves of a modal analysis: response functions, measured and of the model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -104,7 +104,7 @@ def functions_of(
 def _answer(
     inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: Fit
 ) -> FloatArray:
-    """Return what the model answers to the inputs within the band."""
+    """Return the response of the model to the inputs within the band."""
     frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)
     inside = (frequency >= band[0]) & (frequency <= band[1])
     n_responses = model.residues.shape[1]

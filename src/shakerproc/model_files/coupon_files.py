@@ -47,7 +47,7 @@ class HoleSection(Section):
 
 
 class ClampSection(Section):
-    """What bolt and bushing hold."""
+    """Part of the coupon that bolt and bushing hold."""
 
     radius: Length
     held: Clamp
@@ -90,7 +90,7 @@ class StiffnessSection(Section):
 
 
 class JointSection(Section):
-    """What sits in the hole, for the clearance over temperature."""
+    """Part in the hole, for the clearance over temperature."""
 
     insert: Length
     insert_material: str | MaterialSection
@@ -117,7 +117,7 @@ class CouponSchema(Section):
 @final
 @dataclass(frozen=True, slots=True)
 class CouponFile:
-    """What a coupon file says.
+    """Contents of a coupon file.
 
     Attributes
     ----------

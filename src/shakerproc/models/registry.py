@@ -45,7 +45,7 @@ class Effects(Mapping[str, "type[AbstractEffect]"]):
 
     @property
     def own(self) -> "Kinds":
-        """What the user brought."""
+        """Effects that the user brought."""
         return dict(self._own)
 
     def use_own(self, own: "Kinds") -> None:

@@ -68,7 +68,7 @@ def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
 def drive_of_test(
     test: Test, duration: float, sample_rate: float, generator: np.random.Generator
 ) -> FloatArray:
-    """Return what shakes a test, led up from rest and back to it, (n,) array [m/s² or N].
+    """Return the motion or force that drives a test, from rest to rest, (n,) array [m/s² or N].
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class Mode:
 
 
 class AbstractJoint(ABC):
-    """What moves against what, and how."""
+    """Joint whose parts move against each other in a test."""
 
     __slots__ = ()
 

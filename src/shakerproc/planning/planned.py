@@ -62,7 +62,7 @@ def displacement_of_test(
 
 
 def plan_test(test: Test, wish: Wish) -> PlannedTest:
-    """Return what to expect of one test."""
+    """Return the prediction of one test."""
     if test.discarded:
         return PlannedTest(test)
     shaken = input_of_test(test)

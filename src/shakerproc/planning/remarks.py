@@ -1,4 +1,4 @@
-"""What to mind before a test is run, a sentence each."""
+"""Remarks on a test before it is run, a sentence each."""
 
 from collections.abc import Iterator
 from math import inf

@@ -1,4 +1,4 @@
-"""What a further analysis of a run comes to: a table, a summary, figures, sentences."""
+"""Result of a further analysis of a run: a table, a summary, figures, sentences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -80,7 +80,7 @@ class Panel:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Analysis:
-    """What one further analysis of a run comes to.
+    """Result of one further analysis of a run.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What calibrations mean for a run: sensitivities of the sheet, and which have expired."""
+"""Calibrations of a run: sensitivities of the sheet, and which have expired."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is odd about a run: its recording, and what the log led one to expect."""
+"""Flags of a run: oddities of its recording, departures from its log."""
 
 from collections.abc import Callable
 from typing import Final
@@ -67,7 +67,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
 
 
 def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
-    """Return what a flag says, and what becomes of a test whose channel did not measure."""
+    """Return the message of a flag, and the remedy where a channel did not measure."""
     without = "trends, compare, diagnose and add"
     if flag.kind == "clipping" and not unusable([flag], start, stop, most=MOST_CLIPPED):
         without = "trends and compare (diagnose and add leave the clipped samples out)"

@@ -29,7 +29,7 @@ LONGEST: Final = 2**25
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What the responses of a multisine test do at every line.
+    """Responses of a multisine test at every line.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Reading:
 
 
 def read_multisine(recording: Recording, result: RunResult, said: Multisine) -> Reading:
-    """Return what the responses of a multisine test do at every line.
+    """Return the responses of a multisine test at every line.
 
     Parameters
     ----------

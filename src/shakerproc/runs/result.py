@@ -1,4 +1,4 @@
-"""What one recording comes to: arrays and numbers, all in SI."""
+"""Result of one recording: arrays and numbers, all in SI."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -49,7 +49,7 @@ KEPT: Final = frozenset({
 def summary_of(
     result: RunResult, test: str, facts: Mapping[str, Value], recording: str, sha256: str
 ) -> RunSummary:
-    """Return what is kept of a run: its numbers, and its curves thinned."""
+    """Return the summary of a run: its numbers, and its curves thinned."""
     numbers = numbers_of(result, test, facts)
     return replace(
         numbers,

@@ -24,7 +24,7 @@ _ITERATIONS = 50
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What a method of comparison gives.
+    """Motion by one method of comparison.
 
     Attributes
     ----------

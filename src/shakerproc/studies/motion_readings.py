@@ -1,4 +1,4 @@
-"""What is read from a motion beside its spectral peak: cycles, decay, periods, shares."""
+"""Readings of a motion beside its spectral peak: cycles, decay, periods, shares."""
 
 from collections.abc import Callable, Mapping
 from typing import Final

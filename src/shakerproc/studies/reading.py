@@ -288,7 +288,7 @@ def _blamed(study: Study) -> tuple[str | int, ...]:
 
 
 def _problem(study: Study) -> str:
-    """Return what makes a study without its variations impossible; nothing where it is not."""
+    """Return the error of a study without its variations; empty where it can be done."""
     try:
         KINDS[study.kind].check_job(study, Job(study.model, study.run))
     except ValueError as error:

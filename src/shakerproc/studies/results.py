@@ -1,4 +1,4 @@
-"""What a study gives: tables, and panels that any drawing program can draw."""
+"""Results of a study: tables, and panels that any drawing program can draw."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -130,7 +130,7 @@ class StudyResult:
 
     @property
     def outcome(self) -> Verdict:
-        """What the checks come to; ``not checked`` where there are none."""
+        """Outcome of the checks; ``not checked`` where there are none."""
         return verdict_of(self.checks)
 
     @property

@@ -68,7 +68,7 @@ def run_study(
 
 
 def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
-    """Return what a job finds, its columns bit by bit as text."""
+    """Return the finding of a job, its columns bit by bit as text."""
     study, job = given
     buffer = io.BytesIO()
     found = KINDS[study.kind].compute(study, job)
@@ -82,7 +82,7 @@ def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
 
 
 def _kept(study: Study, job: Job, folder: Path | None) -> Finding | None:
-    """Return what an earlier run found, if it left a file."""
+    """Return the finding of an earlier run, if it left a file."""
     path = None if folder is None else folder / f"{_key(study, job)}.npz"
     return _finding(path.read_bytes()) if path is not None and path.is_file() else None
 

@@ -71,7 +71,7 @@ class Run:
 @final
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What is read from a run.
+    """Reading taken from a run.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Warmth:
 @final
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What somebody stated, and how it is put to the test.
+    """A published statement, and how it is put to the test.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the checks of the thesis' statements share: its models, its runs, its estimators."""
+"""Models, runs and estimators that the checks of the thesis' statements share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

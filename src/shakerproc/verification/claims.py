@@ -1,4 +1,4 @@
-"""What the thesis states, our number for it, and whether the statement held."""
+"""Statements of the thesis, our number for each, and whether it holds."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

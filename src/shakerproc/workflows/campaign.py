@@ -85,7 +85,7 @@ class Campaign(Shown):
 
     @property
     def sentence(self) -> str:
-        """What the trends say, in words; empty where there is none."""
+        """The trends in words; empty where there is none."""
         return trend_sentence(self.runs, trends_of(self.runs, self.wish).channel)
 
     def plot(self, trend: str = "") -> "Figure":
@@ -192,7 +192,7 @@ def batch(
 
 
 def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> Wish:
-    """Return what is wanted of the trends.
+    """Return the wishes for the trends.
 
     Raises
     ------

@@ -55,12 +55,12 @@ class Comparison(Shown):
 
     @property
     def held_out_error(self) -> float | None:
-        """The same over what is held out; None where nothing is [-]."""
+        """Error over the held-out tests; None where nothing is held out [-]."""
         return self.found.held_out
 
     @property
     def noise_floor(self) -> float:
-        """What even the true model would leave; NaN where the noise is unknown [-]."""
+        """Error of the true model; NaN where the noise is unknown [-]."""
         return self.found.noise
 
     @property

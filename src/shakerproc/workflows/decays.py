@@ -63,7 +63,7 @@ class DecayComparison(Shown):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The same of every mode."""
+        """The sentences of every mode."""
         return tuple(text for test in self.found.tests for text in sentences_of(test))
 
     @property
@@ -81,7 +81,7 @@ class DecayComparison(Shown):
 
     @property
     def drawn(self) -> "Decays":
-        """What the report draws."""
+        """The content of the report's figures."""
         from shakerproc.report.evidence.decays import Decays
 
         return Decays(self.found, self.before)

@@ -21,7 +21,7 @@ from shakerproc.workflows.machines import Machines
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """What is to be judged, for a worker elsewhere.
+    """Model and tests of a diagnosis, for a worker elsewhere.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ class Diagnosis(Shown):
 
     @property
     def verdict(self) -> str:
-        """What was found, such as ``effect found`` or ``nothing missing``."""
+        """Verdict, such as ``effect found`` or ``nothing missing``."""
         return self.found.verdict
 
     @property

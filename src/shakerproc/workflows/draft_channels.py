@@ -1,4 +1,4 @@
-"""What a draft of a log says of the channels of a recording: units, roles, guesses."""
+"""Channels in the draft of a log: units, roles, guesses."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -64,7 +64,7 @@ def controls_of_seen(seen: Seen) -> list[str]:
 
 
 def entries(seen: Seen) -> dict[str, tuple[str, str]]:
-    """Return what the log says of each channel of a recording, and why, by its key there.
+    """Return the log's entry of each channel of a recording, and why, by its key there.
 
     The key is the name or, of several channels of one name, the number, and a name beside it.
     """
@@ -95,7 +95,7 @@ def entries(seen: Seen) -> dict[str, tuple[str, str]]:
 def own_channels(
     seen: Seen, usual: Mapping[str, tuple[str, str]], controls: Sequence[str], crop: str
 ) -> str:
-    """Return what a test says of its channels where they are not the usual ones."""
+    """Return the entries of a test for its channels where they are not the usual ones."""
     mine = entries(seen)
     uses = {key: use for key, (use, _) in mine.items() if usual.get(key, ("",))[0] != use}
     absent = [key for key, (use, _) in usual.items() if key not in mine and use != _IGNORE]

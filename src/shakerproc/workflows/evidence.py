@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """What stands beside the runs in a report.
+    """Comparison and diagnosis beside the runs in a report.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
-    """Return what was done, with the references of every effect that plays a part."""
+    """Return the methods, with the references of every effect that plays a part."""
     from shakerproc.report.page import methods
 
     models, diagnosis = evidence.models, evidence.diagnosis
@@ -215,7 +215,7 @@ def decays_judged(
 
 
 def name_of_new(diagnosis: "Diagnosis") -> str:
-    """Return what the new model is called in figures."""
+    """Return the name of the new model in figures."""
     from shakerproc.models import EFFECTS
 
     kinds = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]

@@ -1,4 +1,4 @@
-"""What a modal analysis leaves in a folder, of its own or of a batch."""
+"""Files of a modal analysis in a folder, of its own or of a batch."""
 
 import hashlib
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What the recordings in a folder say of themselves."""
+"""Contents of the recordings in a folder, by their headers."""
 
 import re
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from shakerproc.recordings.time_axis import AS_STATED, Sampling
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What a recording holds.
+    """Contents of a recording.
 
     Attributes
     ----------
@@ -52,12 +52,12 @@ def recordings_below(folder: Path) -> list[Path]:
 
 
 def natural(text: str) -> list[tuple[int, str]]:
-    """Return what a name is sorted by: its numbers in their order."""
+    """Return the sort key of a name: its numbers in their order."""
     return [(int(p), "") if p.isdigit() else (0, p) for p in re.split(r"(\d+)", text)]
 
 
 def look(path: Path, said: Sampling = AS_STATED) -> Seen:
-    """Return what a recording holds; the samples are read once.
+    """Return the contents of a recording; the samples are read once.
 
     `said` is what is known of its times.
 
@@ -85,7 +85,7 @@ def look(path: Path, said: Sampling = AS_STATED) -> Seen:
 
 
 def described(path: Path) -> Seen | None:
-    """Return what an unusable recording says it holds; None where that is nothing.
+    """Return the stated contents of an unusable recording; None where it states none.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def seen_of(
     warn: Callable[[str], None],
     advance: Callable[[str], None] = lambda _name: None,
 ) -> list[Seen]:
-    """Return what a recording holds or, where it is unusable, at most what it describes.
+    """Return the contents of a recording, of an unusable one at most those it states.
 
     `said` is what is known of its times.
     """

@@ -156,7 +156,7 @@ class DraftedLog:
         return text.rstrip("\n") + "\n" + lines
 
     def _usual(self, log: TestLog) -> Mapping[str, tuple[str, str]]:
-        """Return what a draft says of the channels of the first recording that is there."""
+        """Return the draft entries of the channels of the first recording that is there."""
         for test in log.tests:
             if test.recording is not None and test.recording.is_file():
                 first = seen_of(test.recording, self._said, lambda _text: None)

@@ -191,7 +191,7 @@ def _read_from(root: Path, log: TestLog) -> dict[str, str]:
 
 
 def _sentence(run: RunSummary, before: str) -> str:
-    """Return what came of a test in one line."""
+    """Return the result of a test in one line."""
     if run.status == "failed":
         return f"test {run.test} failed: {run.error}"
     again = " again: the recording changed" if before and before != run.sha256 else ""

@@ -1,4 +1,4 @@
-"""What a worker process does with one test: process it, write tables, draw."""
+"""One test in a worker process: process it, write tables, draw."""
 
 from pathlib import Path
 from typing import Any

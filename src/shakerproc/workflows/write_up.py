@@ -1,4 +1,4 @@
-"""What a batch leaves behind: tables, trends and the report."""
+"""Products of a batch: tables, trends and the report."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ from shakerproc.workflows.evidence import (
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """What a person wants of the trends.
+    """Wishes for the trends.
 
     Attributes
     ----------

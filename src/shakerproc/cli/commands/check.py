@@ -194,7 +194,7 @@ def _reason(table: "Table", test: str) -> str:
 
 
 def _line(off: "Deviation", tolerance: "Tolerance") -> str:
-    """Return what a person reads of one deviation."""
+    """Return one deviation as a line of text."""
     from shakerproc.runs.control import beside
 
     place = [f"test {off.test}", off.channel, off.quantity]

@@ -179,7 +179,7 @@ def _write(
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
-    """Return what the two models are called, told apart."""
+    """Return the names of the two models, distinct."""
     new = f"{new}, fitted" if fit else new
     return (old, new) if old != new else ("old model", "new model")
 

@@ -19,7 +19,7 @@ SCHEMA = "shakerproc-inspect/1"
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """What a channel's samples come to, in its SI unit."""
+    """Statistics of a channel's samples, in its SI unit."""
 
     minimum: float
     maximum: float

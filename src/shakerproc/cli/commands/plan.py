@@ -156,7 +156,7 @@ def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
 
 
 def _joint(model: Path | None, joint: str | None) -> "AbstractJoint":
-    """Return what moves against what.
+    """Return the joint whose parts move against each other.
 
     Raises
     ------

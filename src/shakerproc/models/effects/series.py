@@ -192,7 +192,7 @@ def _chain(elements: tuple[AbstractEffect, ...]) -> _Chain:
 @final
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What one element adds: compliance [m/N], plays [m], mobility [m/(N s)], sliders [N]."""
+    """Compliance [m/N], plays [m], mobility [m/(N s)] and sliders [N] of one element."""
 
     compliance: float = 0.0
     plays: tuple[float, float] = (0.0, 0.0)
@@ -201,7 +201,7 @@ class _Part:
 
 
 def _part(element: AbstractEffect) -> _Part:
-    """Return what an element adds, by the laws it is made of.
+    """Return the compliance, plays, mobility and sliders of an element, by its laws.
 
     Raises
     ------

@@ -44,7 +44,7 @@ def _file_name(text: str) -> str:
 
 
 def figures_of(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
-    """Return what can be drawn, by the name of its file."""
+    """Return the figures that can be drawn, by the name of their file."""
     out: dict[str, Callable[[], Figure]] = {}
     for i, sensor in enumerate(comparison.tests[0].measured.sensors):
         out[f"response_{sensor}"] = partial(response_functions, comparison, i)

@@ -50,14 +50,14 @@ class Decays:
 
     @property
     def names(self) -> tuple[str, str]:
-        """What the model and the older one are called, told apart."""
+        """Names of the model and the older one, distinct."""
         new = self.found.model.title
         old = "" if self.before is None else self.before.model.title
         return (new, old) if new != old else ("new model", "old model")
 
 
 def panels_of(decays: Decays) -> dict[str, tuple[str, Panel]]:
-    """Return what can be drawn: the test and the panel, by the name of the file."""
+    """Return the test and the panel of every figure, by the name of its file."""
     panels = {}
     for i, test in enumerate(decays.found.tests):
         for k, mode in enumerate(test.modes):

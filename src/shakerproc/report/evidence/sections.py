@@ -188,7 +188,7 @@ def _horizon(diagnosis: Diagnosis) -> str:
 
 
 def _signatures(diagnosis: Diagnosis) -> list[str]:
-    """Return what each effect that was found looks like, to be compared with the figures."""
+    """Return the signature of each effect found, to be compared with the figures."""
     return [
         f"What a {effect.kind.replace('_', ' ')} looks like: {EFFECTS[effect.kind].signature}"
         for effect in diagnosis.effects
@@ -248,7 +248,7 @@ def _left_behind(diagnosis: Diagnosis) -> list[str]:
 
 
 def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
-    """Return what cannot be told apart, and the test that would."""
+    """Return the indistinguishable alternatives, and the test that would decide."""
     paragraphs = []
     same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
     found = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]

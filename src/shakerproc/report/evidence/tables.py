@@ -62,7 +62,7 @@ def response_functions(models: Models) -> Columns:
 
 
 def errors_by_test(models: Models) -> Columns:
-    """Return what each model leaves of every test, and the noise."""
+    """Return the error of each model in every test, and the noise."""
     rows = [
         (test.measured.name, test.measured.test.level_text, test.measured.test.hold_out, text,
          float(np.sqrt(np.mean(test.prediction.input**2))), test.error, test.noise,
@@ -84,7 +84,7 @@ def errors_by_test(models: Models) -> Columns:
 
 
 def errors_by_band(models: Models) -> Columns:
-    """Return what each model leaves in every third octave."""
+    """Return the error of each model in every third octave."""
     rows = []
     for text, _, comparison in models.each:
         bands = comparison.bands

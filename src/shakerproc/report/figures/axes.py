@@ -115,7 +115,7 @@ def _multiples(step: float, axis: Axis) -> list[float]:
 
 
 def fine_ticks(axis: Axis) -> list[float]:
-    """Return the same, and on a logarithmic axis of two decades or less 1, 2, 5 of each."""
+    """Return the ticks of an axis; on up to two logarithmic decades 1, 2, 5 of each."""
     if not axis.logarithmic or axis.high / axis.low > 300.0:
         return ticks(axis)
     powers = range(math.floor(math.log10(axis.low)), math.ceil(math.log10(axis.high)) + 1)

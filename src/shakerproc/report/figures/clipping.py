@@ -1,4 +1,4 @@
-"""What of a line or an area lies between the axes: cut where it crosses their ends."""
+"""Lines and areas clipped to the axes: cut where they cross their ends."""
 
 from collections.abc import Sequence
 from typing import Final

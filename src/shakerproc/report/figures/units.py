@@ -53,7 +53,7 @@ class ShownUnits:
     chosen: ChosenUnits = field(default_factory=dict)
 
     def unit(self, unit: str) -> tuple[str, float]:
-        """Return what a report writes for a unit, and how many of that one of it is.
+        """Return the unit that a report writes for one of these, and its number in one of it.
 
         Powers and ratios follow: ``g²/Hz`` becomes ``(m/s²)²/Hz``, 96.17 of them.
         """

@@ -43,7 +43,7 @@ def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
 
 
 def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
-    """Return what draws each figure of an analysis, by name."""
+    """Return the function that draws each figure of an analysis, by name."""
     found: dict[str, Callable[[], Figure]] = {}
     for one in analysis.tests:
         name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)

@@ -63,7 +63,7 @@ def modal_report(
 
 
 def section_of_modes(analysis: ModalAnalysis) -> Section:
-    """Return what the report of a batch says of the modes of its tests.
+    """Return the section on the modes of its tests for the report of a batch.
 
     Parameters
     ----------

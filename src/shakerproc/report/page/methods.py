@@ -1,4 +1,4 @@
-"""What was done, in words, with references: collected from the runs."""
+"""Methods of the runs in words, with references."""
 
 import importlib.metadata
 import inspect

@@ -34,7 +34,7 @@ _SHOWN: Final = 20
 @final
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """What a page says while its folder is watched.
+    """State of the page while its folder is watched.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Watched:
 
     @property
     def sentence(self) -> str:
-        """What the reader is told."""
+        """The state in a sentence."""
         told = f"Watched: this page reloads every {self.seconds} s"
         if not self.waiting:
             return f"{told}."
@@ -65,7 +65,7 @@ class Watched:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a report is made of.
+    """Contents of a report.
 
     Attributes
     ----------
@@ -206,7 +206,7 @@ def _dashes() -> list[str]:
 
 
 def _source_hash(text: str) -> str:
-    """Return what a content-security policy calls this style or script."""
+    """Return the name of a style or script in a content-security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 

@@ -1,4 +1,4 @@
-"""What the control did against its limits: lines, a sentence, the level of a sweep."""
+"""The control against its limits: lines, a sentence, the level of a sweep."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the figures of a run are made of: its numbers and curves, and the axes around them."""
+"""Content of the figures of a run: its numbers and curves, and the axes around them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -66,7 +66,7 @@ class RunContent:
         return [c for c in found if unit is None or self.unit_of(c.channel) == unit]
 
     def lines(self, kind: str, unit: str | None = None) -> list[Curve]:
-        """Return the same as lines, each in the style of its channel."""
+        """Return the curves of a kind as lines, each in the style of its channel."""
         styles = self.styles
         return [
             Curve(f"{c.channel} {c.part}".strip(), c.x, c.y, styles[c.channel])
@@ -75,7 +75,7 @@ class RunContent:
 
 
 def kept(run: RunSummary) -> RunContent:
-    """Return what the summary of a run keeps for its figures."""
+    """Return the content of a run's figures from its summary."""
     surface = None if run.surface is None else _surface(run.surface)
     return RunContent(run, [_curve(curve) for curve in run.curves], surface)
 
@@ -125,7 +125,7 @@ def swept_axis(curves: Sequence[Curve]) -> Axis:
 
 
 def outside(run: RunSummary, axis: Axis) -> list[Span]:
-    """Return what of a frequency axis lies outside the excited band."""
+    """Return the spans of a frequency axis outside the excited band."""
     if run.spectrum is None or run.facts.get("excitation") in trends.SINGLE_FREQUENCY:
         return []
     low, high = run.spectrum.band_hz

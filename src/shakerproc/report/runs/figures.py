@@ -1,4 +1,4 @@
-"""What every figure of a run shows: told once, drawn as PNG and on the page."""
+"""Figures of a run, each described once, drawn as PNG and on the page."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -28,7 +28,7 @@ class Count:
 
 @dataclass(frozen=True, slots=True)
 class Attention:
-    """What was seen, and the tests that it was seen in, each with its anchor."""
+    """An observation, and the tests that it was made in, each with its anchor."""
 
     kind: str
     what: str
@@ -180,7 +180,7 @@ def _thumbnail(run: RunSummary, channel: str) -> Markup:
 
 
 def table_note(runs: Sequence[RunSummary], channel: str) -> str:
-    """Return what stands below the table: whose numbers, which runs the log discards."""
+    """Return the note below the table: whose numbers, which runs the log discards."""
     discarded = ", ".join(
         f"{run.test} ({comment})" if (comment := run.facts.get("comment")) else run.test
         for run in runs

@@ -13,7 +13,7 @@ STYLES: Final = 6
 @final
 @dataclass(frozen=True, slots=True)
 class _Series:
-    """What tells a series from the others of its trend, and its runs."""
+    """Facts that distinguish a series from the others of its trend, and its runs."""
 
     name: str
     facts: frozenset[str]

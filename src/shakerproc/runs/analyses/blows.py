@@ -132,7 +132,7 @@ def _problems(found: Blows) -> list[str]:
 
 
 def _unknown_noise(found: Blows) -> str:
-    """Return what is not known where too little lies before the blows."""
+    """Return the message on unknown noise where too little lies before the blows."""
     cut = found.setup.cut
     peaks = (
         ", and of the peaks of a single blow only the tallest is listed"

@@ -1,4 +1,4 @@
-"""What the curves of a decay say in words: remarks, and the signature of a law."""
+"""The curves of a decay in words: remarks, and the signature of a law."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

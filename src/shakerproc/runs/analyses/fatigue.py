@@ -14,7 +14,7 @@ from shakerproc.spectra.fatigue import FatigueSpectra, fatigue_spectra
 
 @final
 class FatigueAnalysis(AbstractAnalysis):
-    """What the vibration does to oscillators: root mean squares and damage."""
+    """Root mean squares and damage of oscillators under the vibration."""
 
     kind: ClassVar[str] = "fatigue"
 

@@ -33,7 +33,7 @@ class MultisineAnalysis(AbstractAnalysis):
     kind: ClassVar[str] = "multisine"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
-        """Return what every line says; None of other tests. What fails is a flag."""
+        """Return the analysis of every line; None of other tests. A failure is a flag."""
         said = result.test.multisine
         if result.test.excitation != "multisine" or said is None:
             return None
@@ -66,7 +66,7 @@ class MultisineAnalysis(AbstractAnalysis):
 
 
 def _driving(reading: Reading, result: RunResult) -> tuple[str, Channel]:
-    """Return what the input is called, and a channel of it."""
+    """Return the name of the input, and a channel of it."""
     first = result.channels[reading.input[0]]
     return (first.name if len(reading.input) == 1 else "controls"), first
 

@@ -1,4 +1,4 @@
-"""What a multisine says of a response in words."""
+"""A multisine's response in words."""
 
 from collections.abc import Iterator, Mapping
 from typing import Final

@@ -33,7 +33,7 @@ LINES: Final[Mapping[str, tuple[Look, int]]] = {
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """What is compared with a profile.
+    """Curve that is compared with a profile.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ def lines_of(profile: Profile, frequency: FloatArray) -> dict[str, FloatArray]:
 
 
 def _judged(result: RunResult, profile: Profile, rows: Sequence[int]) -> Judged:
-    """Return what is compared with the profile, where both are."""
+    """Return the curve that is compared with the profile, where both are."""
     if _is_density(profile):
         return _judged_density(result, profile, rows)
     return _judged_sweep(result, profile)
@@ -229,7 +229,7 @@ def _told(summary: Sequence[Mapping[str, Cell]], profile: Profile) -> str:
 
 
 def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
-    """Return what is said of a line that was not kept."""
+    """Return the message on a line that was not kept."""
     share, allowed = (
         100.0 * float(row[key] or 0.0) for key in ("beyond_share", "allowed_share")
     )
@@ -260,7 +260,7 @@ def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, 
 
 
 def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, ...]:
-    """Return the same in a sentence, if there is one to say."""
+    """Return the comparison of the rms in a sentence, if there is one to say."""
     if not rms:
         return ()
     demanded, seen = (float(rms[name] or 0.0) for name in ("demand_rms", "measured_rms"))

@@ -130,7 +130,7 @@ class HarmonicBalance:
         return stiffness + omega * damping - omega**2 * mass
 
     def residual(self, unknowns: FloatArray, omega: float, growth: float = 0.0) -> Residual:
-        """Return what is left of the equations of motion.
+        """Return the residual of the equations of motion.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class HarmonicBalance:
 
     @cached_property
     def _joints(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """What dry friction needs of the joints.
+        """Data of the joints for dry friction.
 
         Matrices from all unknowns to the forces that the joints are asked for and to their
         velocities at a rate of 1, back from the forces of the joints, and the push of the

@@ -82,7 +82,7 @@ class Place:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """What was followed.
+    """Curve that was followed.
 
     Attributes
     ----------

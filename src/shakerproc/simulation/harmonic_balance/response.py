@@ -53,7 +53,7 @@ class Response:
 
     @property
     def not_followed(self) -> tuple[str, ...]:
-        """What else there may be or must be, a sentence each.
+        """Curves that may or must exist besides, a sentence each.
 
         Motions of a mass that something holds come in odd numbers at every frequency but the
         folds, so that an even number at an end of the band lacks one.

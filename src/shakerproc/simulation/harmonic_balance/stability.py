@@ -12,7 +12,7 @@ GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6.0
 
 
 def monodromy(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> FloatArray:
-    r"""Return what one period makes of a small disturbance of displacements and velocities.
+    r"""Return the monodromy matrix: one period of a small disturbance of motion.
 
     Between switches of the laws the disturbance obeys a linear equation, with constant matrices
     where the laws are piecewise linear; there the propagator is a matrix exponential. Where the
@@ -114,7 +114,7 @@ def _jumps(
     switches: list[tuple[FloatArray, FloatArray]],
     edges: FloatArray,
 ) -> FloatArray:
-    """Return what happens at the end of each span, (n_spans, 2n, 2n) array."""
+    """Return the jump of a disturbance at the end of each span, (n_spans, 2n, 2n) array."""
     n = balance.system.n_dofs
     jumps = np.zeros((edges.size - 1, 2 * n, 2 * n))
     jumps[:] = np.eye(2 * n)

@@ -120,7 +120,7 @@ class Curve:
 
 
 def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> Curve:
-    """Return what readings say at amplitudes between their smallest and their largest.
+    """Return the readings at amplitudes between their smallest and their largest.
 
     `amplitudes` are in the unit of the readings.
     """

@@ -65,7 +65,7 @@ class Cut:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """What is known of a whole hammer test, by which each of its blows is judged.
+    """Facts of a whole hammer test, by which each of its blows is judged.
 
     Attributes
     ----------

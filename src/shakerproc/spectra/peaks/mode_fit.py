@@ -33,7 +33,7 @@ CLOSE: Final = 1e-4
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ModeShape:
-    """What modes look like in certain bins.
+    """Responses of modes in certain bins.
 
     Attributes
     ----------

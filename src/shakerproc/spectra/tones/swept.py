@@ -196,7 +196,7 @@ def _covered(sweep: Sweep, other: Sweep) -> np.ndarray:
 
 
 def _by_frequency(sweep: Sweep) -> Sweep:
-    """Return the same points by rising frequency."""
+    """Return the points by rising frequency."""
     return _selected(sweep, np.argsort(sweep.frequency, kind="stable"))
 
 

@@ -1,4 +1,4 @@
-"""What every kind of study is: independent jobs, and a result made of what they found."""
+"""Interface of a study: independent jobs, and a result made of their findings."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ _NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
 @final
 @dataclass(frozen=True, slots=True)
 class Option:
-    """What may be said of one option of a kind.
+    """Type, limits and meaning of one option of a kind.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Option:
     whole: bool = False
 
     def problem(self, value: float) -> str:
-        """Return what is wanted of a value that does not suit; nothing where it does."""
+        """Return the condition that a value does not meet; empty where it does."""
         if self.least <= value <= self.most and not (self.whole and value % 1.0):
             return ""
         kind = "a whole number" if self.whole else "a value"
@@ -92,7 +92,7 @@ class Job:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Finding:
-    """What one job finds.
+    """Finding of one job.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class AbstractKind(ABC):
 
     @abstractmethod
     def compute(self, study: Study, job: Job) -> Finding:
-        """Return what one job finds; jobs run side by side."""
+        """Return the finding of one job; jobs run side by side."""
 
     def check_job(self, study: Study, job: Job) -> None:
         """Pass a job that can be computed; a kind that steps through no run says what it needs.
@@ -269,7 +269,7 @@ def _outcome(
 
 
 def _resolution(check: Check, values: FloatArray, found: Sequence[Finding]) -> FloatArray:
-    """Return what a difference must exceed to count, for each value."""
+    """Return the least difference that counts, for each value."""
     known = values[np.isfinite(values)]
     largest = float(np.max(np.abs(known), initial=0.0))
     if check.within is not None:

@@ -1,4 +1,4 @@
-"""What drove the runs of a study, for people."""
+"""Excitation of the runs of a study, for people."""
 
 from math import cos, degrees, isclose, sin
 
@@ -6,7 +6,7 @@ from shakerproc.studies.study import Run, Study
 
 
 def driven(study: Study) -> str:
-    """Return what drove the runs, for people."""
+    """Return the excitation of the runs, for people."""
     run = study.run
     if run is None:
         return ""

@@ -98,7 +98,7 @@ def _power_law() -> tuple[Panel, ...]:
 
 
 def _beyond_root_two(panels: Sequence[Panel]) -> dict[str, float]:
-    """Return what damping changes at r = 2, from the least to the most damped curve."""
+    """Return the change with damping at r = 2, from the least to the most damped curve."""
     gains = [np.interp(2.0, line.x, line.y) for line in panels[0].lines]
     return {"gain_change_at_r_2": float(gains[-1] - gains[0])}
 

@@ -133,7 +133,7 @@ class PeakOfRun:
 
     @property
     def value(self) -> float:
-        """What is compared: the mean of neighbouring runs where there is one [Hz]."""
+        """Compared frequency: the mean of neighbouring runs where there is one [Hz]."""
         return self.single if np.isnan(self.mean) else self.mean
 
 

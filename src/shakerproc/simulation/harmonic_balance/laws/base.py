@@ -1,4 +1,4 @@
-"""What every law is: a force along one relative displacement, in harmonic coefficients."""
+"""Interface of a law: a force along one relative displacement, in harmonic coefficients."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
