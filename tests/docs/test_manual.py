@@ -311,6 +311,16 @@ def test_the_page_of_the_house_has_every_room_in_the_order_of_the_contract():
     assert all(f"**{room}**" in told for room in names)
 
 
+def test_the_drawing_of_the_rooms_is_that_of_the_imports():
+    done = subprocess.run(
+        [sys.executable, DOCS / "make_rooms_drawing.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_every_file_on_the_way_through_the_house_is_there():
     page = (DOCS / "architecture.md").read_text(encoding="utf-8").split("## The way", 1)[1]
     files = {word for word in re.findall(r"`([a-z_/]+\.py)`", page) if "/" in word}
