@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class PageFigure:
     """A figure with its caption.
 
     Attributes
@@ -57,7 +57,7 @@ class Section:
     anchor: str
     paragraphs: Sequence[str] = ()
     tables: Sequence[Table] = ()
-    figures: Sequence[Drawing] = ()
+    figures: Sequence[PageFigure] = ()
     parts: "Sequence[Section]" = ()
 
 
