@@ -17,7 +17,7 @@ from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Plot
 from shakerproc.report.page import pdf
 from shakerproc.report.page.page import write_report
-from shakerproc.report.page.sections import PageFigure, Section
+from shakerproc.report.page.sections import PageFigure, ReportSection
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import facts_of, read_testlog
 
@@ -396,7 +396,7 @@ def test_no_kind_of_figure_loses_a_point(browser, tmp_path):
             PageFigure(name, "", to_svg.plot(plot, title=name))
             for name, plot in every_kind_of_plot().items()
         ]
-        section = Section("Figures", "figures", figures=drawings)
+        section = ReportSection("Figures", "figures", figures=drawings)
         write_report(tmp_path / "kinds.html", replace(report_of([]), sections=[section]))
     browser.open(tmp_path / "kinds.html")
     found = drawn(browser)

@@ -15,7 +15,7 @@ from shakerproc.report.runs.drawing import draw_run, run_figure
 from shakerproc.report.runs.figures import IN_FILES
 from shakerproc.report.trends.figures import draw_trends, page_figures, trend_figure
 from shakerproc.runs import process_recording, process_test, summary_of
-from shakerproc.runs.analysis import Line, Scale
+from shakerproc.runs.analysis import PanelLine, PanelScale
 from shakerproc.runs.curves import unbroken_phase
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
@@ -113,8 +113,8 @@ def test_no_figure_cuts_a_curve_off_or_draws_what_is_no_number(name):
 @pytest.mark.parametrize("value", [10.0, 0.37, 2.5e-7])
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_a_flat_line_lies_within_its_axis(value, logarithmic):
-    line = Line("flat", np.arange(1.0, 4.0), np.full(3, value))
-    low, high = limits([line], Scale("", logarithmic=logarithmic))
+    line = PanelLine("flat", np.arange(1.0, 4.0), np.full(3, value))
+    low, high = limits([line], PanelScale("", logarithmic=logarithmic))
     assert low < value < high
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report.evidence.errors import Rung, ladder
+from shakerproc.report.evidence.errors import CandidateError, ladder
 from shakerproc.report.figures import live, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.heat_map import WHITE_FROM, shade
@@ -117,7 +117,11 @@ def test_shades_darken_with_the_value_and_their_numbers_can_be_read():
 
 
 def test_the_ladder_is_logarithmic_and_its_floor_stands_where_it_should():
-    rungs = [Rung("old", 0.5, 0.4), Rung("new", 0.05, 0.04), Rung("none", None, float("nan"))]
+    rungs = [
+        CandidateError("old", 0.5, 0.4),
+        CandidateError("new", 0.05, 0.04),
+        CandidateError("none", None, float("nan")),
+    ]
     drawn = str(ladder(rungs, 0.005, title="t"))
     marks = {
         css: [float(x) for x in re.findall(rf'class="{css}" d="M(\d+) \d+m', drawn)][:2]

@@ -9,10 +9,10 @@ from tests.small_campaign import write_campaign
 
 from shakerproc.campaign import trends
 from shakerproc.report.page.page import Report, Watched, html, write_report
-from shakerproc.report.page.sections import Section, Table
+from shakerproc.report.page.sections import ReportSection, ReportTable
 from shakerproc.report.runs.drawing import page_figures
 from shakerproc.runs import process_test, summary_of
-from shakerproc.runs.analysis import Scale
+from shakerproc.runs.analysis import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     CurveSummary,
@@ -179,7 +179,9 @@ def poisoned(summary, payload):
 
 @pytest.mark.parametrize("payload", PAYLOADS)
 def test_text_from_logs_and_recordings_is_inert(summary, payload):
-    section = Section(payload, "evidence", [payload], [Table(payload, [payload], [[payload]])])
+    section = ReportSection(
+        payload, "evidence", [payload], [ReportTable(payload, [payload], [[payload]])]
+    )
     run = poisoned(summary, payload)
     report = replace(report_of([run], sections=[section]), title=payload, command=payload)
     report = replace(report, verdict=payload, options={payload: payload})
@@ -280,7 +282,8 @@ def test_a_table_in_front_holds_the_resonances_of_every_run(many, many_page):
 
 def test_figures_of_further_analyses_stay_on_the_screen(summary):
     panel = PanelSummary(
-        "Octaves", "", Scale("f [Hz]", logarithmic=False), Scale("rms [g]", logarithmic=False),
+        "Octaves", "", PanelScale("f [Hz]", logarithmic=False),
+        PanelScale("rms [g]", logarithmic=False),
         (LineSummary("ch3", [1.0, 2.0], [3.0, 4.0], "ch3", "curve", 0),),
     )  # fmt: skip
     run = replace(summary, analyses=(AnalysisSummary("octaves", "Octaves", (), (), (panel,)),))

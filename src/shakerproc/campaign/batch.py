@@ -32,14 +32,14 @@ from shakerproc.campaign.manifest import (
     write_manifest,
 )
 from shakerproc.errors import ShakerprocError
-from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
+from shakerproc.executors import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.runs import RunSummary, read_summary
 from shakerproc.runs.joining import combined, seen_files
 from shakerproc.testlog import Test, TestLog, facts_of
 
 
 @dataclass(frozen=True, slots=True)
-class Campaign:
+class CampaignResult:
     """Result of a batch.
 
     Attributes
@@ -111,7 +111,7 @@ def run_batch(
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
     progress: Progress = UNTOLD,
-) -> Campaign:
+) -> CampaignResult:
     """Process every test of a log that is not discarded and whose results do not stand.
 
     The manifest is written after each test, so that whatever ends this, the next call goes on
@@ -171,7 +171,7 @@ def run_batch(
         for test in log.tests
         if test.discarded or manifest.runs.get(names[test.id], NOTHING).key
     )
-    return Campaign(runs, len(to_do), len(ready) - len(to_do))
+    return CampaignResult(runs, len(to_do), len(ready) - len(to_do))
 
 
 def _part(log: TestLog, only: Collection[int | str]) -> TestLog:
@@ -256,7 +256,7 @@ def _known(
     return Manifest(files_only, files=known.files)
 
 
-def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:
+def _entry(outcome: TaskOutcome, job: Job, key: str, first: str) -> Entry:
     """Return the entry of a test; a failure keeps the hash that was known before."""
     cause, error = outcome.cause, outcome.error
     digest = outcome.value.get("sha256", "")

@@ -7,7 +7,7 @@ from shakerproc.runs.summary import Value
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class TrendPoint:
     """One run in a trend.
 
     Attributes
@@ -60,7 +60,7 @@ class Trend:
     caption: str
     x_label: str
     channel: str
-    series: Mapping[str, tuple[Point, ...]]
+    series: Mapping[str, tuple[TrendPoint, ...]]
     quantity: str = "peak frequency [Hz]"
     bars: str = "width of a bin"
 
@@ -76,7 +76,7 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class TrendValue:
     """Value that one test gives of a quantity of a trend.
 
     Attributes
@@ -90,7 +90,7 @@ class Seen:
     width_hz : float
         How far its bar reaches, both sides together [Hz].
     present_s, promised_s : float or None
-        As of a `Point`.
+        As of a `TrendPoint`.
     left_out : str
         Why the test takes no part; empty where it does.
     tallest_hz : float or None

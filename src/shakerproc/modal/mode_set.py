@@ -6,7 +6,7 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.shapes import phase_collinearity
 from shakerproc.modal.stabilisation import Diagram, damping_of, frequency_of
 
@@ -62,7 +62,7 @@ class ModeSet:
         Modal phase collinearity, 1 for a real mode [-].
     diagram : Diagram
         Stabilisation diagram.
-    model : Fit, optional
+    model : ModalFit, optional
         The fitted modal model; None where there is none, output only.
     interval_from : str
         What the intervals are made of.
@@ -79,7 +79,7 @@ class ModeSet:
     shapes: ComplexArray
     participation: ComplexArray
     diagram: Diagram
-    model: Fit | None
+    model: ModalFit | None
     interval_from: str
     notes: tuple[str, ...] = ()
     scatter: FloatArray | None = None

@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import Functions
-from shakerproc.modal.modal_model import Fit, response_functions
+from shakerproc.modal.modal_model import ModalFit, response_functions
 from shakerproc.modal.mode_set import ModeSet
 
 SHOWN_SEGMENTS: Final = 8
@@ -102,7 +102,7 @@ def functions_of(
 
 
 def _answer(
-    inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: Fit
+    inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: ModalFit
 ) -> FloatArray:
     """Return the response of the model to the inputs within the band."""
     frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)

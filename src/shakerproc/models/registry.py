@@ -15,7 +15,7 @@ GROUP: Final = "shakerproc.effects"
 
 
 @final
-class Effects(Mapping[str, "type[AbstractEffect]"]):
+class EffectRegistry(Mapping[str, "type[AbstractEffect]"]):
     """Effects by kind.
 
     Those of installed packages are looked for when all are listed, or one is asked for that is

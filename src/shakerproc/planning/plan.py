@@ -20,7 +20,7 @@ _UNLIMITED: Final = ShakerLimits()
 
 @final
 @dataclass(frozen=True, slots=True)
-class Wish:
+class PlanWish:
     """Assumptions of a plan.
 
     Attributes

@@ -11,7 +11,7 @@ from pydantic_core import to_json
 from shakerproc import files
 from shakerproc.data import UnusedChannel
 from shakerproc.recordings import FAULTS
-from shakerproc.runs.analysis import Look, Scale
+from shakerproc.runs.analysis import Look, PanelScale
 from shakerproc.runs.remarks import unused_lines
 
 if TYPE_CHECKING:
@@ -296,8 +296,8 @@ class PanelSummary:
 
     title: str
     caption: str
-    x: Scale
-    y: Scale
+    x: PanelScale
+    y: PanelScale
     lines: tuple[LineSummary, ...]
     equal: bool = False
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from shakerproc.report.evidence.decays import Decays
     from shakerproc.report.evidence.models import Models
     from shakerproc.report.page.methods import Methods
-    from shakerproc.report.page.sections import Section
+    from shakerproc.report.page.sections import ReportSection
     from shakerproc.runs import RunSummary
     from shakerproc.testlog import TestLog
 
@@ -77,7 +77,7 @@ def write_evidence(
     return folder / "report.html"
 
 
-def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
+def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     """Return the sections of the evidence, its tables written beside the page."""
     if evidence is NONE:
         return ()

@@ -7,7 +7,7 @@ from typing import Any
 
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import CampaignResult
 from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.earlier import Earlier, change_columns, changes
 from shakerproc.campaign.manifest import settle
@@ -17,7 +17,7 @@ from shakerproc.errors import ArgumentError
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.header import HeaderView
 from shakerproc.report.page.page import Report, Watched, write_report
-from shakerproc.report.page.sections import Section
+from shakerproc.report.page.sections import ReportSection
 from shakerproc.report.runs.in_units import trend_in
 from shakerproc.report.trends.earlier import earlier_section
 from shakerproc.report.trends.figures import draw_trends
@@ -35,7 +35,7 @@ from shakerproc.workflows.evidence import (
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class TrendWish:
     """Wishes for the trends.
 
     Attributes
@@ -88,7 +88,7 @@ def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
         raise ArgumentError("units", str(error)) from error
 
 
-def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
+def _channel(wish: TrendWish, runs: Sequence[RunSummary]) -> str:
     """Return the channel of the trends."""
     known = list(dict.fromkeys(channel.name for run in runs for channel in run.channels))
     if wish.channel is None or not known:
@@ -115,7 +115,7 @@ class Trends:
     missing: tuple[str, ...]
 
 
-def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
+def trends_of(runs: Sequence[RunSummary], wish: TrendWish) -> Trends:
     """Return the trends that a person wants, and the usual ones."""
     channel = _channel(wish, runs)
     requests = [
@@ -132,13 +132,13 @@ def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
 
 def write_up(
     title: str,
-    campaign: Campaign,
+    campaign: CampaignResult,
     root: Path,
-    wish: Wish,
+    wish: TrendWish,
     *,
     evidence: Evidence = NONE,
     verdict: str = "",
-    further: Sequence[Section] = (),
+    further: Sequence[ReportSection] = (),
 ) -> dict[str, Any]:
     """Write everything that concerns the whole campaign; return what report.json holds.
 
@@ -155,13 +155,13 @@ def write_up(
 
 def _written_up(
     title: str,
-    campaign: Campaign,
+    campaign: CampaignResult,
     root: Path,
-    wish: Wish,
+    wish: TrendWish,
     *,
     evidence: Evidence,
     verdict: str,
-    further: Sequence[Section],
+    further: Sequence[ReportSection],
 ) -> dict[str, Any]:
     runs = campaign.runs
     told = trends_of(runs, wish)

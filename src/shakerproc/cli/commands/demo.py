@@ -77,7 +77,7 @@ def _processed(
     from shakerproc.cli.run_log import work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
-    from shakerproc.workflows.write_up import Wish, write_up
+    from shakerproc.workflows.write_up import TrendWish, write_up
 
     with locked(root):
         campaign = work_through_log(log, root, Products(figures=figures), Machines())
@@ -85,7 +85,7 @@ def _processed(
             log.title,
             campaign,
             root,
-            Wish(figures=figures, command=output.command()),
+            TrendWish(figures=figures, command=output.command()),
             evidence=evidence or NONE,
             verdict=verdict,
         )

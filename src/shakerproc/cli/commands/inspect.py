@@ -18,7 +18,7 @@ SCHEMA = "shakerproc-inspect/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class ChannelLevel:
     """Statistics of a channel's samples, in its SI unit."""
 
     minimum: float
@@ -128,7 +128,7 @@ def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | N
     output.data(f"{path.stat().st_size} bytes, SHA-256 {fingerprint}", json_target=json)
 
 
-def _channels(recording: "Recording", levels: list[Level], json: str | None) -> None:
+def _channels(recording: "Recording", levels: list[ChannelLevel], json: str | None) -> None:
     rows = []
     for number, channel in enumerate(recording.channels):
         row: list[object] = [
@@ -158,7 +158,7 @@ def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> Non
     )
 
 
-def _levels(recording: "Recording") -> list[Level]:
+def _levels(recording: "Recording") -> list[ChannelLevel]:
     """Return the extremes and rms of every channel; what is no number is left out."""
     import numpy as np
 
@@ -172,7 +172,10 @@ def _levels(recording: "Recording") -> list[Level]:
         squares += np.einsum("ij,ij->i", finite, finite)
         count += good.sum(axis=1)
     rms = np.sqrt(squares / np.maximum(count, 1))
-    return [Level(float(a), float(b), float(c)) for a, b, c in zip(low, high, rms, strict=True)]
+    return [
+        ChannelLevel(float(a), float(b), float(c))
+        for a, b, c in zip(low, high, rms, strict=True)
+    ]
 
 
 def _described(group: "RawGroup") -> str:

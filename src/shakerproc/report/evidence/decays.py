@@ -18,7 +18,7 @@ from shakerproc.report.figures.to_png import save
 from shakerproc.report.figures.units import read_unit
 from shakerproc.report.page import methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import Section, Table, filled
+from shakerproc.report.page.sections import ReportSection, ReportTable, filled
 from shakerproc.report.runs.analyses import draw_panel, drawing
 from shakerproc.runs.analyses.decay_panels import Amplitude, Curve, decay_panels
 from shakerproc.runs.analysis import Panel
@@ -120,12 +120,12 @@ def decay_report(
     )
 
 
-def decay_sections(decays: Decays) -> list[Section]:
+def decay_sections(decays: Decays) -> list[ReportSection]:
     """Return a section for each test."""
     return [_section(decays, i) for i in range(len(decays.found.tests))]
 
 
-def _section(decays: Decays, index: int) -> Section:
+def _section(decays: Decays, index: int) -> ReportSection:
     test = decays.found.tests[index]
     name = test.measured.name
     told = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)]
@@ -136,7 +136,7 @@ def _section(decays: Decays, index: int) -> Section:
         told += [f"{text.removesuffix('.')}." for text in decays.found.left_out]
     told += [f"{text.removesuffix('.')}." for text in test.measured.notes]
     rows = [row for row in decay_rows(decays.found) if row["test"] == name]
-    return Section(
+    return ReportSection(
         f"Test {name}: frequency and damping against amplitude",
         f"decay_{index + 1}",
         told,
@@ -149,7 +149,7 @@ def _section(decays: Decays, index: int) -> Section:
     )
 
 
-def _table(rows: Sequence[dict[str, Any]]) -> Table:
+def _table(rows: Sequence[dict[str, Any]]) -> ReportTable:
     shown = {
         "mode": "mode", "sensor": "sensor", "largest_amplitude": "amplitude from",
         "smallest_amplitude": "to", "unit": "unit",

@@ -25,7 +25,7 @@ FITTED, HELD_OUT = 1, 0
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
+class CandidateError:
     """One model.
 
     Attributes
@@ -44,7 +44,7 @@ class Rung:
     strong: bool = False
 
 
-def ladder(rungs: Sequence[Rung], noise_floor: float | None, *, title: str) -> Markup:
+def ladder(rungs: Sequence[CandidateError], noise_floor: float | None, *, title: str) -> Markup:
     """Return the errors of models as marks on a logarithmic axis, and the noise floor.
 
     `noise_floor` is a share, as the errors are [-].
@@ -101,7 +101,7 @@ def _grid(axis: Axis, place, foot: float, width: int) -> Markup:  # type: ignore
     )
 
 
-def _rung(rung: Rung, y: float, place) -> Markup:  # type: ignore[no-untyped-def]
+def _rung(rung: CandidateError, y: float, place) -> Markup:  # type: ignore[no-untyped-def]
     out = Markup('<text class="end{}" x="{}" y="{:.0f}">{}</text>').format(
         " bold" if rung.strong else "", (_LEFT - 10) * UNIT, y + 15, rung.label
     )

@@ -8,7 +8,7 @@ from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.number_wording import LEAST_SHARE
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.numerals import numeral
-from shakerproc.report.page.sections import Table
+from shakerproc.report.page.sections import ReportTable
 
 _SHOWN_UNITS: Final[Mapping[str, tuple[str, float]]] = {
     "m": ("mm", 1e3),
@@ -25,7 +25,7 @@ def candidate_name(kind: str, parameters: Mapping[str, Estimate]) -> str:
     return name if side is None else f"{name}, {side.value}"
 
 
-def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
+def parameter_tables(diagnosis: Diagnosis) -> list[ReportTable]:
     """Return the numbers of effects found, of the linear joints, and of every candidate."""
     parts = ("± by tests", "± by calibration")
     columns = ("", "between", "number", "value", "low", "high", *parts, "unit")
@@ -56,10 +56,10 @@ def parameter_tables(diagnosis: Diagnosis) -> list[Table]:
         for one in diagnosis.known_together
     ]
     tables = [
-        Table("Found, with 95 % intervals", columns, [*found, *linear]),
-        Table("Known of numbers that no test tells one by one", ("", "of", *columns[3:]),
+        ReportTable("Found, with 95 % intervals", columns, [*found, *linear]),
+        ReportTable("Known of numbers that no test tells one by one", ("", "of", *columns[3:]),
               together),
-        Table("Candidates that were fitted, with 95 % intervals of those that stand",
+        ReportTable("Candidates that were fitted, with 95 % intervals of those that stand",
               columns, tried),
     ]  # fmt: skip
     return [table for table in tables if table.rows]

@@ -14,7 +14,7 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence import motion, spectra
-from shakerproc.report.evidence.errors import Rung, ladder
+from shakerproc.report.evidence.errors import CandidateError, ladder
 from shakerproc.report.evidence.estimates import (
     candidate_name,
     interval,
@@ -23,7 +23,7 @@ from shakerproc.report.evidence.estimates import (
 )
 from shakerproc.report.evidence.laws import free_law, laws
 from shakerproc.report.evidence.models import Models, level_of, loudest
-from shakerproc.report.page.sections import PageFigure, Section, Table
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.runs.remarks import by_tests
 
 ONE_METHOD: Final = (
@@ -33,7 +33,7 @@ ONE_METHOD: Final = (
 )
 
 
-def model_section(models: Models) -> Section:
+def model_section(models: Models) -> ReportSection:
     """Return where a model fails, and where its successor still does."""
     columns = ("test", "level", "held out", models.old, models.new, "noise", "note")
     rows = []
@@ -49,7 +49,7 @@ def model_section(models: Models) -> Section:
             _share(models.noise[i]), note,
         ))  # fmt: skip
     kept = [i for i in range(len(columns)) if i < 3 or any(row[i] for row in rows)]
-    table = Table(
+    table = ReportTable(
         "Share of the measured response that the model, run free, does not explain",
         [columns[i] for i in kept],
         [[row[i] for i in kept] for row in rows],
@@ -63,7 +63,7 @@ def model_section(models: Models) -> Section:
     forces = motion.restoring_force(models)
     drift = motion.error_in_time(models)
     parts = [
-        Section(
+        ReportSection(
             "Response functions",
             "responses",
             [
@@ -73,7 +73,7 @@ def model_section(models: Models) -> Section:
             ],
             figures=spectra.responses(models),
         ),
-        Section(
+        ReportSection(
             "Error by band, level and motion",
             "errors",
             figures=[
@@ -88,8 +88,10 @@ def model_section(models: Models) -> Section:
     ]
     joints = joint_table(models.before)
     if joints is not None:
-        parts.append(Section("Restoring force", "forces", tables=[joints], figures=forces))
-    return Section(
+        parts.append(
+            ReportSection("Restoring force", "forces", tables=[joints], figures=forces)
+        )
+    return ReportSection(
         "Where the model fails", "model", paragraphs, [table, *_refit(models)], parts=parts
     )
 
@@ -109,7 +111,7 @@ def _share(value: float) -> str:
     return f"{value:.2%}" if math.isfinite(value) else "unknown"
 
 
-def _refit(models: Models) -> list[Table]:
+def _refit(models: Models) -> list[ReportTable]:
     """Return the numbers that were fitted before the comparison, if any were."""
     fitted = models.before.refit or (models.after.refit if models.after else None)
     if fitted is None:
@@ -133,10 +135,10 @@ def _refit(models: Models) -> list[Table]:
         "unit",
         "",
     )
-    return [Table(title, columns, rows)]
+    return [ReportTable(title, columns, rows)]
 
 
-def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Section:
+def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> ReportSection:
     """Return which effect is missing: verdict, ladder, numbers, what is open.
 
     Parameters
@@ -157,18 +159,18 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Sec
         paragraphs.append(ONE_METHOD)
     drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
     parts = [
-        Section(
+        ReportSection(
             "Errors of the models that were tried",
             "ladder",
             _left_behind(diagnosis),
             figures=[error_ladder(diagnosis)],
         ),
-        Section("Missing force", "free_law", figures=drawn),
-        Section("Numbers", "numbers", tables=parameter_tables(diagnosis)),
+        ReportSection("Missing force", "free_law", figures=drawn),
+        ReportSection("Numbers", "numbers", tables=parameter_tables(diagnosis)),
         _open_questions(diagnosis, models),
     ]
     kept = [part for part in parts if part.paragraphs or part.tables or part.figures]
-    return Section("What is missing", "diagnosis", paragraphs, parts=kept)
+    return ReportSection("What is missing", "diagnosis", paragraphs, parts=kept)
 
 
 def _confidence(diagnosis: Diagnosis) -> list[str]:
@@ -199,20 +201,26 @@ def _signatures(diagnosis: Diagnosis) -> list[str]:
 def error_ladder(diagnosis: Diagnosis) -> PageFigure:
     """Return the errors of the old model, every candidate and the new model."""
     errors = diagnosis.errors
-    rungs = [Rung("model as it was", errors.fitted.before, errors.held_out.before, strong=True)]
+    rungs = [
+        CandidateError(
+            "model as it was", errors.fitted.before, errors.held_out.before, strong=True
+        )
+    ]
     best_last = sorted(
         diagnosis.candidates,
         key=lambda c: np.inf if c.held_out_error is None else -c.held_out_error,
     )
     fitted = [c for c in best_last if c.held_out_error is not None]
     many = len({c.between for c in diagnosis.candidates}) > 1
-    rungs += [Rung(_named(c, place=many), c.fitted_error, c.held_out_error) for c in fitted]
+    rungs += [
+        CandidateError(_named(c, place=many), c.fitted_error, c.held_out_error) for c in fitted
+    ]
     if diagnosis.verdict == "outside library" and diagnosis.further:
         new = f"with {candidate_name(diagnosis.further[0], {})}"
     else:
         new = "with the effect" if diagnosis.effects else "without an effect"
     rungs.append(
-        Rung(
+        CandidateError(
             new,
             errors.fitted.after,
             errors.held_out.after,
@@ -247,7 +255,7 @@ def _left_behind(diagnosis: Diagnosis) -> list[str]:
     )
 
 
-def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
+def _open_questions(diagnosis: Diagnosis, models: Models | None) -> ReportSection:
     """Return the indistinguishable alternatives, and the test that would decide."""
     paragraphs = []
     same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
@@ -272,16 +280,16 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> Section:
     ]
     columns = ("excitation", "level", "band", "else as", "tells apart", "why")
     drawn = None if models is None else laws(models, diagnosis)
-    return Section(
+    return ReportSection(
         "What is open, and the test that would settle it",
         "open",
         paragraphs,
-        [Table("Next test", columns, rows)] if rows else [],
+        [ReportTable("Next test", columns, rows)] if rows else [],
         [] if drawn is None else [drawn],
     )
 
 
-def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Section]:
+def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[ReportSection]:
     """Return the sections there is evidence for."""
     out = []
     if models is not None:
@@ -291,7 +299,7 @@ def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Sec
     return out
 
 
-def joint_table(comparison: Comparison) -> Table | None:
+def joint_table(comparison: Comparison) -> ReportTable | None:
     """Return a row for each joint in the loudest test; None of a model without joints."""
     test = comparison.tests[loudest(comparison)]
     told = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
@@ -301,7 +309,7 @@ def joint_table(comparison: Comparison) -> Table | None:
     rows += [_open(one, factor) for one in test.not_told]
     if not rows:
         return None
-    return Table(
+    return ReportTable(
         f"Joints in test {test.measured.name}, from the recordings and the masses alone",
         (
             "between",

@@ -22,7 +22,7 @@ from shakerproc.report.modal.figures import indicator
 from shakerproc.report.modal.shapes import matrix, moving_shape
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import PageFigure, Section, Table
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.trends.figures import page_figures
 
 MOST_MODES: Final = 20
@@ -50,7 +50,7 @@ def modal_report(
     if over is not None:
         sections.insert(0, over)
     if not sections:
-        sections = [Section("Modes", "modes", ["No test could be analysed."])]
+        sections = [ReportSection("Modes", "modes", ["No test could be analysed."])]
     return Report(
         title=f"{analysis.title}: modes",
         runs=(),
@@ -62,7 +62,7 @@ def modal_report(
     )
 
 
-def section_of_modes(analysis: ModalAnalysis) -> Section:
+def section_of_modes(analysis: ModalAnalysis) -> ReportSection:
     """Return the section on the modes of its tests for the report of a batch.
 
     Parameters
@@ -76,7 +76,7 @@ def section_of_modes(analysis: ModalAnalysis) -> Section:
     ]
     shapes = [drawing for one in analysis.tests[:1] for drawing in _shapes(one)]
     over = _over_tests(analysis)
-    return Section("Modes", "modes", told, tables, shapes, [] if over is None else [over])
+    return ReportSection("Modes", "modes", told, tables, shapes, [] if over is None else [over])
 
 
 def _verdict(analysis: ModalAnalysis) -> str:
@@ -85,7 +85,7 @@ def _verdict(analysis: ModalAnalysis) -> str:
     return ". ".join([", ".join(told), *failed]).strip(". ") + "."
 
 
-def _test_section(one: TestModes, number: int) -> Section:
+def _test_section(one: TestModes, number: int) -> ReportSection:
     modes = one.modes
     said = [one.test.excitation or "", one.test.level_text, one.test.joint, one.test.specimen]
     heading = ", ".join([f"Test {one.name}", *(word for word in said if word)])
@@ -99,12 +99,14 @@ def _test_section(one: TestModes, number: int) -> Section:
     figures = [_stabilisation(one), *_synthesis(one)]
     parts = []
     if len(one.sensors) > 1 and modes.poles.size:
-        parts.append(Section("Mode shapes", "shapes", figures=[*_shapes(one), *_own_mac(one)]))
+        parts.append(
+            ReportSection("Mode shapes", "shapes", figures=[*_shapes(one), *_own_mac(one)])
+        )
     table = [_mode_table(one, "Modes")] if modes.poles.size else []
-    return Section(heading, f"test-{number}", opening, table, figures, parts)
+    return ReportSection(heading, f"test-{number}", opening, table, figures, parts)
 
 
-def _mode_table(one: TestModes, caption: str) -> Table:
+def _mode_table(one: TestModes, caption: str) -> ReportTable:
     modes = one.modes
     rows = [
         (
@@ -123,7 +125,7 @@ def _mode_table(one: TestModes, caption: str) -> Table:
         "mode", "f_n [Hz]", "95 % [Hz]", "ζ [%]", "95 % [%]", "phase collinearity",
         *(() if modes.scatter is None else ("scatter of f_n [%]", "scatter of ζ [%]")),
     )  # fmt: skip
-    return Table(caption, columns, rows)
+    return ReportTable(caption, columns, rows)
 
 
 def _stabilisation(one: TestModes) -> PageFigure:
@@ -211,7 +213,7 @@ def _own_mac(one: TestModes) -> list[PageFigure]:
     return [PageFigure("MAC", caption, drawing)]
 
 
-def _reciprocity(analysis: ModalAnalysis) -> Section:
+def _reciprocity(analysis: ModalAnalysis) -> ReportSection:
     """Return functions between the same two places overlaid."""
     rows = [
         (
@@ -228,7 +230,9 @@ def _reciprocity(analysis: ModalAnalysis) -> Section:
         "over the band and ratio of the sizes are 1."
     )
     figures = [_reciprocal(pair) for pair in analysis.reciprocals[:MOST_MODES]]
-    return Section("Reciprocity", "reciprocity", [told], [Table("", columns, rows)], figures)
+    return ReportSection(
+        "Reciprocity", "reciprocity", [told], [ReportTable("", columns, rows)], figures
+    )
 
 
 def _reciprocal(pair: Reciprocal) -> PageFigure:
@@ -254,7 +258,7 @@ def _magnitude(values: FloatArray, ratio: str) -> Axis:
     return Axis(f"|H1| [{ratio or '-'}]", low / 1.5, 2.0 * top, logarithmic=True)
 
 
-def _over_tests(analysis: ModalAnalysis) -> Section | None:
+def _over_tests(analysis: ModalAnalysis) -> ReportSection | None:
     """Return each mode through the tests; None where there is one test only."""
     if len(analysis.tests) < 2:
         return None
@@ -290,8 +294,8 @@ def _over_tests(analysis: ModalAnalysis) -> Section | None:
     figures += page_figures([
         trend for row in trends_of_modes(analysis).values() for trend in row
     ])
-    return Section(
-        "Modes over the tests", "over-tests", notes, [Table("", columns, rows)], figures
+    return ReportSection(
+        "Modes over the tests", "over-tests", notes, [ReportTable("", columns, rows)], figures
     )
 
 

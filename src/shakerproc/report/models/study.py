@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from shakerproc.report.figures import style
-from shakerproc.studies.results import Image, Line, Panel, StudyResult
+from shakerproc.studies.results import StudyImage, StudyLine, StudyPanel, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,7 @@ def study_figure(result: StudyResult) -> "Figure":
     """Return every panel of a study: wide ones below each other, square ones in rows."""
     from matplotlib.figure import Figure
 
-    rows: list[list[Panel]] = []
+    rows: list[list[StudyPanel]] = []
     for square, group in groupby(result.panels, key=lambda panel: panel.square):
         panels, across = list(group), ACROSS if square else 1
         rows += [panels[i : i + across] for i in range(0, len(panels), across)]
@@ -47,7 +47,7 @@ def _stripes(figure: "Figure", heights: list[float]) -> list[Any]:
     return [row[0] for row in found]
 
 
-def _draw(axis: "Axes", panel: Panel) -> None:
+def _draw(axis: "Axes", panel: StudyPanel) -> None:
     if panel.image is not None:
         _draw_image(axis, panel.image)
     for line in panel.lines:
@@ -68,7 +68,7 @@ def _draw(axis: "Axes", panel: Panel) -> None:
         axis.legend(ncols=1 + len(named) // 9)
 
 
-def _arguments(line: Line) -> dict[str, Any]:
+def _arguments(line: StudyLine) -> dict[str, Any]:
     """Return matplotlib's arguments for a line."""
     colour = style.COLOURS[line.style % len(style.COLOURS)]
     if line.look == "points":
@@ -92,14 +92,14 @@ def _arguments(line: Line) -> dict[str, Any]:
     }
 
 
-def _limit_decades(axis: "Axes", panel: Panel) -> None:
+def _limit_decades(axis: "Axes", panel: StudyPanel) -> None:
     """Show at most ten decades below the top: what is smaller is rounding."""
     top = max(float(np.max(line.y)) for line in panel.lines if line.y.size)
     low = min(float(np.min(line.y[line.y > 0.0])) for line in panel.lines if np.any(line.y > 0))
     axis.set_ylim(max(0.5 * low, 1e-10 * top), 3.0 * top)
 
 
-def _draw_image(axis: "Axes", image: Image) -> None:
+def _draw_image(axis: "Axes", image: StudyImage) -> None:
     top = float(np.max(image.values))
     decibels = 10.0 * np.log10(np.maximum(image.values, 1e-30 * max(top, 1e-300)))
     mesh = axis.pcolormesh(

@@ -7,7 +7,7 @@ from typing import Final, final
 from markupsafe import Markup
 
 from shakerproc.report.page.photo import photo_uri
-from shakerproc.report.page.sections import Table, filled
+from shakerproc.report.page.sections import ReportTable, filled
 from shakerproc.report.page.templating import Template, read_template
 from shakerproc.runs.calibrations import EXPIRED
 from shakerproc.runs.summary import RunSummary
@@ -27,7 +27,7 @@ class HeaderView:
     ----------
     lines : sequence of (str, str)
         Label and text.
-    instruments : Table, optional
+    instruments : ReportTable, optional
         Instruments and sensors with their calibration, the last column until when it is valid.
     told : sequence of str
         The same, one for each row, as flags of runs begin with it.
@@ -38,7 +38,7 @@ class HeaderView:
     """
 
     lines: Sequence[tuple[str, str]]
-    instruments: Table | None = None
+    instruments: ReportTable | None = None
     told: Sequence[str] = ()
     photo: str = ""
     template: Template | None = None

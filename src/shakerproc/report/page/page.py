@@ -19,10 +19,10 @@ from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page import templating
 from shakerproc.report.page.header import HeaderView, with_expired
 from shakerproc.report.page.methods import Methods, methods_of
-from shakerproc.report.page.sections import PageFigure, Section, Table
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.runs import overview
 from shakerproc.report.runs.in_units import run_in, trend_in
-from shakerproc.report.runs.overview import Attention, Cell, Column, Count, resonances
+from shakerproc.report.runs.overview import Attention, Cell, Count, TableColumn, resonances
 from shakerproc.report.runs.view import RunView, run_view
 from shakerproc.report.trends.figures import page_figures
 from shakerproc.runs.summary import RunSummary
@@ -83,7 +83,7 @@ class Report:
         Options that differ from the defaults.
     verdict : str
         Sentence to put before the trend's own.
-    sections : sequence of Section
+    sections : sequence of ReportSection
         What comes between the trends and the runs.
     without_points : sequence of str
         Titles of trends for which the log has not two values with a run.
@@ -106,7 +106,7 @@ class Report:
     command: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
     verdict: str = ""
-    sections: Sequence[Section] = ()
+    sections: Sequence[ReportSection] = ()
     without_points: Sequence[str] = ()
     inputs: Sequence[tuple[str, str, str]] = ()
     methods: Methods | None = None
@@ -122,13 +122,13 @@ class _Page:
     verdict: str
     counts: Sequence[Count]
     attention: Sequence[Attention]
-    columns: Sequence[Column]
+    columns: Sequence[TableColumn]
     rows: Sequence[Sequence[Cell]]
     table_note: str
     trends: Sequence[PageFigure]
-    resonances: Table | None
+    resonances: ReportTable | None
     not_drawn: str
-    sections: Sequence[Section]
+    sections: Sequence[ReportSection]
     runs: Sequence[RunView]
     methods: Sequence[str]
     references: Sequence[str]

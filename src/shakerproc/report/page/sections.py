@@ -33,7 +33,7 @@ class PageFigure:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ReportTable:
     """A table of a further section: cells are text already."""
 
     caption: str
@@ -42,7 +42,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class ReportSection:
     """A further section of the report, such as the evidence of a diagnosis.
 
     Attributes
@@ -56,12 +56,14 @@ class Section:
     title: str
     anchor: str
     paragraphs: Sequence[str] = ()
-    tables: Sequence[Table] = ()
+    tables: Sequence[ReportTable] = ()
     figures: Sequence[PageFigure] = ()
-    parts: "Sequence[Section]" = ()
+    parts: "Sequence[ReportSection]" = ()
 
 
-def filled(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+def filled(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> ReportTable:
     """Return a table without the columns that hold nothing."""
     kept = [i for i, _ in enumerate(columns) if any(row[i] for row in rows)]
-    return Table(caption, [columns[i] for i in kept], [[row[i] for i in kept] for row in rows])
+    return ReportTable(
+        caption, [columns[i] for i in kept], [[row[i] for i in kept] for row in rows]
+    )

@@ -4,8 +4,8 @@ from typing import Final
 
 from shakerproc.report.page.header import HeaderView, header_view
 from shakerproc.report.page.page import Report, html
-from shakerproc.report.page.sections import Section, Table
-from shakerproc.runs.analysis import Scale
+from shakerproc.report.page.sections import ReportSection, ReportTable
+from shakerproc.runs.analysis import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
@@ -42,7 +42,7 @@ _SHAPE: Final = ((10.0, 100.0, 200.0), (0.1, 1.0, 0.1))
 _ANALYSIS: Final = AnalysisSummary(
     "example", "Example", ({"channel": "response", "largest_g": 3.0},), ("A sentence.",),
     (PanelSummary(
-        "Example", "A figure.", Scale("frequency [Hz]"), Scale("amplitude [g]"),
+        "Example", "A figure.", PanelScale("frequency [Hz]"), PanelScale("amplitude [g]"),
         (LineSummary("response", *_SHAPE, "response", "curve"),),
     ),),
 )  # fmt: skip
@@ -68,8 +68,8 @@ def tried_header(log: TestLog) -> HeaderView | None:
     found = header_view(log)
     if found is not None and found.template is not None:
         failed = RunSummary("2", "failed", error="A sentence.", detail="A sentence.")
-        table = Table("Example", ("a",), (("1",),))
-        section = Section("Example", "example", ("A sentence.",), (table,))
+        table = ReportTable("Example", ("a",), (("1",),))
+        section = ReportSection("Example", "example", ("A sentence.",), (table,))
         html(Report(log.title, (EXAMPLE, failed), channel="response", header=found,
                     sections=(section,)))  # fmt: skip
     return found

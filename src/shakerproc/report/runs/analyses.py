@@ -14,7 +14,7 @@ from shakerproc.report.figures.to_png import LEFT, save
 from shakerproc.report.figures.units import USUAL
 from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.in_units import panel_in
-from shakerproc.runs.analysis import Line, Look, Panel, Scale
+from shakerproc.runs.analysis import Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
 
@@ -100,7 +100,7 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
     return figure
 
 
-def _how(line: Line, chosen: Mapping[str, int]) -> dict[str, Any]:
+def _how(line: PanelLine, chosen: Mapping[str, int]) -> dict[str, Any]:
     if line.look == "curve":
         return {**style.line(chosen.get(line.channel, line.style)), "zorder": 2.5}
     colour, dash, width = LIMITS[line.look]
@@ -121,7 +121,7 @@ def _logarithmic_x(axis: "Axes") -> None:
 
 def _name_on_paper(
     axis: "Axes",
-    line: Line,
+    line: PanelLine,
     x_ends: tuple[float, float],
     y_ends: tuple[float, float],
     named: list[tuple[float, float]],
@@ -154,11 +154,11 @@ def _name_on_paper(
     )
 
 
-def _drawable(y: FloatArray, scale: Scale) -> FloatArray:
+def _drawable(y: FloatArray, scale: PanelScale) -> FloatArray:
     return np.where(y > 0.0, y, np.nan) if scale.logarithmic else y
 
 
-def _ends(rows: Sequence[FloatArray], scale: Scale) -> tuple[float, float]:
+def _ends(rows: Sequence[FloatArray], scale: PanelScale) -> tuple[float, float]:
     values = np.concatenate([*rows, np.zeros(0)])
     values = values[np.isfinite(values) & ((values > 0.0) | (not scale.logarithmic))]
     if not values.size:
@@ -170,7 +170,7 @@ def _ends(rows: Sequence[FloatArray], scale: Scale) -> tuple[float, float]:
     return (0.5 * low, 2.0 * low) if scale.logarithmic else (low - half, low + half)
 
 
-def limits(lines: Sequence[Line], scale: Scale) -> tuple[float, float]:
+def limits(lines: Sequence[PanelLine], scale: PanelScale) -> tuple[float, float]:
     """Return the ends of the vertical axis: those that are fixed, whole decades, or room."""
     if scale.ends is not None:
         return scale.ends
@@ -223,7 +223,7 @@ def drawing(panel: Panel, title: str, chosen: Mapping[str, int]) -> PageFigure:
     )
 
 
-def _y_axis(scale: Scale, low: float, high: float) -> Axis:
+def _y_axis(scale: PanelScale, low: float, high: float) -> Axis:
     degrees = scale.label.endswith("[°]")
     return Axis(scale.label, low, high, logarithmic=scale.logarithmic, degrees=degrees)
 
@@ -246,14 +246,14 @@ def _panel(panel: PanelSummary) -> Panel:
     return Panel("", panel.title, panel.caption, panel.x, panel.y, lines, equal=panel.equal)
 
 
-def _line(line: LineSummary) -> Line:
+def _line(line: LineSummary) -> PanelLine:
     y = np.array([np.nan if v is None else v for v in line.y], dtype=float)
-    return Line(
+    return PanelLine(
         line.label, np.array(line.x, dtype=float), y, line.channel, line.look, line.style
     )
 
 
-def _curve(line: Line, chosen: Mapping[str, int]) -> Curve:
+def _curve(line: PanelLine, chosen: Mapping[str, int]) -> Curve:
     if line.look == "curve":
         return Curve(line.label, line.x, line.y, chosen.get(line.channel, line.style))
     label = "" if line.look == "paper" else line.label

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, TypeAlias
 
-from shakerproc.campaign.trend import Point, Trend
+from shakerproc.campaign.trend import Trend, TrendPoint
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.runs.analysis import Panel, Scale
+from shakerproc.runs.analysis import Panel, PanelScale
 from shakerproc.runs.curves import RunCurve, RunSurface
 from shakerproc.runs.summary import (
     AnalysisSummary,
@@ -80,7 +80,7 @@ def trend_in(trend: Trend, units: ShownUnits) -> Trend:
     )
 
 
-def _point(point: Point, factor: float) -> Point:
+def _point(point: TrendPoint, factor: float) -> TrendPoint:
     return replace(point, x=point.x * factor) if isinstance(point.x, float) else point
 
 
@@ -224,7 +224,7 @@ def panel_in(panel: Panel, units: ShownUnits) -> Panel:
     return replace(panel, caption=units.text(panel.caption), x=x, y=y, lines=lines)
 
 
-def _scale(scale: Scale, units: ShownUnits) -> tuple[Scale, float]:
+def _scale(scale: PanelScale, units: ShownUnits) -> tuple[PanelScale, float]:
     label, factor = units.label(scale.label)
     ends = scale.ends and (scale.ends[0] * factor, scale.ends[1] * factor)
     return replace(scale, label=label, ends=ends), factor

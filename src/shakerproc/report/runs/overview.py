@@ -12,7 +12,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.report.page.sections import Table, filled
+from shakerproc.report.page.sections import ReportTable, filled
 from shakerproc.report.runs.view import RunView, number
 from shakerproc.runs.summary import ChannelSummary, RunSummary
 
@@ -80,7 +80,7 @@ def attention(runs: Sequence[RunSummary], views: Sequence[RunView]) -> list[Atte
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class TableColumn:
     """A column of the table: its heading, and how it is sorted and filtered."""
 
     label: str
@@ -99,26 +99,26 @@ class Cell:
 
 
 COLUMNS: Final = (
-    Column("test", numeric=True),
-    Column("status", numeric=False, choice=True),
-    Column("joint", numeric=False, choice=True),
-    Column("specimen", numeric=False, choice=True),
-    Column("clearance", numeric=True),
-    Column("orientation", numeric=False, choice=True),
-    Column("excitation", numeric=False, choice=True),
-    Column("level", numeric=True),
-    Column("measured", numeric=True),
-    Column("peak frequency [Hz]", numeric=True),
-    Column("Q", numeric=True),
-    Column("coherence", numeric=True),
-    Column("PSD", numeric=False),
-    Column("flags", numeric=False, choice=True),
+    TableColumn("test", numeric=True),
+    TableColumn("status", numeric=False, choice=True),
+    TableColumn("joint", numeric=False, choice=True),
+    TableColumn("specimen", numeric=False, choice=True),
+    TableColumn("clearance", numeric=True),
+    TableColumn("orientation", numeric=False, choice=True),
+    TableColumn("excitation", numeric=False, choice=True),
+    TableColumn("level", numeric=True),
+    TableColumn("measured", numeric=True),
+    TableColumn("peak frequency [Hz]", numeric=True),
+    TableColumn("Q", numeric=True),
+    TableColumn("coherence", numeric=True),
+    TableColumn("PSD", numeric=False),
+    TableColumn("flags", numeric=False, choice=True),
 )
 
 
 def table(
     runs: Sequence[RunSummary], views: Sequence[RunView], channel: str, units: ShownUnits
-) -> tuple[Sequence[Column], list[list[Cell]]]:
+) -> tuple[Sequence[TableColumn], list[list[Cell]]]:
     """Return the columns that hold something, and a row of their cells for each run."""
     rows = [_row(run, view, channel, units) for run, view in zip(runs, views, strict=True)]
     kept = [i for i, _ in enumerate(COLUMNS) if not rows or any(row[i].shown for row in rows)]
@@ -198,7 +198,7 @@ def table_note(runs: Sequence[RunSummary], channel: str) -> str:
 FACTS: Final = ("specimen", "joint", "clearance_m", "orientation", "excitation", "level")
 
 
-def resonances(runs: Sequence[RunSummary], channel: str) -> Table | None:
+def resonances(runs: Sequence[RunSummary], channel: str) -> ReportTable | None:
     """Return a row for each run: peaks of a channel by frequency, with Q where it was read.
 
     Of |H1|; of the density where there is no control; of the response functions of blows. None

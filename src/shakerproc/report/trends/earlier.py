@@ -8,7 +8,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Curve, Plot
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.report.page.sections import PageFigure, Section, filled
+from shakerproc.report.page.sections import PageFigure, ReportSection, filled
 from shakerproc.report.runs.curves import STILL, frequency_axis, kept, logarithmic_axis, outside
 from shakerproc.report.runs.in_units import run_in
 from shakerproc.runs.levels import density_unit
@@ -23,7 +23,9 @@ COLUMNS: Final = (
 _EARLIER_STYLE: Final = style.CONTROL_STYLES[1]
 
 
-def earlier_section(runs: Sequence[RunSummary], earlier: Earlier, units: ShownUnits) -> Section:
+def earlier_section(
+    runs: Sequence[RunSummary], earlier: Earlier, units: ShownUnits
+) -> ReportSection:
     """Return the tests of both campaigns side by side: a table of modes, curves overlaid."""
     found = changes(runs, earlier.runs)
     before = {run.test: run for run in earlier.runs if run.status == "done"}
@@ -40,7 +42,7 @@ def earlier_section(runs: Sequence[RunSummary], earlier: Earlier, units: ShownUn
     rows = [_cells(row) for row in found.rows]
     table = filled("Every mode before and now.", COLUMNS, rows)
     drawn = [_overlaid(run_in(now, units), run_in(then, units)) for now, then in pairs]
-    return Section(
+    return ReportSection(
         "Against an earlier campaign",
         "earlier",
         paragraphs,

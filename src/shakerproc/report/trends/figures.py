@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from shakerproc.campaign.trend import Point, Trend
+from shakerproc.campaign.trend import Trend, TrendPoint
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.to_png import LEFT, save
@@ -57,7 +57,7 @@ def _figure(trend: Trend, styles: Mapping[str, int]) -> "Figure":
 
 
 def _draw_series(
-    axis: "Axes", x: Sequence[float], points: Sequence[Point], number: int, name: str
+    axis: "Axes", x: Sequence[float], points: Sequence[TrendPoint], number: int, name: str
 ) -> None:
     """Draw one series: a bar of one bin at each point, incomplete runs hollow."""
     y = [p.frequency_hz for p in points]

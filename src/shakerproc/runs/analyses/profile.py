@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Look, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.control import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
@@ -301,25 +301,26 @@ def _panel(judged: Judged, profile: Profile, result: RunResult) -> Panel:
     """Return control and responses over the lines, which are drawn at their own corners."""
     factor, (points, levels_there) = _factor(profile), _points(profile)
     x = _corners(profile)
-    drawn = [Line("demand", points, levels_there * factor, look="demand")]
+    drawn = [PanelLine("demand", points, levels_there * factor, look="demand")]
     drawn += [
-        Line(look if side > 0 else "", x, y * factor, look=look)
+        PanelLine(look if side > 0 else "", x, y * factor, look=look)
         for y, (look, side) in zip(lines_of(profile, x).values(), LINES.values(), strict=True)
     ]
     order = np.argsort(judged.frequency, kind="stable")
     f = judged.frequency[order]
     drawn += [
-        Line(name, f, y[order] * factor, channel=name) for name, y in judged.responses.items()
+        PanelLine(name, f, y[order] * factor, channel=name)
+        for name, y in judged.responses.items()
     ]
     control = result.channels[result.controls[0]].name if result.controls else ""
-    drawn.append(Line("control", f, judged.control[order] * factor, channel=control))
+    drawn.append(PanelLine("control", f, judged.control[order] * factor, channel=control))
     unit = shown_unit(profile.signal_unit)[0]
     density = _is_density(profile)
     return Panel(
         name="profile",
         title=f"Profile {profile.name}",
         caption="Mean control and responses over demand, alarm and abort lines.",
-        x=Scale("frequency [Hz]"),
-        y=Scale(f"PSD [{unit}²/Hz]" if density else f"amplitude [{unit}]"),
+        x=PanelScale("frequency [Hz]"),
+        y=PanelScale(f"PSD [{unit}²/Hz]" if density else f"amplitude [{unit}]"),
         lines=tuple(drawn),
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.system import Coupling
 from shakerproc.simulation.kernels.harmonic_monodromy import propagate
 
@@ -62,7 +62,7 @@ def multipliers(monodromies: FloatArray) -> ComplexArray:
 
 def _edges(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     switches: list[FloatArray],
 ) -> FloatArray:
     """Return the angles between spans."""
@@ -74,7 +74,9 @@ def _edges(
 
 
 def _gauss_rates(
-    balance: HarmonicBalance, moving: tuple[tuple[Coupling, Motion], ...], edges: FloatArray
+    balance: HarmonicBalance,
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
+    edges: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the matrices of the disturbance at the two Gauss points of each span."""
     if any(coupling.law.varies for coupling, _ in moving):
@@ -86,7 +88,7 @@ def _gauss_rates(
 
 def _rates(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     edges: FloatArray,
     share: float,
 ) -> FloatArray:
@@ -110,7 +112,7 @@ def _rates(
 
 def _jumps(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     switches: list[tuple[FloatArray, FloatArray]],
     edges: FloatArray,
 ) -> FloatArray:

@@ -7,7 +7,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Cut, Setup
+from shakerproc.spectra.hammer.blows import LEAST_QUIET, BlockCut, Blow, Setup
 from shakerproc.spectra.hammer.strikes import LOUD, SAME_BLOW
 
 RISE: Final = 6.0
@@ -64,7 +64,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
     )
 
 
-def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
+def incomplete(sample: int, cut: BlockCut, n_samples: int) -> str:
     """Return why the recording does not hold the block of a blow; empty where it does."""
     if sample < cut.before:
         there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate

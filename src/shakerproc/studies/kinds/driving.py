@@ -2,7 +2,7 @@
 
 from math import cos, degrees, isclose, sin
 
-from shakerproc.studies.study import Run, Study
+from shakerproc.studies.study import Study, StudyRun
 
 
 def driven(study: Study) -> str:
@@ -17,7 +17,7 @@ def driven(study: Study) -> str:
     return _in_general(run) + method + (f", {' and '.join(varied)} varied" if varied else "")
 
 
-def _in_general(run: Run) -> str:
+def _in_general(run: StudyRun) -> str:
     start = ""
     if run.initial_displacement or run.initial_velocity:
         start = f", from {run.initial_displacement:.4g} m and {run.initial_velocity:.4g} m/s"
