@@ -165,7 +165,8 @@ def test_the_updated_model_has_the_effect_and_the_fitted_numbers(files):
     model = read_model(files[1])
     new = updated_model(model, DIAGNOSIS)
     assert len(new.elements) == len(model.elements) + 1
-    assert new.elements[-1].effect == EFFECTS["gap"](CONTACT, CLEARANCE)
+    gap = new.elements[-1].effect
+    assert (gap.stiffness, gap.clearance) == pytest.approx((CONTACT, CLEARANCE), rel=1e-3)
     springs = [e.effect for e in new.elements if e.effect.kind == "spring"]
     assert springs[0].stiffness == pytest.approx(1.001 * JOINT.stiffness)
     assert name_of_new(DIAGNOSIS) == "with gap"

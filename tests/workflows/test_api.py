@@ -309,6 +309,8 @@ def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_p
     assert set(found.intervals["of"]) == {"gap", "model"}
     held_out = found.errors.held_out
     assert held_out.before == pytest.approx(held_out.after, rel=5e-2)
+    for one, said in ((model, held_out.before), (sp.read_model(saved), held_out.after)):
+        assert sp.compare(one, log).held_out_error == pytest.approx(said, rel=1e-9)
     assert len(found.to_pandas()) == 3
     assert "<p>the held-out error " in found._repr_html_()
     assert isinstance(found.plot(), Figure)
@@ -323,6 +325,10 @@ def test_a_complete_model_is_told_to_be_complete_twice(given, few_effects):
     found, again = sp.diagnose(*given), sp.diagnose(*given)
     assert found.verdict == again.verdict == "nothing missing"
     assert found.as_json() == again.as_json()
+    said = found.as_json()["errors"]["held_out"]["before"]
+    assert sp.compare(*given).held_out_error == pytest.approx(said, rel=1e-9)
+    for one in found.as_json()["candidates"]:  # each has a number
+        assert (one["held_out_error"] is None) != (one["screened"] is None)
     assert isinstance(found.plot(), Figure)
     assert "Nothing is missing" in found._repr_html_()
     assert len(found.errors) == 3

@@ -127,6 +127,16 @@ class Comparison:
         return free_run_error(kept) if any(test.counted.any() for test in kept) else None
 
     @property
+    def fitted(self) -> float | None:
+        """The free-run error over what is not held out; None where all is [-]."""
+        kept = held_out([test.measured for test in self.tests])
+        rest = [
+            test.prediction.scored.within(~inside)
+            for test, inside in zip(self.tests, kept, strict=True)
+        ]
+        return free_run_error(rest) if any(test.counted.any() for test in rest) else None
+
+    @property
     def held_out_noise(self) -> float | None:
         """The floor of the error over what is held out; None where nothing is [-]."""
         kept = [

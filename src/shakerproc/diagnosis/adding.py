@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 from shakerproc.comparison.free_run_error import fall
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimate import Estimate
@@ -20,7 +21,7 @@ from shakerproc.diagnosis.selection.errors import (
     pooled_floor,
     scored_tests,
 )
-from shakerproc.diagnosis.updated import with_numbers
+from shakerproc.diagnosis.updated import effect_of, model_with
 from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.diagnosis.wording import mode_notes, whole_note
 from shakerproc.errors import DiagnosisError
@@ -52,6 +53,8 @@ class Added:
         The model's own numbers, fitted with it.
     errors : Errors
         The free-run error before and after.
+    without : Model
+        The model with its own numbers fitted, but without the effect.
     tests : tuple of str
         Tests it was fitted to.
     modes : tuple of Mode
@@ -71,6 +74,7 @@ class Added:
     parameters: Mapping[str, Estimate]
     linear: Mapping[str, Estimate]
     errors: Errors
+    without: Model
     tests: tuple[str, ...]
     modes: tuple[Mode, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -132,8 +136,13 @@ def add(
         force=force,
         progress=progress,
     )
+    errors = found.errors
+    if model.excitation.role is not None:
+        comparisons = Comparisons(measured, progress or (lambda _text: None))
+        errors = comparisons.errors(model, found.model, found.without, errors)
     return replace(
         found,
+        errors=errors,
         tests=tuple(m.name for m in measured if not m.test.hold_out),
         left_out=usable.left_out,
         notes=(*usable.notes, *found.notes),
@@ -205,13 +214,12 @@ def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[st
 
 def _added(model: Model, fitted: Fitted) -> Added:
     """Return the result of a fit."""
-    fit = fitted.with_effect.fit
+    fit, without = fitted.with_effect.fit, fitted.without.fit
     numbers = estimates(fit, -1) if fit.hypothesis.added else {}
     linear = linear_estimates(fit)
     errors, worse = _errors(fitted)
     element = _in_few_digits(fitted.element, numbers)
-    own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
-    updated = with_numbers(model, own)
+    updated = model_with(model, (), linear)
     modes = fitted.data.model.modes[len(model.modes) :]
     return Added(
         model=replace(updated, elements=(*updated.elements, element)),
@@ -219,6 +227,7 @@ def _added(model: Model, fitted: Fitted) -> Added:
         parameters=numbers,
         linear=linear,
         errors=errors,
+        without=replace(without.hypothesis.model_at(without.x), modes=model.modes),
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
         modes=modes,
         worse=worse,
@@ -271,8 +280,7 @@ def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element
     """Return an element with as many digits as its intervals bear out, a table with six."""
     if isinstance(element.effect, Table):
         return Element(_rounded(element.effect), element.between)
-    short = {name: shortened(one) for name, one in numbers.items()}
-    return replace(element, effect=element.effect.of_numbers(short))
+    return replace(element, effect=effect_of(element.effect.kind, numbers))
 
 
 def _rounded(table: Table) -> Table:
@@ -290,11 +298,3 @@ def _rounded(table: Table) -> Table:
         rows(table.force),
         None if table.band is None else rows(table.band),
     )
-
-
-def shortened(estimate: Estimate) -> float | str:
-    """Return a fitted number with as many digits as its interval bears out."""
-    value = estimate.value
-    if isinstance(value, str):
-        return value
-    return within(float(value), estimate.unit, *estimate.bounds_by_tests)

@@ -7,6 +7,7 @@ from typing import Final
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import wording
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.component_search import search_component_tests
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
@@ -61,8 +62,11 @@ def diagnose_tests(
     *,
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
+    comparisons: Comparisons | None = None,
 ) -> Diagnosis:
     """Return which effect a model lacks, judged from tests that were read from a log.
+
+    Its errors are those of `compare`; `comparisons` keeps what that takes.
 
     Raises
     ------
@@ -71,6 +75,8 @@ def diagnose_tests(
     """
     measured: Sequence[Measured] = usable.tests
     check_plausible(model, measured)  # before the long work
+    if comparisons is None and model.excitation.role is not None:
+        comparisons = Comparisons(measured, progress or (lambda _text: None))
     clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
     found = diagnose_arrays(
         model,
@@ -80,6 +86,7 @@ def diagnose_tests(
         shaker=log.shaker,
         seed=seed,
         progress=progress,
+        comparisons=comparisons,
     )
     return replace(found, notes=(*usable.left_out, *usable.notes, *found.notes))
 
@@ -93,6 +100,7 @@ def diagnose_arrays(
     shaker: Shaker = UNLIMITED,
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
+    comparisons: Comparisons | None = None,
 ) -> Diagnosis:
     """Return which effect a model lacks, judged from samples in memory.
 
@@ -112,6 +120,8 @@ def diagnose_arrays(
         Of the tests that are proposed.
     progress : callable, optional
         Called with what is being done.
+    comparisons : Comparisons, optional
+        What tells the errors as `compare` does; by default they are those of candidates.
 
     Raises
     ------
@@ -142,5 +152,7 @@ def diagnose_arrays(
         again = None if imposed else judged_again(known, found, less, say)
         found = again or seek(known, less, say)
     say("the verdict")
-    verdict = judged(found, clearances=clearances, shaker=shaker, seed=seed)
+    verdict = judged(
+        found, clearances=clearances, shaker=shaker, seed=seed, comparisons=comparisons
+    )
     return replace(verdict, notes=(*verdict.notes, *wording.refuted_notes(refuted)))

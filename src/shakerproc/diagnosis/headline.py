@@ -34,9 +34,9 @@ def probability_text(diagnosis: Diagnosis) -> str:
         return f"exactly right with a probability of {100.0 * diagnosis.confidence:.0f} %"
     if diagnosis.complete:
         return ""
-    if not math.isfinite(diagnosis.errors.noise_floor):
+    if not math.isfinite(diagnosis.errors.among.noise_floor):
         return "no probability: the noise is not known"
-    if diagnosis.errors.held_out.after <= NEGLIGIBLE:
+    if diagnosis.errors.among.held_out.after <= NEGLIGIBLE:
         return "no probability: more than noise is left"
     return "no probability: more is missing than the library explains"
 

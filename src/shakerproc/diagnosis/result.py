@@ -72,6 +72,10 @@ class Errors:
         it was predicted as a whole [s].
     without : float, optional
         What the model leaves of what was held out with its own numbers fitted, but no effect.
+    of_candidates : Errors, optional
+        The same as candidates are compared: over as long as motions can be predicted, with
+        gains and delays of sensors, further modes and what each test has of its own fitted.
+        None where that is the same.
     """
 
     fitted: Pair
@@ -79,6 +83,12 @@ class Errors:
     noise_floor: float
     horizon_s: Mapping[str, float | None] = field(default_factory=dict)
     without: float | None = None
+    of_candidates: "Errors | None" = None
+
+    @property
+    def among(self) -> "Errors":
+        """The errors as candidates are compared."""
+        return self.of_candidates or self
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
@@ -88,25 +98,33 @@ class Errors:
             "noise_floor": self.noise_floor if math.isfinite(self.noise_floor) else None,
             "horizon_s": dict(self.horizon_s),
             "without_effect": self.without,
+            "of_candidates": None
+            if self.of_candidates is None
+            else self.of_candidates.as_json(),
         }
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """One hypothesis that was tried; without errors, where the screening ruled it out."""
+    """One hypothesis that was tried; without errors, where the screening ruled it out.
+
+    `screened` is what it leaves along the measured motion, rms over that of the noise [-].
+    """
 
     kind: str
     between: tuple[str, ...]
     fitted_error: float | None
     held_out_error: float | None
     parameters: Mapping[str, Estimate]
+    screened: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         return {
             "kind": self.kind,
             "between": list(self.between),
+            "screened": self.screened,
             "fitted_error": self.fitted_error,
             "held_out_error": self.held_out_error,
             "parameters": {name: p.as_json() for name, p in self.parameters.items()},

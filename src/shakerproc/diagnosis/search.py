@@ -41,6 +41,7 @@ from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, screen, widening
+from shakerproc.diagnosis.selection.choice import needs_none
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -136,7 +137,7 @@ class Begun:
 
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
-        if self.is_enough:
+        if self.is_enough or needs_none(self.found):
             return self.found
         first = self.outcome
         found, campaign, forms = with_more(
@@ -193,7 +194,7 @@ def _begun(
     if other is not None:
         one = told(original, linear_model, other, one_more.failed, starts)
         last = replace(last, found=one, outcome=other)
-    mode = None if last.is_enough else mode_beside(last.outcome, say)
+    mode = None if last.is_enough or needs_none(last.found) else mode_beside(last.outcome, say)
     if mode is None:
         return last
     return _begun(original, linear_model.with_mode(mode), tests, say)

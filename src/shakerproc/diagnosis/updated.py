@@ -1,11 +1,12 @@
 """The model with what a diagnosis found: to be run free against the same tests."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name, sharing
-from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.diagnosis.result import Diagnosis, Finding
+from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Model
 from shakerproc.models.effects.base import AbstractEffect
 
@@ -17,18 +18,36 @@ def updated_model(model: Model, diagnosis: Diagnosis) -> Model | None:
     the diagnosis names no model that would do: where the tests cannot tell, or there is no
     table.
     """
+    if diagnosis.verdict == "outside library" and diagnosis.outside is not None:
+        fitted = model_with(model, (), diagnosis.linear)
+        return replace(fitted, elements=(*fitted.elements, diagnosis.outside.element()))
+    if diagnosis.verdict in {"outside library", "cannot tell"}:
+        return None
+    return model_with(model, diagnosis.effects, diagnosis.linear)
+
+
+def model_with(
+    model: Model, effects: Sequence[Finding], linear: Mapping[str, Estimate]
+) -> Model:
+    """Return a model with effects and its own numbers as fitted, as `add` writes them.
+
+    Parameters
+    ----------
+    model : Model
+        The model of the file.
+    effects : sequence of Finding
+        What was found; faults of sensors are left out.
+    linear : mapping of str to Estimate
+        The model's own numbers, by their names (see `naming`).
+    """
+    own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
+    fitted = with_numbers(model, own)
     added = [
         Element(effect_of(one.kind, one.parameters), (one.between[0], one.between[1]))
-        for one in diagnosis.effects
+        for one in effects
         if one.kind in EFFECTS
     ]
-    if diagnosis.verdict == "outside library" and diagnosis.outside is not None:
-        added = [diagnosis.outside.element()]
-    elif diagnosis.verdict in {"outside library", "cannot tell"}:
-        return None
-    fitted = with_numbers(model, diagnosis.linear)
-    modes = tuple(mode.as_mode() for mode in diagnosis.modes)
-    return replace(fitted, elements=(*fitted.elements, *added), modes=(*fitted.modes, *modes))
+    return replace(fitted, elements=(*fitted.elements, *added))
 
 
 def with_numbers(model: Model, numbers: Mapping[str, Estimate]) -> Model:
@@ -72,5 +91,13 @@ def _number(estimate: Estimate) -> float:
 
 
 def effect_of(kind: str, numbers: Mapping[str, Estimate]) -> AbstractEffect:
-    """Return the effect with these numbers."""
-    return EFFECTS[kind].of_numbers({name: one.value for name, one in numbers.items()})
+    """Return the effect with these numbers, in as many digits as their intervals bear out."""
+    return EFFECTS[kind].of_numbers({name: shortened(one) for name, one in numbers.items()})
+
+
+def shortened(estimate: Estimate) -> float | str:
+    """Return a fitted number with as many digits as its interval bears out."""
+    value = estimate.value
+    if isinstance(value, str):
+        return value
+    return within(float(value), estimate.unit, *estimate.bounds_by_tests)

@@ -68,16 +68,26 @@ def more_sentence(errors: Errors, left: Where, motion: Motion) -> str:
     motion : Motion
         Units of its ranges.
     """
-    after, floor = errors.held_out.after, errors.noise_floor
-    if not math.isfinite(floor):
-        return f"It leaves {numeral(after)}; how much of that is noise these tests do not say."
-    if after <= NEGLIGIBLE:
-        return f"It leaves {numeral(after)}, the noise is {numeral(floor)}{CALIBRATED}."
+    after, floor = errors.among.held_out.after, errors.among.noise_floor
+    noise = f"the noise is {_noise(floor)}"
     where = [f"at {numeral(low)} to {numeral(high)} Hz" for low, high in left.bands_hz]
     where += _range("displacements", left.displacement_m, "m", motion)
     where += _range("velocities", left.velocity_m_per_s, "m/s", motion)
     most = f" Most of it lies {', '.join(where)}." if where else ""
-    return f"More is missing: {numeral(after)} is left, the noise is {numeral(floor)}.{most}"
+    said = f"More is missing: {numeral(after)} is left, {noise}.{most}"
+    if not math.isfinite(floor):
+        said = f"It leaves {numeral(after)}; how much of that is noise these tests do not say."
+    elif after <= NEGLIGIBLE:
+        said = f"It leaves {numeral(after)}, {noise}{CALIBRATED}."
+    return _judged(errors, said)
+
+
+def noise_sentences(errors: Errors) -> list[str]:
+    """Return that only noise is left as candidates are judged, where that is another number."""
+    own = errors.among
+    said = f"{numeral(own.held_out.after)} is left, the noise is {_noise(own.noise_floor)}."
+    told = _judged(errors, said)
+    return [] if told == said else [told]
 
 
 def _range(
@@ -258,12 +268,21 @@ def _noise(floor: float) -> str:
     return numeral(floor) if math.isfinite(floor) else "unknown"
 
 
+def _judged(errors: Errors, said: str) -> str:
+    """Return a sentence on how candidates are judged, with how where it is another number."""
+    own = errors.among
+    if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
+        return said
+    ahead = sorted({s for s in own.horizon_s.values() if s is not None})
+    how = "With gains and delays of sensors, further modes and what each test has fitted"
+    how = f"Judged {numeral(ahead[0], 2)} s ahead" if ahead else how
+    return f"{how}: {said[0].lower()}{said[1:]}"
+
+
 def _fall(errors: Errors) -> str:
     held = errors.held_out
-    fall = (
-        f"the held-out free-run error falls from {numeral(held.before)} to "
-        f"{numeral(held.after)}"
-    )
+    span = f"from {numeral(held.before)} to {numeral(held.after)}"
+    fall = f"the held-out free-run error falls {span}"
     alone = numeral(errors.without or held.before)
     own = errors.without is not None and errors.without < held.before
     return f"{fall} ({alone} with no effect)" if own and alone != numeral(held.before) else fall

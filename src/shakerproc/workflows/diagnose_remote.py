@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 from shakerproc.campaign.remote import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.errors import DiagnosisError
@@ -62,6 +63,7 @@ def judged(
     *,
     seed: int,
     progress: Callable[[str], None],
+    comparisons: Comparisons | None = None,
 ) -> Diagnosis:
     """Return a diagnosis; on a cluster it is one task, for its steps are too short to send.
 
@@ -71,7 +73,9 @@ def judged(
         If the task fails on the cluster, or was made of other recordings than are seen here.
     """
     if machines.scheduler is None:
-        return diagnose_tests(model, log, usable, seed=seed, progress=progress)
+        return diagnose_tests(
+            model, log, usable, seed=seed, progress=progress, comparisons=comparisons
+        )
     task = Task("diagnosis", DiagnosisCase(model, log, seed, machines.source(log)))
     (outcome,) = machines.executor().run(diagnose_remotely, [task])
     if outcome.cause:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
     from shakerproc.comparison import Comparison, Measured
+    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
     from shakerproc.report.evidence.decays import Decays
@@ -157,28 +158,25 @@ def _check_hashes(known: Mapping[str, str], tests: "Sequence[Measured]") -> None
 def judged(
     model: "Model",
     diagnosis: "Diagnosis",
-    measured: "Sequence[Measured]",
-    tell: Callable[[str], None],
+    comparisons: "Comparisons",
     warn: Callable[[str], None],
 ) -> "Models | None":
     """Return a model and the one that a diagnosis leads to, run free against the same tests.
 
     None where nothing drives them: a whole test cannot be predicted then.
     """
-    from shakerproc.comparison import compare_tests, scored_alike
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
     from shakerproc.report.evidence.models import Models
 
     if model.excitation.role is None:
         return None
-    before = compare_tests(model, measured, tell=tell)
+    before = comparisons.of(model)
     new = updated_model(model, diagnosis)
     after: Comparison | None = None
     if new is not None:
         try:
-            after = compare_tests(new, measured, tell=tell)
-            before, after = scored_alike(before, after, tell=tell)
+            before, after = comparisons.alike(model, new)
         except SimulationError as error:
             warn(f"the new model is not shown: {error}")
     return Models(before, after, new=name_of_new(diagnosis))
@@ -252,6 +250,7 @@ def held_against(
     Its recordings are those of which the runs were made.
     """
     from shakerproc.diagnosis import diagnose_tests
+    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
@@ -260,8 +259,9 @@ def held_against(
     usable = tests_of(log, known)
     usable.tell(warn)
     _check_hashes({run.test: run.sha256 for run in runs if run.sha256}, usable.tests)
-    diagnosis = diagnose_tests(known, log, usable, progress=tell)
-    models = judged(known, diagnosis, usable.tests, tell, warn)
+    comparisons = Comparisons(usable.tests, tell)
+    diagnosis = diagnose_tests(known, log, usable, progress=tell, comparisons=comparisons)
+    models = judged(known, diagnosis, comparisons, warn)
     documents = [("model", model, digest), ("test log", log_path, sha256(log_path))]
     decays = decays_judged(known, diagnosis, usable.tests, warn)
     return Evidence(models, diagnosis, inputs_of(documents, ()), decays)

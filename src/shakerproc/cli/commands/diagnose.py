@@ -10,9 +10,7 @@ from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
-    from shakerproc.diagnosis.result import Diagnosis, Tried
-
-_NOT_FITTED = "not fitted: others explain more"
+    from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
 
 
 def diagnose(
@@ -32,6 +30,7 @@ def diagnose(
     from shakerproc import files
     from shakerproc.campaign.remote import at_hand
     from shakerproc.cli.compiling import announce
+    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
@@ -58,8 +57,11 @@ def diagnose(
         usable = tests_of(seen, known)
         usable.tell(once.warning)
         measured = usable.tests
-        result = judged(known, given, usable, machines, seed=seed, progress=advance)
-        models = evidence.judged(known, result, measured, advance, once.warning)
+        comparisons = Comparisons(measured, advance)
+        result = judged(
+            known, given, usable, machines, seed=seed, progress=advance, comparisons=comparisons
+        )
+        models = evidence.judged(known, result, comparisons, once.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
     show(result, json, headline(result, log.active), once)
@@ -130,11 +132,11 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
             [
                 _label(c),
                 " - ".join(c.between),
-                _NOT_FITTED if c.held_out_error is None else c.held_out_error,
+                _not_fitted(c) if c.held_out_error is None else c.held_out_error,
             ]
             for c in result.candidates
         ],
-        title="Candidates, best first",
+        title=_title(errors.among),
         json_target=json_target,
     )
     for test in result.next_test:
@@ -147,6 +149,21 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
         )
     for note in result.notes:
         once.message(note)
+
+
+def _not_fitted(candidate: "Tried") -> str:
+    """Return that others explain more, and what this one leaves along the measured motion."""
+    if candidate.screened is None:
+        return "not fitted: others explain more"
+    times = numeral(candidate.screened, 3)
+    return f"not fitted: leaves {times} times the noise along the measured motion"
+
+
+def _title(errors: "Errors") -> str:
+    """Return what the errors of candidates are, which `errors` are compared as."""
+    ahead = sorted({s for s in errors.horizon_s.values() if s is not None})
+    how = f", predicted {numeral(ahead[0], 2)} s ahead" if ahead else ""
+    return f"Candidates, best first{how}"
 
 
 def _label(candidate: "Tried") -> str:

@@ -8,7 +8,7 @@ can be tried.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
@@ -19,6 +19,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.resting_places import apart
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractMemorylessEffect
+from shakerproc.models.laws import Law
 
 PERIODS: Final = 2.0
 """Length from the beginning of a window that is looked at, in periods of the joint's motion: it
@@ -43,8 +44,22 @@ STEP: Final = 1e-4
 """Change for their slopes, over the largest motion [-]."""
 
 
-_Law: TypeAlias = tuple[FloatArray, AbstractMemorylessEffect]
-"""What a joint sees of the displacements of all masses, and a law in it."""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Laws:
+    """The laws of a model, what springs and dampers do as matrices.
+
+    Attributes
+    ----------
+    stiffness, damping : (n_masses, n_masses) array
+        Of all linear laws [N/m], [N s/m].
+    others : tuple of (array, AbstractMemorylessEffect)
+        What a joint sees of the displacements of all masses, and a law in it.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    others: tuple[tuple[FloatArray, AbstractMemorylessEffect], ...]
 
 
 @final
@@ -67,18 +82,21 @@ class _Record:
     passed: FloatArray
     time: FloatArray
 
-    def misfit(self, laws: Sequence[_Law], at: FloatArray) -> FloatArray:
+    def misfit(self, laws: _Laws, at: FloatArray) -> FloatArray:
         """Return what forces leave of the inertia, (n_windows, k, n_masses * n) array [N].
 
         `at` (n_windows, k, 2 n_masses) holds displacements and velocities at the beginning.
         """
-        z, v = (part[..., np.newaxis] for part in np.split(at, 2, axis=2))
-        places = z + v * self.time + self.moved[:, np.newaxis]
-        speeds = v + self.passed[:, np.newaxis]
-        left = np.broadcast_to(self.inertia[:, np.newaxis], places.shape).copy()
-        for across, effect in laws:
-            force = effect.force_at(across @ places, across @ speeds)
-            left += across[:, np.newaxis] * force[:, :, np.newaxis]
+        z, v = np.split(at, 2, axis=2)
+        since = self.inertia + laws.stiffness @ self.moved + laws.damping @ self.passed
+        steady, rising = z @ laws.stiffness + v @ laws.damping, v @ laws.stiffness
+        left = (steady[..., np.newaxis] + rising[..., np.newaxis] * self.time) + since[:, None]
+        for across, effect in laws.others:
+            place, speed = ((one @ across)[..., np.newaxis] for one in (z, v))
+            moved, passed = ((across @ one)[:, None] for one in (self.moved, self.passed))
+            force = effect.force_at(place + speed * self.time + moved, speed + passed)
+            for i in np.flatnonzero(across):
+                left[:, :, i] += across[i] * force
         return left.reshape(*left.shape[:2], -1)
 
 
@@ -125,11 +143,22 @@ def _accelerometers(model: Model) -> list[int] | None:
     return [i for i in named if i is not None] if None not in named else None
 
 
-def _laws(model: Model) -> list[_Law] | None:
+def _laws(model: Model) -> _Laws | None:
     """Return the laws of a model, each in its joint; None if one remembers."""
-    found = [(apart(model, one.between), one.effect) for one in model.elements]
-    laws = [(a, law) for a, law in found if isinstance(law, AbstractMemorylessEffect)]
-    return laws if len(laws) == len(found) else None
+    n, others = len(model.masses), []
+    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
+    for one in model.elements:
+        across = apart(model, one.between)
+        if not isinstance(one.effect, AbstractMemorylessEffect):
+            return None
+        rows = one.effect.rows()
+        if any(row.law is not Law.LINEAR for row in rows):
+            others.append((across, one.effect))
+            continue
+        for row in rows:
+            stiffness += row.values[0] * np.outer(across, across)
+            damping += row.values[1] * np.outer(across, across)
+    return _Laws(stiffness, damping, tuple(others))
 
 
 def _record(
@@ -155,9 +184,7 @@ def _record(
     return _Record(inertia[..., some], moved[..., some], passed[..., some], some / rate)
 
 
-def _scanned(
-    record: _Record, laws: Sequence[_Law], starts: FloatArray, sizes: FloatArray
-) -> FloatArray:
+def _scanned(record: _Record, laws: _Laws, starts: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return the starts of least misfit around them, (n_windows, k, 2 n_masses) array.
 
     One mass after the other is tried everywhere while the others stay.
@@ -181,7 +208,7 @@ def _scanned(
 
 
 def _settled(
-    record: _Record, laws: Sequence[_Law], at: FloatArray, sizes: FloatArray
+    record: _Record, laws: _Laws, at: FloatArray, sizes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return starts moved to where the misfit is least, and the sum of its squares there."""
     left = record.misfit(laws, at)
@@ -191,8 +218,9 @@ def _settled(
         moved = [(record.misfit(laws, at + step) - left) / STEP for step in steps]
         slopes = _finite(np.stack(moved, axis=-1))
         turned = slopes.swapaxes(-1, -2)
-        change = np.linalg.pinv(turned @ slopes, hermitian=True) @ turned
-        there = at - sizes * (change @ _finite(left)[..., np.newaxis])[..., 0]
+        fall = turned @ _finite(left)[..., np.newaxis]
+        change = np.linalg.pinv(turned @ slopes, hermitian=True) @ fall
+        there = at - sizes * change[..., 0]
         tried = record.misfit(laws, there)
         lower = (np.sum(tried**2, axis=2) < cost)[..., np.newaxis]
         at, left = np.where(lower, there, at), np.where(lower, tried, left)
@@ -202,4 +230,6 @@ def _settled(
 
 def _finite(rows: FloatArray) -> FloatArray:
     """Return rows, 0 where a force is beyond all numbers: nothing is told there."""
+    if np.isfinite(np.sum(rows)):
+        return rows
     return np.nan_to_num(rows, nan=0.0, posinf=0.0, neginf=0.0)

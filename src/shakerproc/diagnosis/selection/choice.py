@@ -58,6 +58,18 @@ def leaves_more(found: Found, score: Score) -> bool:
     return found.left_by(score) > NEGLIGIBLE and not found.is_explained_by(score)
 
 
+def needs_none(found: Found) -> bool:
+    """Return whether no effect stands, and the model leaves no more than sensors can tell.
+
+    Of what was held out, and of what it was fitted to.
+    """
+    stands = bare(found)
+    if leaves_more(found, stands) or standing_of(found):
+        return False
+    fitted = error_of(found.data, stands.fit, found.form.scored_fitted)
+    return fitted <= NEGLIGIBLE or stands.fit.follows_most
+
+
 def further(found: Found, chosen: Score) -> Score | None:
     """Return the best hypothesis that adds to a chosen one an effect that helps a little.
 

@@ -29,7 +29,7 @@ def nothing_named(
     `apart` are tests of which it does not hold.
     """
     which = "the fitted model" if chosen is found.linear else "the model as it is in its file"
-    unnamed = wording.unnamed_sentence(errors, which, _least(found))
+    unnamed = wording.unnamed_sentence(errors.among, which, _least(found))
     known = np.isfinite(errors.noise_floor)
     if known and leaves_more(found, chosen):
         return "cannot tell", unnamed
@@ -49,6 +49,7 @@ def nothing_named(
     said = [wording.nothing_sentence(errors, which, complete=complete)]
     if chosen is found.linear:
         said += number_wording.off_sentences(numbers_off(chosen.fit))
+    said += wording.noise_sentences(errors)
     return "nothing missing", " ".join(said)
 
 

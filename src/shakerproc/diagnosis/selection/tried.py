@@ -33,9 +33,10 @@ def tried(found: Found, score: Score, *, stands: bool) -> Tried:
 
 
 def untried(found: Found) -> list[Tried]:
-    """Return what was not fitted to the end, as others explain more, without errors."""
+    """Return what was not fitted to the end, as others explain more, with what it leaves."""
     return [
-        Tried(start.kind, start.between, None, None, _words(start)) for start in found.ruled_out
+        Tried(one.kind, one.between, None, None, _words(one), float(np.sqrt(one.left)))
+        for one in sorted(found.ruled_out, key=lambda one: one.left)
     ]
 
 

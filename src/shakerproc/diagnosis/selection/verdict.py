@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shakerproc.diagnosis import number_wording, wording
+from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import (
     estimates,
@@ -17,7 +18,7 @@ from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
-from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair, Tried, Where
+from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
 from shakerproc.diagnosis.selection.choice import (
     bare,
     further,
@@ -30,16 +31,16 @@ from shakerproc.diagnosis.selection.each_test import (
     OneTest,
     Simulated,
     shown_by_one,
-    simulated_by,
     unexplained_tests,
 )
-from shakerproc.diagnosis.selection.errors import error_of, error_of_scored
+from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_sentence
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.models.effects import Table
@@ -48,8 +49,9 @@ from shakerproc.testlog import Shaker
 
 
 def judged(
-    found: Found, *, clearances: Sequence[float], shaker: Shaker, seed: int
-) -> Diagnosis:
+    found: Found, *, clearances: Sequence[float], shaker: Shaker, seed: int,
+    comparisons: Comparisons | None = None,
+) -> Diagnosis:  # fmt: skip
     """Return the verdict on what the search found.
 
     Parameters
@@ -62,26 +64,27 @@ def judged(
         Limits that a proposed test keeps to.
     seed : int
         Of the tests that are proposed.
+    comparisons : Comparisons, optional
+        What tells the errors where effects are named or nothing is missing: those of `compare`,
+        which are of the model that is proposed as its file says it.
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
-    before, after = _simulated(found, chosen)
-    errors = _errors(found, before, after, chosen)
+    (before, after), own = errors_among(found, chosen)
     apart = unexplained_tests(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
-    alike, faults = _indistinguishable(standing), faults_of(found, fit)
+    alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
-    locked, unclosed = _locked(found, fit, effects), None
+    linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
-    open_ones = doubted(found, chosen, faults)
-    faults = [fault for fault in faults if fault not in open_ones]
-    at_fault = bool(faults) and is_at_fault(found, chosen)
     outside = not at_fault and is_outside(found)
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
+    told_by = None if outside or locked or faults or found.rigid else comparisons
+    errors = errors_told(found, effects, linear, own, told_by)
     if outside:
-        verdict, sentence = "outside library", outside_sentence(found, effects, errors)
+        verdict, sentence = "outside library", outside_sentence(found, effects, own)
         effects = []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
@@ -94,8 +97,9 @@ def judged(
     else:
         unclosed = unexercised(found, clearances)
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
+        errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, verdict)
-    scores, drawn = scores_of(found, standing, errors), not data.model.excitation.imposed
+    scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -111,7 +115,7 @@ def judged(
         left=left,
         locked=locked,
         outside=_curve(found) if outside else None,
-        linear=linear_estimates(fit),
+        linear=linear,
         known_together=() if found.rigid else known_of(fit),
         modes=_further_modes(found),
         further=asked,
@@ -122,10 +126,12 @@ def judged(
     )
 
 
-def _simulated(found: Found, chosen: Score) -> tuple[Simulated, Simulated]:
-    """Return tests as the model as it is simulates them, and as what was chosen does."""
-    data, form = found.data, found.form
-    return simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], bool]:
+    """Return faults of the sensors, those in doubt, and whether they explain most."""
+    seen = faults_of(found, chosen.fit)
+    open_ones = doubted(found, chosen, seen)
+    faults = [fault for fault in seen if fault not in open_ones]
+    return faults, open_ones, bool(faults) and is_at_fault(found, chosen)
 
 
 def _with_rest(
@@ -140,7 +146,9 @@ def _with_rest(
     alone = shown_by_one(found, after)
     if alone is not None:
         beside.append(number_wording.shown_by_one_sentence(alone))
-    if not found.is_explained_by(chosen):
+    if found.is_explained_by(chosen):
+        beside += wording.noise_sentences(errors)
+    else:
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
     if apart and not leaves_more(found, chosen):
         beside.append(number_wording.unexplained_sentence(apart[0]))
@@ -185,24 +193,6 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
 def _where(found: Found, chosen: Score, parts: Simulated) -> Where:
     """Return where a model fails, by tests as it simulates them, fitted and held out."""
     return where_it_fails(failed_tests(found.data, _joint(found, chosen), parts))
-
-
-def _errors(found: Found, before: Simulated, after: Simulated, chosen: Score) -> Errors:
-    """Return the errors of the model as it is, in tests as recorded, and of what was chosen.
-
-    `before` is by the model as it is in the tests of the search, `after` by what was chosen.
-    """
-    form, data, alone = found.form, found.data, found.left_by(found.linear)
-    if found.as_recorded is not data:
-        before = simulated_by(found.as_recorded.plain, form, found.before)
-    fitted, held_out = map(error_of_scored, before)
-    return Errors(
-        Pair(fitted, error_of_scored(after[0])),
-        Pair(held_out, found.left_by(chosen)),
-        found.floor_under(chosen),
-        {test.name: form.horizon for test in data.tests},
-        alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
-    )
 
 
 def _curve(found: Found) -> Outside | None:

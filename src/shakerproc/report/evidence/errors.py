@@ -119,7 +119,7 @@ def candidate_errors(diagnosis: Diagnosis) -> "Figure":
     """Return the held-out error of the model as it was and with each hypothesis, as points."""
     from matplotlib.ticker import NullFormatter, PercentFormatter
 
-    errors = diagnosis.errors
+    errors = diagnosis.errors.among
     tried = [one for one in diagnosis.candidates if one.held_out_error is not None]
     several = len({one.between for one in tried}) > 1
     names = ["model as it was"]

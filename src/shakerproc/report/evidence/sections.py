@@ -181,7 +181,8 @@ def _confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _horizon(diagnosis: Diagnosis) -> str:
     """Return how far ahead the models of a diagnosis predict, as a sentence."""
-    found = {length for length in diagnosis.errors.horizon_s.values() if length is not None}
+    lengths = diagnosis.errors.among.horizon_s.values()
+    found = {length for length in lengths if length is not None}
     if not found:
         return "Free-run simulation of whole tests."
     return (
@@ -200,7 +201,7 @@ def _signatures(diagnosis: Diagnosis) -> list[str]:
 
 def error_ladder(diagnosis: Diagnosis) -> PageFigure:
     """Return the errors of the old model, every candidate and the new model."""
-    errors = diagnosis.errors
+    errors = diagnosis.errors.among
     rungs = [
         CandidateError(
             "model as it was", errors.fitted.before, errors.held_out.before, strong=True

@@ -138,7 +138,7 @@ def restoring_forces(models: Models) -> Columns:
 
 def ladder(diagnosis: Diagnosis) -> Columns:
     """Return the error of every model that was tried."""
-    errors = diagnosis.errors
+    errors = diagnosis.errors.among
     rows: list[tuple[Any, ...]] = [
         ("model as it was", "", errors.fitted.before, errors.held_out.before)
     ]

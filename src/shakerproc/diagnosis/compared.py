@@ -1,0 +1,82 @@
+"""What `compare` says of the models of a diagnosis: the errors that a verdict is told with."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import final
+
+from shakerproc.comparison import Comparison, compare_tests, scored_alike
+from shakerproc.comparison.measured import Measured
+from shakerproc.diagnosis.result import Errors, Pair
+from shakerproc.errors import SimulationError
+from shakerproc.models import Model
+
+
+@final
+class Comparisons:
+    """Models run free against the same tests, each as long as it is asked for, but once.
+
+    Parameters
+    ----------
+    tests : sequence of Measured
+        The tests as they were read.
+    tell : callable
+        Called with what is being done.
+    """
+
+    def __init__(self, tests: Sequence[Measured], tell: Callable[[str], None]) -> None:
+        self.tests, self._tell = tests, tell
+        self._made: list[tuple[Model, Comparison]] = []
+
+    def of(self, model: Model) -> Comparison:
+        """Return the comparison of a model, with the sensors of the tests, with the tests.
+
+        Raises
+        ------
+        SimulationError
+            If the motion runs away.
+        """
+        sensors = {name: model.sensors[name] for name in self.tests[0].sensors}
+        model = replace(model, sensors=sensors)
+        for known, found in self._made:
+            if known == model:
+                return found
+        found = compare_tests(model, self.tests, tell=self._tell)
+        self._made.append((model, found))
+        return found
+
+    def alike(self, *models: Model) -> tuple[Comparison, ...]:
+        """Return the comparisons of models, scored in the same windows (see `scored_alike`).
+
+        Raises
+        ------
+        SimulationError
+            If the motion of one runs away.
+        """
+        return scored_alike(*map(self.of, models), tell=self._tell)
+
+    def errors(self, before: Model, after: Model, without: Model, own: Errors) -> Errors:
+        """Return errors as `compare` tells them of the models, with those of candidates.
+
+        Parameters
+        ----------
+        before, after, without : Model
+            The model of the file, what a diagnosis leads to, and that without effects.
+        own : Errors
+            As candidates were compared; returned where a motion runs away or nothing is
+            held out.
+        """
+        apart = () if without in (before, after) else (without,)
+        try:
+            was, now, *bare = self.alike(before, after, *apart)
+        except SimulationError:
+            return own
+        pairs = [
+            Pair(a, b) for a, b in ((was.fitted, now.fitted), (was.held_out, now.held_out))
+            if a is not None and b is not None
+        ]  # fmt: skip
+        floor = now.held_out_noise
+        if len(pairs) < 2 or floor is None:
+            return own
+        horizon = {test.measured.name: test.prediction.horizon_s for test in now.tests}
+        alone = bare[0].held_out if bare else None
+        return Errors(pairs[0], pairs[1], floor, horizon, alone, own)

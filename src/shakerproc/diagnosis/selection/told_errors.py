@@ -1,0 +1,51 @@
+"""The errors of a verdict: as candidates are judged, and as `compare` tells them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from shakerproc.diagnosis.compared import Comparisons
+from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.result import Errors, Finding, Pair
+from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
+from shakerproc.diagnosis.selection.errors import error_of_scored
+from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.diagnosis.updated import model_with
+
+
+def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulated], Errors]:
+    """Return tests as simulated by the model as it is and by what was chosen, and the errors.
+
+    Errors are as candidates are judged; of the model as it is, in tests as recorded.
+    """
+    data, form, alone = found.data, found.form, found.left_by(found.linear)
+    before, after = (
+        simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+    )  # fmt: skip
+    recorded = before
+    if found.as_recorded is not data:
+        recorded = simulated_by(found.as_recorded.plain, form, found.before)
+    fitted, held_out = map(error_of_scored, recorded)
+    errors = Errors(
+        Pair(fitted, error_of_scored(after[0])),
+        Pair(held_out, found.left_by(chosen)),
+        found.floor_under(chosen),
+        {test.name: form.horizon for test in data.tests},
+        alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
+    )
+    return (before, after), errors
+
+
+def errors_told(
+    found: Found, effects: Sequence[Finding], linear: Mapping[str, Estimate], own: Errors,
+    comparisons: Comparisons | None,
+) -> Errors:  # fmt: skip
+    """Return the errors as `compare` tells them of the model that is proposed; else `own`."""
+    if comparisons is None:
+        return own
+    known = found.before.hypothesis.model
+    fit = found.linear.fit
+    bare = replace(fit.hypothesis.model_at(fit.x), modes=known.modes) if effects else known
+    return comparisons.errors(known, model_with(known, effects, linear), bare, own)
